@@ -77,7 +77,10 @@ fn equal_sensors_are_not_said_to_differ() {
     }
     let octaves = channel(&document, "gyro_x")["octaves"].as_array().unwrap();
     assert!(octaves.len() > 15 * 10, "15 pairs of {} octaves", octaves.len());
-    assert_eq!(document["caveats"], Value::Array(vec![]));
+    // a text says no time
+    assert_eq!(kinds(&document["caveats"]), ["start-unknown"]);
+    assert_eq!(document["same_samples"], Value::Array(vec![]));
+    assert_eq!(document["recommended"]["why"], "smallest-of-quiet", "{}", document["recommended"]);
 }
 
 #[test]
@@ -138,7 +141,10 @@ fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
     let means = document["means"].as_array().unwrap();
     let of = |name: &str| means.iter().find(|means| means["name"] == name).unwrap();
     let spread = &of("gyro_x")["spread"];
-    assert_eq!((&spread["beyond_noise"], &spread["dof"]), (&true.into(), &2.0.into()));
+    assert_eq!(spread["dof"], 2);
+    let apart = &of("gyro_x")["differences"][0];
+    assert!((apart["difference"].as_f64().unwrap() / -1e-3 - 1.0).abs() < 0.1, "{apart}");
+    assert_eq!((&apart["p"], &apart["untested"]), (&Value::Null, &"start-unknown".into()));
     // (1e-3, 0, 0) has a standard deviation of 1e-3/√3; χ² with two degrees of freedom gives 0.5207 to 6.285 of it
     let number = |name: &str| spread[name].as_f64().unwrap();
     assert!((number("deviation") / 5.7735e-4 - 1.0).abs() < 0.1, "{spread}");
@@ -155,6 +161,28 @@ fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
     assert_eq!(named.join(" "), "mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z");
     let removed: Vec<_> = means.iter().map(|means| means["bias_removed"] == true).collect();
     assert_eq!(removed, [false, false, false, false, false, false, true, true, true]);
+}
+
+/// Recordings keep the time; that the sensor stayed on is the user's to say.
+#[test]
+fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = |seed: &'static str| ["--duration", "10min", "--message", "VNIMU", "--seed", seed];
+    let first = capture(folder.path(), "first.mcap", &options("1"));
+    let again = folder.path().join("again.mcap");
+    fs::copy(&first, &again).unwrap();
+    let (document, _) = compare(&[first.clone(), again], &["--stayed-on"]);
+    assert_eq!(document["same_samples"], serde_json::json!([{ "records": [0, 1], "of_first": 1.0, "of_second": 1.0 }]));
+    let apart = &document["means"][0]["differences"][0];
+    assert_eq!((&apart["untested"], &apart["difference"]), (&"same-samples".into(), &0.0.into()));
+    let second = capture(folder.path(), "second.mcap", &options("2"));
+    let files = [first, second];
+    let (document, _) = compare(&files, &[]);
+    assert!(kinds(&document["caveats"]).contains(&"may-have-been-off"), "{}", document["caveats"]);
+    let text = String::from_utf8(vn100().arg("compare").args(&files).output().unwrap().stdout).unwrap();
+    assert!(text.contains("without p: made at the same time"), "{text}");
+    assert!(text.contains("--stayed-on") && text.contains("\nuse "), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 
 #[test]
@@ -178,7 +206,8 @@ fn a_record_of_a_moved_sensor_is_left_out_of_the_means_and_named() {
     for means in document["means"].as_array().unwrap() {
         let records: Vec<_> = means["means"].as_array().unwrap().iter().map(|mean| &mean["record"]).collect();
         assert_eq!(records, [0, 2]);
-        assert_eq!(means["spread"]["beyond_noise"], false, "{means}");
+        let [apart] = &means["differences"].as_array().unwrap()[..] else { panic!("{means}") };
+        assert_eq!(apart["records"], serde_json::json!([0, 2]));
     }
     let caveats = document["caveats"].as_array().unwrap();
     let [named] = &caveats.iter().filter(|caveat| caveat["kind"] == "moved").collect::<Vec<_>>()[..] else {

@@ -17,4 +17,5 @@ pub(crate) mod random_effects;
 pub(crate) mod roll_off;
 pub(crate) mod spectral_lines;
 pub(crate) mod spikes;
+pub(crate) mod two_sample;
 pub(crate) mod verdict;

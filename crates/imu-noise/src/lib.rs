@@ -84,8 +84,8 @@ pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, GaussMarkovProcess, NoiseFit,
-    NoiseModel, OverBound, Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound,
-    visible_random_walk, white_deficit,
+    NoiseModel, OverBound, Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, least_half_width,
+    over_bound, visible_random_walk, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
@@ -93,5 +93,6 @@ pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
+pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

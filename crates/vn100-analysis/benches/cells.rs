@@ -1,9 +1,9 @@
 //! How often the intervals of N, B and K hold: records of known noise, read as a stream is.
 //!
-//! `cargo bench -p vn100-analysis --bench cells -- --records 50 --minutes 10,60 --family lines`, or
-//! `--cell "0.53 Hz"` for cells by a part of their name; with `--seed 1` and `--threads 2`. Instead,
-//! `--disturbances` for what is found in disturbed records, `--clean` for what is found in clean
-//! ones, `--efficiency` for errors beside those of maximum likelihood. Families: model-class, lines, correlated, filters, tails, mixtures, gaps,
+//! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records instead
+//! and `--clean` for what is found in clean ones, `--means` for how often two means are said to
+//! differ, `--plans` for how many records of the planned length show what was wanted. Families:
+//! model-class, lines, correlated, filters, tails, mixtures, gaps,
 //! quantised; all of them, ten minutes and an hour, unless the arguments say otherwise.
 //!
 //! A record is a `Batch` of `$VNIMU` at 40 Hz through `Analysis`, `Snapshot` and `Assessment`; its
@@ -31,6 +31,8 @@ mod cells {
     pub(super) mod efficiency;
     pub(super) mod families;
     pub(super) mod generators;
+    pub(super) mod means;
+    pub(super) mod plans;
     pub(super) mod printing;
     pub(super) mod random;
     pub(super) mod record;
@@ -43,7 +45,8 @@ use std::{
 };
 
 use cells::{
-    clean, disturbances, efficiency, families, generators::Flicker, printing, random::Random, scoring::RecordScore,
+    clean, disturbances, efficiency, families, generators::Flicker, means, plans, printing, random::Random,
+    scoring::RecordScore,
 };
 
 /// Of the records in the table of families.
@@ -59,6 +62,8 @@ struct Arguments {
     disturbances: bool,
     clean: bool,
     efficiency: bool,
+    means: bool,
+    plans: bool,
 }
 
 fn main() -> ExitCode {
@@ -77,6 +82,14 @@ fn main() -> ExitCode {
     }
     if arguments.clean {
         clean::measure(&arguments);
+        return ExitCode::SUCCESS;
+    }
+    if arguments.means {
+        means::measure(&arguments);
+        return ExitCode::SUCCESS;
+    }
+    if arguments.plans {
+        plans::measure(&arguments);
         return ExitCode::SUCCESS;
     }
     let mut was_found = false;
@@ -123,6 +136,8 @@ impl Arguments {
             clean: false,
             cell: None,
             efficiency: false,
+            means: false,
+            plans: false,
         };
         while let Some(name) = arguments.next() {
             match name.as_str() {
@@ -132,6 +147,8 @@ impl Arguments {
                 "--clean" => read.clean = true,
                 "--cell" => read.cell = Some(arguments.next()?),
                 "--efficiency" => read.efficiency = true,
+                "--means" => read.means = true,
+                "--plans" => read.plans = true,
                 "--family" => read.family = Some(arguments.next()?),
                 "--records" => read.records = arguments.next()?.parse().ok()?,
                 "--seed" => read.seed = arguments.next()?.parse().ok()?,

@@ -6,6 +6,7 @@ mod accumulators;
 pub(crate) mod analysis;
 mod channel_state;
 mod data_record;
+pub(crate) mod fingerprint;
 mod gaps;
 pub(crate) mod magnitude;
 mod measured_span;

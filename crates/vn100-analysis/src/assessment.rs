@@ -9,8 +9,8 @@ mod stream;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape,
-    counts_to_unit, edf,
+    ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
+    RecordShape, Term, counts_to_unit, edf,
 };
 use vn100_protocol::Channel;
 
@@ -131,16 +131,8 @@ impl ChannelAssessment {
             None => Disturbed::default(),
             Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
         };
-        let evidence = ChannelCurve {
-            bands: &bands,
-            roll_off: signal.and_then(|signal| signal.roll_off(&bands)),
-            fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
-            ..ChannelCurve::default()
-        };
-        let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models);
-        if let Some(noise) = noise.as_mut().filter(|_| levels.is_none()) {
-            noise.was_moved();
-        }
+        let was_moved = levels.is_none();
+        let noise = noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, confidence, models);
         let mut last_law = None;
         let octaves: Vec<_> = (curve.octaves.iter().enumerate())
             .map(|(i, octave)| {
@@ -157,6 +149,71 @@ impl ChannelAssessment {
             .collect();
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
         Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
+    }
+}
+
+/// The noise of one axis as it shows itself, see [`ChannelNoise::new`].
+#[expect(clippy::too_many_arguments, reason = "the parts of one step of an assessment")]
+fn noise_of(
+    channel: &Channel,
+    results: &ChannelSnapshot,
+    curve: &Curve,
+    onboard: Option<Onboard>,
+    bands: &[NarrowBand],
+    snapshot: &Snapshot,
+    was_moved: bool,
+    confidence: f64,
+    models: &Models,
+) -> Option<ChannelNoise> {
+    let signal = results.signal.as_ref();
+    let evidence = ChannelCurve {
+        bands,
+        roll_off: signal.and_then(|signal| signal.roll_off(bands)),
+        fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
+        ..ChannelCurve::default()
+    };
+    let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models)?;
+    if was_moved {
+        noise.was_moved();
+    }
+    Some(noise)
+}
+
+/// The axes of a snapshot one by one: the parameters that its [`Assessment`] has, but for slow
+/// terms that all axes together do not prove.
+pub(crate) struct SingleAxes<'a> {
+    snapshot: &'a Snapshot,
+    confidence: f64,
+    was_moved: bool,
+    curves: Vec<Curve>,
+    models: Models,
+    /// Those that were asked for, by their places.
+    known: Vec<(usize, Option<ChannelNoise>)>,
+}
+
+impl<'a> SingleAxes<'a> {
+    pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
+        let was_moved = Motion::of(snapshot).is_some();
+        let curve = |(channel, results)| Curve::new(channel, results, snapshot.shape());
+        let curves: Vec<_> = snapshot.measured().map(curve).collect();
+        let models = Models::of(snapshot, &curves);
+        Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
+    }
+
+    /// Of the channel at this place of the layout.
+    pub(crate) fn parameter(&mut self, place: usize, term: Term) -> Option<Parameter> {
+        if !self.known.iter().any(|(known, _)| *known == place) {
+            let (channel, results) = self.snapshot.measured().nth(place)?;
+            let (snapshot, was_moved) = (self.snapshot, self.was_moved);
+            let (onboard, curve) = (Onboard::of(channel, snapshot), self.curves.get(place)?);
+            let signal = results.signal.as_ref();
+            let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
+            let (confidence, models) = (self.confidence, &self.models);
+            let noise = noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, confidence, models);
+            self.known.push((place, noise));
+        }
+        let (_, noise) = self.known.iter().find(|(known, _)| *known == place)?;
+        noise.as_ref()?.parameter(term)
     }
 }
 

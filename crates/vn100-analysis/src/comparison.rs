@@ -4,16 +4,18 @@ mod caveat;
 mod means;
 mod octaves;
 mod ranking;
+mod recommendation;
 
 use imu_noise::holm;
 use vn100_protocol::Quantity;
 
 pub use caveat::{Caveat, CaveatKind};
-pub use means::{ChannelMeans, MeanError, RecordMean};
+pub use means::{ChannelMeans, MeanDifference, MeanError, MeanTest, RecordMean, Untested};
 pub use octaves::OctaveTest;
 pub use ranking::{RankedRecord, Ranking, WhiteTest};
+pub use recommendation::{Recommendation, WhyNone, WhyUse};
 
-use crate::{Assessment, Onboard, Snapshot, Warning, WarningKind};
+use crate::{Assessment, Onboard, SharedRows, Snapshot, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
@@ -27,6 +29,9 @@ pub struct ComparedRecord<'a> {
     pub snapshot: &'a Snapshot,
     /// What that says.
     pub assessment: &'a Assessment,
+    /// When its source began, before anything was skipped: nanoseconds since 1970-01-01 UTC, where
+    /// known.
+    pub started_ns: Option<i64>,
 }
 
 /// What several records say of each other. Records are numbered in the order given.
@@ -42,6 +47,10 @@ pub struct Comparison {
     pub means: Vec<ChannelMeans>,
     /// Events that disturbed a record.
     pub disturbances: Vec<RecordDisturbance>,
+    /// Records that hold the same samples: these are not tested against each other.
+    pub same_samples: Vec<SameSamples>,
+    /// The record to use where one will do, or why none is that.
+    pub recommended: Result<Recommendation, WhyNone>,
     /// What could not be compared, or only in part.
     pub caveats: Vec<Caveat>,
 }
@@ -55,6 +64,20 @@ pub struct RecordDisturbance {
     pub warning: Warning,
 }
 
+/// Two records with the same samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SameSamples {
+    /// Their numbers.
+    pub records: [usize; 2],
+    /// How much of each is in the other.
+    pub shared: SharedRows,
+}
+
+impl SameSamples {
+    /// From this part on a record is whole in the other: a few rows may have been lost.
+    pub const WHOLE: f64 = 0.98;
+}
+
 /// The two probabilities of a test that is one of many.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chance {
@@ -66,17 +89,23 @@ pub struct Chance {
 
 impl Comparison {
     /// All assessed at the level `confidence`, 0 < p < 1; outside, nothing differs and nothing is
-    /// ranked.
+    /// ranked. `stayed_on`: the sensor was not switched off between the records, which they do not
+    /// say themselves, so that noise alone may have moved their means.
     #[must_use]
-    pub fn of(records: &[ComparedRecord<'_>], confidence: f64) -> Self {
-        Self {
+    pub fn of(records: &[ComparedRecord<'_>], stayed_on: bool, confidence: f64) -> Self {
+        let same_samples = same_samples(records);
+        let mut comparison = Self {
             confidence,
-            octaves: octaves::tests(records),
-            rankings: ranking::rankings(records, confidence),
-            means: means::means(records, confidence),
+            octaves: octaves::tests(records, &same_samples),
+            rankings: ranking::rankings(records, &same_samples, confidence),
+            means: means::means(records, &same_samples, stayed_on, confidence),
             disturbances: disturbances(records),
-            caveats: caveat::caveats(records),
-        }
+            caveats: caveat::caveats(records, &same_samples, stayed_on),
+            same_samples,
+            recommended: Err(WhyNone::NotRanked),
+        };
+        comparison.recommended = recommendation::recommendation(&comparison, records);
+        comparison
     }
 
     /// Whether a difference with that probability is statistically significant.
@@ -92,6 +121,14 @@ fn disturbances(records: &[ComparedRecord<'_>]) -> Vec<RecordDisturbance> {
         warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
     });
     all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
+}
+
+fn same_samples(records: &[ComparedRecord<'_>]) -> Vec<SameSamples> {
+    let shared = |pair: [usize; 2]| {
+        let [a, b] = pair.map(|record| &records[record].snapshot.fingerprint);
+        Some(SameSamples { records: pair, shared: a.shared_with(b)? })
+    };
+    pairs(records.len()).filter_map(shared).collect()
 }
 
 fn chances(probabilities: &[f64]) -> Vec<Chance> {

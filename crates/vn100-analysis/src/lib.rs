@@ -16,6 +16,7 @@ mod averaging_times;
 mod comparison;
 mod datasheet;
 mod goal;
+mod goal_check;
 mod in_parallel;
 mod noise_figure;
 mod plan;
@@ -30,6 +31,7 @@ mod warning;
 
 pub use accumulate::{
     analysis::Analysis,
+    fingerprint::{Fingerprint, SharedRows},
     magnitude::Magnitude,
     recent::{Recent, Slot},
 };
@@ -39,8 +41,9 @@ pub use assessment::{
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
-    Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanError, OctaveTest, RankedRecord, Ranking,
-    RecordDisturbance, RecordMean, WhiteTest,
+    Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanDifference, MeanError, MeanTest,
+    OctaveTest, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean, SameSamples, Untested, WhiteTest,
+    WhyNone, WhyUse,
 };
 pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,

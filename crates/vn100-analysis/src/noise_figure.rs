@@ -46,6 +46,11 @@ impl NoiseFigure {
             || self.channels == axes_name(self.sensor) && sensor_of(channel.quantity) == Some(self.sensor)
     }
 
+    /// How many axes are meant.
+    pub(crate) fn axes(&self) -> u32 {
+        if self.channels == axes_name(self.sensor) { 3 } else { 1 }
+    }
+
     /// Why no record of `layout` shows it, however long; `None` where one may.
     pub(crate) fn absent_from(&self, layout: &Layout) -> Option<String> {
         let message = &layout.message;

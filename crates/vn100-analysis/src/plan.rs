@@ -20,6 +20,9 @@ const SOLD_RATE_HZ: u32 = 40;
 /// The fastest line of the sensor.
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
+/// B, K and R of six axes are tested in one record.
+const SLOW_TERMS: usize = 18;
+
 /// Published practice leaves out between so much, in seconds; the maker states no figure.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 
@@ -41,6 +44,8 @@ pub enum Known {
     Within(f64),
     /// It is seen if it is so large, in SI units.
     AtLeast(f64),
+    /// Whether it lies above or below this limit is decided, in SI units.
+    AtMost(f64),
 }
 
 /// A text is no want, or one that no record meets.
@@ -48,7 +53,7 @@ pub enum Known {
 pub enum WantError {
     /// There is no sign between a figure and what follows.
     #[error(
-        "{0:?} is no want: a figure and how well it shall be known, as in \"gyro N ±5%\", or how small it shall be seen, as in \"gyro K >= 2e-7\""
+        "{0:?} is no want: a figure and how well it shall be known, as in \"gyro N ±5%\", how small it shall be seen, as in \"gyro K >= 2e-7\", or the limit it shall be judged by, as in \"accel B <= 0.04 mg\""
     )]
     Form(String),
     /// The figure is none.
@@ -57,7 +62,7 @@ pub enum WantError {
     /// The part behind `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
-    /// The part behind `>=` is no number above 0.
+    /// The part behind `>=` or `<=` is no number above 0.
     #[error("{0:?} is no number above 0, with a unit if it is not SI, as in \"2e-7\" or \"0.5 deg/h^1.5\"")]
     Number(String),
     /// The parameter is not stated in that unit.
@@ -89,11 +94,16 @@ impl FromStr for Want {
             within.map(|(_, percent)| share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into())));
         let percent = percent.transpose()?;
         let at_least = split_at([">=", "≥"]).filter(|_| within.is_none());
-        let figure = within.or(at_least).map_or(text, |(figure, _)| figure);
+        let at_most = split_at(["<=", "≤"]).filter(|_| within.or(at_least).is_none());
+        let figure = within.or(at_least).or(at_most).map_or(text, |(figure, _)| figure);
         let figure: NoiseFigure = figure.parse().map_err(|error| match begins_with_figure(figure) {
             true => WantError::Form(text.into()),
             false => WantError::NoiseFigure(error),
         })?;
+        if let Some((_, limit)) = at_most {
+            let known = Known::AtMost(in_si(limit.trim(), &figure)?);
+            return Ok(Self { figure, known });
+        }
         let known = match (figure.term, percent, at_least) {
             (Term::White | Term::BiasInstability, Some(relative), _) => Known::Within(relative),
             (Term::BiasInstability, None, None) => Known::Seen,
@@ -140,11 +150,12 @@ impl fmt::Display for Want {
         match self.known {
             Known::Seen => write!(f, "{}", self.figure),
             Known::Within(relative) => write!(f, "{} ±{} %", self.figure, in_percent(relative)),
-            Known::AtLeast(value) => {
+            Known::AtLeast(value) | Known::AtMost(value) => {
+                let sign = if matches!(self.known, Known::AtMost(_)) { "<=" } else { ">=" };
                 let unit = conventions(self.figure.sensor, self.figure.term).first().map_or("", |si| si.unit);
                 // rounded, without the zeros behind
                 let digits = format!("{value:.3e}").parse().unwrap_or(value);
-                write!(f, "{} >= {digits:e} {unit}", self.figure)
+                write!(f, "{} {sign} {digits:e} {unit}", self.figure)
             }
         }
     }
@@ -195,6 +206,9 @@ pub struct PlannedWant {
     pub without_bias_instability_s: Option<f64>,
     /// For a random walk: 20 √3 N/K, the rule of thumb, in seconds.
     pub by_rule_s: Option<f64>,
+    /// For a limit: the value that the sensor is taken to have, in SI units. Nearer to the limit it
+    /// takes longer.
+    pub taken_at: Option<f64>,
 }
 
 /// A measurement cannot be made so.
@@ -231,6 +245,9 @@ pub enum PlanningError {
 }
 
 impl Plan {
+    /// The share of records of the planned length that meet a want, all its axes together.
+    pub const MET_IN: f64 = 0.8;
+
     /// Plans a record that shows all of `wants`, of a sensor as `datasheet` has it.
     ///
     /// # Errors
@@ -263,12 +280,17 @@ impl Plan {
 impl PlannedWant {
     fn new(want: &Want, interval_s: f64, confidence: f64, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let term = want.figure.term;
+        let typical = datasheet.typical_noise(want.figure.sensor);
+        let quoted = typical.iter().find(|(quoted, _)| *quoted == term).map(|(_, value)| *value);
         let (aim, assumed) = match want.known {
             Known::Seen => (Aim::Found, None),
             Known::Within(half_width) => (Aim::HalfWidth(half_width), None),
             Known::AtLeast(value) => (Aim::Found, Some((term, value))),
+            Known::AtMost(limit) => {
+                let value = beside(limit, quoted);
+                (if value > limit { Aim::Above(limit) } else { Aim::Below(limit) }, Some((term, value)))
+            }
         };
-        let typical = datasheet.typical_noise(want.figure.sensor);
         let is_quoted = |term| typical.iter().any(|(quoted, _)| *quoted == term);
         let missing = match (is_quoted(Term::White), assumed.is_some() || is_quoted(term)) {
             (true, true) => None,
@@ -284,7 +306,10 @@ impl PlannedWant {
         }
         let truth: Vec<_> =
             typical.iter().copied().filter(|(named, _)| assumed.is_none() || *named != term).chain(assumed).collect();
-        let length = |truth: &[(Term, f64)]| Wanted { term, aim, truth }.record_s(interval_s, confidence);
+        let missed = 1.0 - Plan::MET_IN.powf(1.0 / f64::from(want.figure.axes()));
+        let length = |truth: &[(Term, f64)]| {
+            Wanted { term, aim, truth, missed, tests: SLOW_TERMS }.record_s(interval_s, confidence)
+        };
         let is_walk = term == Term::RateRandomWalk;
         let without: Vec<_> = truth.iter().copied().filter(|(term, _)| *term != Term::BiasInstability).collect();
         let white = typical.iter().find(|(term, _)| *term == Term::White).map(|(_, white)| *white);
@@ -297,8 +322,16 @@ impl PlannedWant {
                 .zip(assumed)
                 .filter(|_| is_walk)
                 .map(|(white, (_, walk))| visible_random_walk(white, 1.0) / walk),
+            taken_at: assumed.map(|(_, value)| value).filter(|_| matches!(want.known, Known::AtMost(_))),
         })
     }
+}
+
+/// What a sensor is taken to have that shall be judged by a `limit`: what is typical, but where that
+/// is not known, or so near that a verdict would take for ever, a fifth below the limit.
+fn beside(limit: f64, typical: Option<f64>) -> f64 {
+    const NEAREST: f64 = 0.2;
+    typical.filter(|typical| (typical / limit - 1.0).abs() > NEAREST).unwrap_or((1.0 - NEAREST) * limit)
 }
 
 /// The sensor's own settings where they fit: long averaging times do not need more lines.
@@ -352,6 +385,9 @@ mod tests {
             ("gyro B >= 5 deg/h", "gyro B >= 2.424e-5 rad/s"),
             ("accel B >= 0.04 mg", "accel B >= 3.923e-4 m/s^2"),
             ("mag N ±10%", "mag N ±10 %"),
+            ("accel B <= 0.04 mg", "accel B <= 3.923e-4 m/s^2"),
+            ("gyro N≤1e-4", "gyro N <= 1e-4 rad/s/sqrt(Hz)"),
+            ("gyro_z K <= 2e-7", "gyro_z K <= 2e-7 rad/s/sqrt(s)"),
         ] {
             let want: Want = text.parse().unwrap();
             assert_eq!(want.to_string(), printed, "{text}");

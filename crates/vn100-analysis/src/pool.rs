@@ -332,7 +332,7 @@ mod tests {
         let assessments: Vec<Assessment> = snapshots.iter().map(|snapshot| Assessment::new(snapshot, 0.95)).collect();
         let names = ["a", "b", "c", "d", "e", "f"];
         let records: Vec<ComparedRecord<'_>> = (snapshots.iter().zip(&assessments).zip(names))
-            .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment })
+            .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment, started_ns: None })
             .collect();
         Pool::of(&records, 0.95)
     }

@@ -36,6 +36,8 @@ pub enum Remedy {
     ExportKalibr,
     /// Fit the models for filters, which bound what is not estimated.
     FilterModels,
+    /// Say that the sensor was not switched off between two records.
+    SayStayedOn,
 }
 
 /// A setting of the sensor.
@@ -70,6 +72,7 @@ impl fmt::Display for Remedy {
             Self::Record => f.write_str("a recording"),
             Self::ExportKalibr => f.write_str("the export for Kalibr"),
             Self::FilterModels => f.write_str("the models for filters"),
+            Self::SayStayedOn => f.write_str("that it stayed on"),
         }
     }
 }

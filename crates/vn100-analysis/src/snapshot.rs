@@ -10,7 +10,7 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
-    accumulate::{magnitude::Magnitude, recent::Recent},
+    accumulate::{fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent},
     assessment::ChannelAssessment,
     averaging_times::MissingTime,
     warning::Warning,
@@ -60,6 +60,8 @@ pub struct Snapshot {
     pub magnitudes: Vec<Magnitude>,
     /// What was read from register 54 between the lines.
     pub register_channels: Vec<RegisterChannel>,
+    /// Which rows were measured.
+    pub fingerprint: Fingerprint,
     /// Limits of the result, the gravest first.
     pub warnings: Vec<Warning>,
     /// The last minutes, where they were asked for.

@@ -1,13 +1,13 @@
 //! What records of simulated sensors say: verdicts, comparisons, warnings, plans.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use imu_noise::{Claim, Grade, Sensor, Term, Verdict};
 use vn100_analysis::{
-    Analysis, Assessment, CaveatKind, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given, Goal, NoGrade,
-    Plan, PlanningError, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal, Want, WarningKind, WhyUnmet,
-    WindowFrom, not_passed,
+    Analysis, Assessment, CaveatKind, ChannelMeans, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given,
+    Goal, NoGrade, Plan, PlanningError, Recommendation, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal,
+    Untested, Want, WarningKind, WhyNone, WhyUnmet, WhyUse, WindowFrom, not_passed,
 };
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{
@@ -91,12 +91,26 @@ impl Simulated {
     }
 }
 
+/// As of one sensor that stayed on, each an hour behind the one before.
 fn compared(records: &[(Snapshot, Assessment)]) -> Comparison {
+    compared_as(records, |number| Some(number * 3_600_000_000_000), true)
+}
+
+fn compared_as(
+    records: &[(Snapshot, Assessment)],
+    started_ns: impl Fn(i64) -> Option<i64>,
+    stayed_on: bool,
+) -> Comparison {
     let names = ["first", "second", "third"];
-    let records: Vec<_> = (records.iter().zip(names))
-        .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment })
+    let records: Vec<_> = (records.iter().zip(names).zip(0..))
+        .map(|(((snapshot, assessment), name), number)| ComparedRecord {
+            name,
+            snapshot,
+            assessment,
+            started_ns: started_ns(number),
+        })
         .collect();
-    Comparison::of(&records, 0.95)
+    Comparison::of(&records, stayed_on, 0.95)
 }
 
 fn kinds(comparison: &Comparison) -> Vec<CaveatKind> {
@@ -170,25 +184,137 @@ fn means_spread_by_more_than_noise_where_a_bias_moved() {
     let (first, second) = (Simulated::default(), Simulated { seed: 3, level: shifted, ..Simulated::default() });
     let comparison = compared(&[first.record(), second.record()]);
     assert_eq!(comparison.means.len(), 9);
-    for means in &comparison.means {
-        let (spread, chance) = (means.spread.unwrap(), means.chance.unwrap());
-        assert_eq!(comparison.is_significant(chance), means.channel == "gyro_x", "{means:?}");
-        let apart = (means.means[0].mean - means.means[1].mean).abs();
-        assert!((spread.deviation * 2_f64.sqrt() / apart - 1.0).abs() < 1e-9 && !means.bias_removed, "{means:?}");
-        assert!(means.means.iter().all(|mean| mean.error.unwrap().edf >= 3.0 && mean.error.unwrap().tau_s > 10.0));
+    let mut least = f64::INFINITY;
+    for means in comparison.means.iter().filter(|means| means.quantity != Quantity::MagneticField) {
+        let (spread, [difference]) = (means.spread.unwrap(), &means.differences[..]) else { panic!("{means:?}") };
+        let test = difference.test.unwrap();
+        assert_eq!(comparison.is_significant(test.chance), means.channel == "gyro_x", "{means:?}");
+        assert_eq!(difference.difference, means.means[1].mean - means.means[0].mean);
+        assert!((spread.deviation * 2_f64.sqrt() / difference.difference.abs() - 1.0).abs() < 1e-9);
+        assert!(!means.bias_removed && spread.interval.is_none());
+        // of white noise alone std/√n, and √2 of it
+        let white = still_std(&means.channel) / 24_000_f64.sqrt();
+        for mean in &means.means {
+            let error = mean.error.unwrap();
+            assert!(error.standard_error > 0.97 * white && error.tau_s == 600.0, "{means:?}");
+            least = least.min(error.standard_error / white);
+        }
+        assert!(test.standard_error > 0.97 * 2_f64.sqrt() * white, "{means:?}");
     }
-    let of = |serial| Simulated { registers: vec![WINDOWS_OF_4, (3, serial)], ..Simulated::default() }.record();
-    let same = compared(&[of("0100011981"), of("0100011981")]);
+    // what a walk that the record does not show may do
+    assert!((1.0..3.5).contains(&least), "{least}");
+    // long averages of a field are the surroundings'
+    let field = comparison.means.iter().filter(|means| means.quantity == Quantity::MagneticField);
+    assert!(field.clone().all(|means| means.differences[0].test == Err(Untested::NoiseUnknown)));
+    assert_eq!(field.count(), 3);
+    let of = |serial, seed| {
+        Simulated { registers: vec![WINDOWS_OF_4, (3, serial)], samples: 2000, seed, ..Simulated::default() }.record()
+    };
+    let same = compared(&[of("0100011981", 1), of("0100011981", 2)]);
     assert_eq!(kinds(&same), []);
-    let other = compared(&[of("0100011981"), of("0100011982")]);
+    let other = compared(&[of("0100011981", 1), of("0100011982", 2)]);
     assert_eq!(kinds(&other), [CaveatKind::SeveralSensors]);
-    assert!(other.means.iter().all(|means| means.spread.is_none() && means.chance.is_none()));
+    assert!(other.means.iter().all(|means| means.spread.is_none()));
+    assert!(other.means.iter().all(|means| means.differences[0].test == Err(Untested::SeveralSensors)));
+    assert_eq!(other.recommended, Err(WhyNone::SeveralSensors));
+}
+
+/// In the unit of the channel.
+fn still_std(name: &str) -> f64 {
+    let channel = VNIMU.channels.iter().find(|channel| channel.name == name).unwrap();
+    channel.in_unit(still(channel).1)
+}
+
+#[test]
+fn a_difference_of_means_has_no_probability_where_nothing_bounds_what_lies_between() {
+    let short = |seed| Simulated { samples: 4000, seed, ..Simulated::default() }.record();
+    let records = [short(1), short(2)];
+    let tests = |comparison: &Comparison| comparison.means[3].differences[0].test.map(|_| ());
+    let unknown = compared_as(&records, |_| None, true);
+    assert_eq!((kinds(&unknown), tests(&unknown)), (vec![CaveatKind::StartUnknown], Err(Untested::StartUnknown)));
+    assert_eq!(unknown.caveats[0].records, [0, 1]);
+    let off = compared_as(&records, |number| Some(number << 40), false);
+    assert_eq!((kinds(&off), tests(&off)), (vec![CaveatKind::MayHaveBeenOff], Err(Untested::MayHaveBeenOff)));
+    let at_once = compared_as(&records, |_| Some(5), true);
+    assert_eq!((kinds(&at_once), tests(&at_once)), (vec![], Err(Untested::SameTime)));
+    let known = compared(&records);
+    assert_eq!((kinds(&known), tests(&known)), (vec![], Ok(())));
+    // the longer the time between, the further may flicker and walk have gone
+    let error = |between_ns: i64| {
+        let comparison = compared_as(&records, |number| Some(number * between_ns), true);
+        let of = |means: &ChannelMeans| means.differences[0].test.ok().map(|test| test.standard_error);
+        comparison.means.iter().filter_map(of).collect::<Vec<_>>()
+    };
+    let (near, far) = (error(100_000_000_000), error(100_000_000_000_000));
+    assert!(near.len() >= 5 && near.iter().zip(&far).all(|(near, far)| near <= far), "{near:?} {far:?}");
+    assert!(near.iter().zip(&far).any(|(near, far)| near < far), "{near:?} {far:?}");
+}
+
+#[test]
+fn records_of_the_same_samples_are_told_so_and_not_tested() {
+    let record = |samples, skip_s| {
+        let settings = Settings { rate_hz: Some(40.0), skip: Duration::from_secs(skip_s), ..Settings::default() };
+        Simulated { samples, settings, ..Simulated::default() }.record()
+    };
+    let same = compared(&[record(8000, 0), record(8000, 0)]);
+    assert_eq!(kinds(&same), [CaveatKind::SameSamples]);
+    let text = same.caveats[0].text.to_string();
+    assert!(text.contains("first and second hold the same samples: it is the same recording"), "{text}");
+    assert_eq!((same.octaves.len(), same.means[0].differences[0].test), (0, Err(Untested::SameSamples)));
+    assert!(same.rankings.iter().all(|ranking| ranking.tests.is_empty() && ranking.lead().is_none()));
+    let shared = same.same_samples[0];
+    assert_eq!((shared.records, shared.shared.of_first, shared.shared.of_second), ([0, 1], 1.0, 1.0));
+    assert_eq!(same.recommended, Ok(Recommendation { record: 0, why: WhyUse::LongestOfQuiet }));
+    // the second half of the first
+    let part = compared(&[record(8000, 0), record(8000, 100)]);
+    let text = part.caveats[0].text.to_string();
+    assert!(text.starts_with("second is a part of first: all its samples are in it"), "{text}");
+    let overlapping = Simulated { samples: 8000, settings: record_end(150), ..Simulated::default() }.record();
+    let overlap = compared(&[overlapping, record(8000, 100)]);
+    let text = overlap.caveats[0].text.to_string();
+    assert!(text.starts_with("first and second overlap: about 3") && text.contains("which are 50 %"), "{text}");
+    let others = compared(&[record(8000, 0), Simulated { samples: 8000, seed: 2, ..Simulated::default() }.record()]);
+    assert!(others.same_samples.is_empty() && !others.octaves.is_empty());
+}
+
+fn record_end(duration_s: u64) -> Settings {
+    let duration = Some(Duration::from_secs(duration_s));
+    Settings { rate_hz: Some(40.0), duration, ..Settings::default() }
+}
+
+#[test]
+fn the_record_to_use_is_undisturbed_quiet_and_long() {
+    let quiet = |seed, samples| Simulated { seed, samples, ..Simulated::default() }.record();
+    let louder = Simulated { level: LOUDER, seed: 9, ..Simulated::default() }.record();
+    let stepped: fn(&Channel, u64) -> f64 =
+        |channel, sample| if channel.name == "gyro_z" && sample >= 12_000 { 3000.0 } else { 0.0 };
+    let disturbed = |seed| Simulated { added: stepped, seed, ..Simulated::default() }.record();
+    let recommended = |records: &[(Snapshot, Assessment)]| compared(records).recommended;
+    let used = |record, why| Ok(Recommendation { record, why });
+    assert_eq!(recommended(&[disturbed(1), louder.clone()]), used(1, WhyUse::OnlyUndisturbed));
+    assert_eq!(recommended(&[disturbed(1), disturbed(2)]), Err(WhyNone::AllDisturbed));
+    assert_eq!(recommended(&[louder, quiet(2, 8000)]), used(1, WhyUse::Quietest));
+    assert_eq!(recommended(&[quiet(2, 8000), quiet(3, 24_000)]), used(1, WhyUse::LongestOfQuiet));
+    let [a, b] = [quiet(2, 8000), quiet(3, 8000)];
+    let size = |(_, assessment): &(Snapshot, Assessment)| -> f64 {
+        let white = |sensor: Sensor| -> f64 {
+            let of = |noise: &vn100_analysis::ChannelNoise| noise.parameter(Term::White).unwrap().value.unwrap();
+            let noise = assessment.channels.iter().filter_map(|channel| channel.noise.as_ref());
+            noise.filter(|noise| noise.sensor == sensor).map(|noise| of(noise).powi(2)).sum()
+        };
+        [Sensor::Gyroscope, Sensor::Accelerometer, Sensor::Magnetometer].map(white).iter().product()
+    };
+    let smaller = usize::from(size(&b) < size(&a));
+    assert_eq!(recommended(&[a, b]), used(smaller, WhyUse::SmallestOfQuiet));
+    assert_eq!(recommended(&[quiet(2, 3), quiet(3, 3)]), Err(WhyNone::NotRanked));
 }
 
 #[test]
 fn what_stands_between_two_records_is_a_caveat() {
     let at = |rate_hz| Settings { rate_hz: Some(rate_hz), ..Settings::default() };
-    let kinds_of = |first: Simulated, second: Simulated| kinds(&compared(&[first.record(), second.record()]));
+    let kinds_of = |first: Simulated, second: Simulated| {
+        kinds(&compared(&[first.record(), Simulated { seed: 2, ..second }.record()]))
+    };
     let short = || Simulated { samples: 2000, ..Simulated::default() };
     assert_eq!(kinds_of(short(), Simulated { samples: 0, ..short() }), [CaveatKind::NoSamples]);
     let assumed = Simulated { settings: Settings::default(), ..short() };
@@ -559,12 +685,12 @@ fn a_goal_is_met_by_every_axis_meant_or_says_how_far_each_is() {
 
 #[test]
 fn records_at_rates_that_fold_differently_are_not_ranked_as_they_are() {
-    let at = |rate_hz: f64| {
+    let at = |rate_hz: f64, seed| {
         let settings = Settings { rate_hz: Some(rate_hz), ..Settings::default() };
-        Simulated { settings, ..Simulated::default() }.record()
+        Simulated { settings, seed, ..Simulated::default() }.record()
     };
     let folds_alike = |a: f64, b: f64| {
-        let comparison = compared(&[at(a), at(b)]);
+        let comparison = compared(&[at(a, 1), at(b, 2)]);
         comparison.rankings.iter().find(|ranking| ranking.quantity == Quantity::AngularRate).unwrap().folds_alike
     };
     assert!(folds_alike(40.0, 40.0));

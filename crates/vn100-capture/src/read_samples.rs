@@ -41,6 +41,13 @@ pub struct End {
     pub csv: Option<CsvReport>,
 }
 
+/// Batches of one line that may wait: as many lines as a read brings.
+const WAITING_LINES: usize = 256;
+
+fn waiting(options: &ReadOptions) -> usize {
+    if options.line_by_line { WAITING_LINES } else { WAITING_BATCHES }
+}
+
 /// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
 /// chunk, then one [`Event::End`].
 ///
@@ -54,7 +61,7 @@ pub struct End {
 /// Outside a tokio runtime.
 #[must_use]
 pub fn read_samples(source: impl Source, options: ReadOptions, stop: CancellationToken) -> mpsc::Receiver<Event> {
-    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
+    let (events, inbox) = mpsc::channel(waiting(&options));
     // ends with the source, with `stop`, or when the inbox is dropped
     tokio::spawn(read(source, options, events, stop));
     inbox

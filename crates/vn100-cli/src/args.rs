@@ -235,7 +235,8 @@ pub(crate) struct LogArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
     /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >=
-    /// 0.02 mg"; a table of the usual wants unless given
+    /// 0.02 mg", or a limit on which the verdict shall be decided, as in "accel B <= 0.04 mg"; a
+    /// table of the usual wants unless given
     #[arg(long, value_name = "WANT")]
     pub(crate) want: Vec<Want>,
 

@@ -4,10 +4,10 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use vn100_analysis::{Chance, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
 use vn100_report::{
     ComparisonDocument, Completion, Measured,
-    names::{folding, names_of},
+    names::{folding, names_of, recommendation, untested},
     numbers::plain::{counted, four_digits, short},
     printable, record_letter,
     units::tests_by_channel,
@@ -31,7 +31,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         Ok(())
     })?;
     let records: Vec<_> = all.iter().map(Measured::compared).collect();
-    let comparison = Comparison::of(&records, args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
+    let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
+    let comparison = Comparison::of(&records, args.stayed_on, confidence);
     if args.json {
         print_json(&ComparisonDocument::new(&all, &comparison, remedy_words))?;
     } else {
@@ -62,6 +63,7 @@ fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison)
         let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text.in_words(remedy_words)));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
+    writeln!(out, "{}", fill(&recommendation(comparison.recommended), "", "  "))?;
     for ranking in &comparison.rankings {
         write_ranking(out, ranking, comparison)?;
     }
@@ -179,11 +181,10 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
         return Ok(());
     }
     writeln!(out, "\nmeans, each with its standard error, and how far they lie apart")?;
-    let legend = "The standard error is the deviation at the longest tau that is known, not std/sqrt(n): noise of low frequency does not average out. \
-                  The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not moved between them; its \
-                  interval is chi-squared with one degree of freedom less than there are records; what flickers or walks more slowly than a record \
-                  lasts is in it. p: that noise within the records alone spreads \
-                  them so far, Holm's correction for all channels.";
+    let legend = "The standard error is that under the N, B and K of the record: what repeating it at once would show. A difference is tested \
+                  under those of both records and the time between them; p: that noise alone takes two means so far apart, Holm's correction for \
+                  all channels. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not moved \
+                  between them; its interval is chi-squared with one degree of freedom less than there are records.";
     writeln!(out, "{}", fill(legend, "", ""))?;
     for channel in &comparison.means {
         let group = if channel.bias_removed { ", bias taken out by the sensor" } else { "" };
@@ -198,26 +199,51 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
                         error.standard_error
                     )
                 }
-                None => format!("{} {} (too short)", record_letter(mean.record), four_digits(mean.mean)),
+                None => format!("{} {}", record_letter(mean.record), four_digits(mean.mean)),
             })
             .collect();
         writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
-        if let Some((spread, at_chance)) = channel.spread.zip(channel.chance) {
-            let verdict = if comparison.is_significant(at_chance) { "beyond that" } else { "not beyond that" };
-            let text = format!(
-                "spread {} ({} to {}); noise alone {:.1e}: {verdict} ({})",
-                four_digits(spread.deviation),
-                four_digits(spread.interval.lower),
-                four_digits(spread.interval.upper),
-                spread.from_noise,
-                chance(at_chance)
-            );
-            writeln!(out, "{}", fill(&text, "  ", "  "))?;
+        write_differences(out, channel, comparison)?;
+        if let Some(spread) = channel.spread.filter(|_| channel.means.len() > 2) {
+            let interval = spread.interval.map_or_else(String::new, |interval| {
+                format!(" ({} to {})", four_digits(interval.lower), four_digits(interval.upper))
+            });
+            writeln!(out, "  spread {}{interval}", four_digits(spread.deviation))?;
         }
     }
     if comparison.means.iter().any(|channel| channel.bias_removed) {
         let text = "The spread of a gyro whose bias is taken out is that of a filter's remainder, not of the sensor's bias; VNIMU carries that.";
         writeln!(out, "{}", fill(text, "", ""))?;
+    }
+    Ok(())
+}
+
+/// Of two records theirs; of more those that are beyond noise.
+fn write_differences(out: &mut String, channel: &ChannelMeans, comparison: &Comparison) -> fmt::Result {
+    for difference in &channel.differences {
+        let [first, second] = difference.records.map(record_letter);
+        let differs = difference.test.is_ok_and(|test| comparison.is_significant(test.chance));
+        if channel.means.len() > 2 && !differs {
+            continue;
+        }
+        let text = match difference.test {
+            Ok(test) => {
+                let verdict = if differs { "beyond noise" } else { "as noise alone makes it" };
+                let (apart, error) = (signed(difference.difference, test.standard_error), test.standard_error);
+                format!("{second} - {first} {apart} ± {error:.1e}: {verdict} ({})", chance(test.chance))
+            }
+            Err(why) => {
+                format!("{second} - {first} {}, without p: {}", four_digits(difference.difference), untested(why))
+            }
+        };
+        writeln!(out, "{}", fill(&text, "  ", "  "))?;
+    }
+    let tested = channel.differences.iter().filter_map(|difference| difference.test.ok());
+    let (tested, differing) = tested.fold((0, 0), |(tested, differing), test| {
+        (tested + 1, differing + u64::from(comparison.is_significant(test.chance)))
+    });
+    if channel.means.len() > 2 && tested > 0 {
+        writeln!(out, "  {differing} of {} beyond noise", counted(tested, "difference"))?;
     }
     Ok(())
 }

@@ -153,6 +153,7 @@ pub(crate) fn remedy_words(remedy: &Remedy) -> String {
         Remedy::Record => "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml".into(),
         Remedy::ExportKalibr => "--export kalibr".into(),
         Remedy::FilterModels => "--filter-models".into(),
+        Remedy::SayStayedOn => "`vn100 compare --stayed-on`".into(),
         // one that is new there has no option here yet
         other => other.to_string(),
     }
@@ -189,6 +190,7 @@ mod tests {
             ("", Remedy::Record, ""),
             ("report x -o y", Remedy::ExportKalibr, ""),
             ("report x -o y", Remedy::FilterModels, ""),
+            ("", Remedy::SayStayedOn, " x y"),
         ] {
             let words = remedy_words(&remedy).replace('`', "");
             let line = format!("vn100 {before} {}{after}", words.trim_start_matches("vn100 "));

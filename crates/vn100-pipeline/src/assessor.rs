@@ -45,27 +45,21 @@ impl Assessor {
 }
 
 /// Looks whether goals are met or out of reach: at every second of data time at first, later
-/// whenever the record has grown by a twentieth. The very snapshot is assessed each time, so that
-/// where the measurement ends depends on the samples alone.
+/// whenever the record has grown by a twentieth. The very samples are looked at each time, so that
+/// where the measurement ends depends on them alone.
 #[derive(Debug, Default)]
 pub(crate) struct GoalCheck {
     next_second: u64,
 }
 
 impl GoalCheck {
-    pub(crate) fn is_decided(&mut self, analysis: &Analysis, assessor: &Assessor) -> bool {
-        let goals = &analysis.settings().until;
+    pub(crate) fn is_decided(&mut self, analysis: &Analysis) -> bool {
         let second = analysis.seconds();
-        if goals.is_empty() || second < self.next_second {
+        if analysis.settings().until.is_empty() || second < self.next_second {
             return false;
         }
         self.next_second = second + second.div_ceil(20).max(1);
-        let snapshot = analysis.snapshot();
-        if goals.iter().any(|goal| goal.out_of_reach(&snapshot).is_some()) {
-            return true;
-        }
-        let assessment = assessor.exact(&snapshot);
-        goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+        analysis.goals_are_decided()
     }
 }
 
@@ -95,12 +89,12 @@ mod tests {
     #[test]
     fn goals_are_looked_at_every_second_and_later_every_twentieth() {
         let (mut analysis, mut state) = (analysis(Some("gyro N ±0.0001%")), 1);
-        let (mut goals, assessor) = (GoalCheck::default(), Assessor::new(0.95));
+        let mut goals = GoalCheck::default();
         let mut looked = Vec::new();
         for second in 1..=48 {
             add_second(&mut analysis, &mut state);
             let before = goals.next_second;
-            assert!(!goals.is_decided(&analysis, &assessor));
+            assert!(!goals.is_decided(&analysis));
             looked.extend((goals.next_second != before).then_some(second));
         }
         let expected: Vec<_> = (1..=20).chain([21, 23, 25, 27, 29, 31, 33, 35, 37, 39, 41, 44, 47]).collect();
@@ -115,8 +109,8 @@ mod tests {
         for second in 1..=400 {
             add_second(&mut wanted, &mut state);
             add_second(&mut goalless, &mut state);
-            assert!(!GoalCheck::default().is_decided(&goalless, &assessor));
-            if goals.is_decided(&wanted, &assessor) {
+            assert!(!GoalCheck::default().is_decided(&goalless));
+            if goals.is_decided(&wanted) {
                 decided_at = Some(second);
                 break;
             }

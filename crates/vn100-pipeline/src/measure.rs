@@ -5,9 +5,10 @@
 //!             commands --8--/   \--4 states--> every second, if asked
 //! ```
 //!
-//! Every channel is bounded. The loop takes events as fast as it can, or as fast as a paced replay
-//! says; it waits for none but the receiver of the states of every second, and these are only for
-//! captures, which can wait. Who looks at the state sees the latest one and misses those between.
+//! Every channel is bounded; of batches of one line 256 may wait. The loop takes events as fast as
+//! it can, or as fast as a paced replay says; it waits for none but the receiver of the states of
+//! every second, and these are only for captures, which can wait. Who looks at the state sees the
+//! latest one and misses those between.
 
 use std::{
     future, io,
@@ -29,7 +30,7 @@ use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
 
 use crate::{
-    assessor::{Assessor, GoalCheck},
+    assessor::GoalCheck,
     command::{Command, CommandRefusal},
     end_reason::EndReason,
     excluded::Excluded,
@@ -118,7 +119,6 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     let mut source = Measuring {
         rate_hz: settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ),
         analysis: Analysis::new(settings),
-        assessor: channels.state.borrow().assessor.clone(),
         goals: GoalCheck::default(),
         excluded,
         pace: None,
@@ -217,7 +217,6 @@ fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
 
 struct Measuring {
     analysis: Analysis,
-    assessor: Assessor,
     goals: GoalCheck,
     excluded: Excluded,
     pace: Option<Pace>,
@@ -267,7 +266,7 @@ impl Measuring {
         self.has_changed = true;
         if self.analysis.is_complete() {
             self.end = Some((EndReason::DurationReached, None));
-        } else if self.goals.is_decided(&self.analysis, &self.assessor) {
+        } else if self.goals.is_decided(&self.analysis) {
             self.end = Some((EndReason::GoalsDecided, None));
         } else if let Some(seconds) = &channels.seconds
             && self.analysis.seconds() > self.seconds

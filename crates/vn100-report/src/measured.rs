@@ -106,7 +106,12 @@ impl Measured {
     /// What is compared with other records.
     #[must_use]
     pub fn compared(&self) -> ComparedRecord<'_> {
-        ComparedRecord { name: &self.facts.name, snapshot: &self.snapshot, assessment: &self.assessment }
+        ComparedRecord {
+            name: &self.facts.name,
+            snapshot: &self.snapshot,
+            assessment: &self.assessment,
+            started_ns: self.facts.recording.as_ref().and_then(|recording| recording.started_ns),
+        }
     }
 
     /// A result cut short says so, though an interrupt ends like the end of the data.

@@ -3,7 +3,8 @@
 use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::protocol::{Quantity, Tally};
 use vn100_analysis::{
-    Aliasing, ChannelNoise, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, StreamUnknown, WhiteBudget, WindowFrom,
+    Aliasing, ChannelNoise, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, Recommendation, StreamUnknown,
+    Untested, WhiteBudget, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
@@ -263,6 +264,45 @@ pub(crate) fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, 
     let all = conventions(sensor, term);
     let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
     convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
+}
+
+/// Which record is the one to use, and why, in a sentence without its end.
+#[must_use]
+pub fn recommendation(recommended: Result<Recommendation, WhyNone>) -> String {
+    match recommended {
+        Ok(Recommendation { record, why }) => {
+            let why = match why {
+                WhyUse::OnlyUndisturbed => "the only undisturbed one",
+                WhyUse::Quietest => "undisturbed, and quieter than every other such one beyond chance",
+                WhyUse::LongestOfQuiet => "undisturbed, the longest, and no other such one is quieter beyond chance",
+                WhyUse::SmallestOfQuiet => {
+                    "undisturbed; no other such one is longer, or quieter beyond chance, and its N is the smallest"
+                }
+            };
+            format!("use {}: {why}", record_letter(record))
+        }
+        Err(why) => {
+            let why = match why {
+                WhyNone::SeveralSensors => "they are of several sensors",
+                WhyNone::AllDisturbed => "each is disturbed, or holds nothing",
+                WhyNone::NotRanked => "no undisturbed one has an N on every axis",
+            };
+            format!("none is named the one to use: {why}")
+        }
+    }
+}
+
+/// Why nothing says whether noise makes two means differ.
+#[must_use]
+pub fn untested(why: Untested) -> &'static str {
+    match why {
+        Untested::SeveralSensors => "of several sensors",
+        Untested::SameSamples => "the same samples",
+        Untested::StartUnknown => "the time between is not known",
+        Untested::MayHaveBeenOff => "the sensor may have been off between",
+        Untested::SameTime => "made at the same time",
+        Untested::NoiseUnknown => "B and K are not known",
+    }
 }
 
 /// Why none is the quietest where white noise does not fold alike.

@@ -10,19 +10,15 @@ use super::confidence::Interval;
 /// `None` where one of the four is not positive and finite.
 #[must_use]
 pub fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
-    let (below, above) = tails(a, b)?;
-    Some((2.0 * below.min(above)).min(1.0))
-}
-
-/// P(F < ratio) and P(F > ratio).
-fn tails((variance_a, edf_a): (f64, f64), (variance_b, edf_b): (f64, f64)) -> Option<(f64, f64)> {
+    let ((variance_a, edf_a), (variance_b, edf_b)) = (a, b);
     let usable = [variance_a, edf_a, variance_b, edf_b].iter().all(|value| value.is_finite() && *value > 0.0);
     let distribution = FisherSnedecor::new(edf_a, edf_b).ok().filter(|_| usable)?;
     let ratio = variance_a / variance_b;
-    match nearly_normal(ratio, edf_a, edf_b).zip(Normal::new(0.0, 1.0).ok()) {
-        Some((z, normal)) => Some((normal.cdf(z), normal.sf(z))),
-        None => Some((distribution.cdf(ratio), distribution.sf(ratio))),
-    }
+    let (below, above) = match nearly_normal(ratio, edf_a, edf_b).zip(Normal::new(0.0, 1.0).ok()) {
+        Some((z, normal)) => (normal.cdf(z), normal.sf(z)),
+        None => (distribution.cdf(ratio), distribution.sf(ratio)),
+    };
+    Some((2.0 * below.min(above)).min(1.0))
 }
 
 /// The ratio as a standard normal value (Paulson, 1942), good to 10⁻⁶ for so many degrees of
@@ -91,36 +87,27 @@ impl VarianceEstimate {
 /// How far the means of several records lie apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Standard deviation of the means, with n - 1, and its interval.
+    /// Standard deviation of the means, with n - 1.
     pub deviation: f64,
-    /// See [`Interval`]; `edf` is n - 1.
-    pub interval: Interval,
-    /// What noise within the records alone would spread them by.
-    pub from_noise: f64,
-    /// Probability of a spread at least as wide from that noise alone (one-sided F-test).
-    pub p: f64,
+    /// Its interval with n - 1 degrees of freedom; `None` for two means, which span a factor of
+    /// seventy at 95 %.
+    pub interval: Option<Interval>,
 }
 
 impl Spread {
-    /// Of `means`, each with the square of its standard error. The interval is that of a normally
-    /// distributed value seen n times, χ² with n - 1 degrees of freedom: from two records it spans
-    /// a factor of seventy at 95 %. `None` for fewer than two, and where one is no number.
+    /// Of `means`. The interval is that of a normally distributed value seen n times (χ²). `None` for
+    /// fewer than two, and where one is no number.
     #[must_use]
-    pub fn of(means: &[(f64, VarianceEstimate)], confidence: f64) -> Option<Self> {
+    pub fn of(means: &[f64], confidence: f64) -> Option<Self> {
         if means.len() < 2 {
             return None;
         }
         let count = means.len() as f64;
-        let mean = means.iter().map(|(mean, _)| mean).sum::<f64>() / count;
-        let variance = means.iter().map(|(value, _)| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let noise = VarianceEstimate::sum(means.iter().map(|(_, error)| (1.0 / count, *error)))?;
-        let p = if variance > 0.0 { tails((variance, count - 1.0), (noise.variance, noise.edf))?.1 } else { 1.0 };
-        Some(Self {
-            deviation: variance.sqrt(),
-            interval: Interval::new(variance, count - 1.0, confidence)?,
-            from_noise: noise.variance.sqrt(),
-            p,
-        })
+        let mean = means.iter().sum::<f64>() / count;
+        let variance = means.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let dof = count - 1.0;
+        let interval = (dof >= 2.0).then(|| Interval::new(variance, dof, confidence)).flatten();
+        variance.is_finite().then_some(Self { deviation: variance.sqrt(), interval })
     }
 }
 
@@ -227,29 +214,16 @@ mod tests {
         assert_eq!(VarianceEstimate::sum([]), None);
     }
 
-    /// From SciPy 1.17.1: `chi2.ppf([.975, .025], 2)`, `f.sf(7/3 / 0.5, 2, 60)` and
-    /// `f.sf(7/3 / 1.5, 2, 60)`.
+    /// From SciPy 1.17.1: `chi2.ppf([.975, .025], 2)`.
     #[test]
-    fn a_spread_has_the_interval_and_the_probability_of_the_reference() {
-        let of = |variance| {
-            let error = VarianceEstimate { variance, edf: 20.0 };
-            Spread::of(&[(1.0, error), (2.0, error), (4.0, error)], 0.95).unwrap()
-        };
-        let spread = of(0.5);
+    fn a_spread_has_the_interval_of_the_reference() {
+        let spread = Spread::of(&[1.0, 2.0, 4.0], 0.95).unwrap();
         assert!(near(spread.deviation.powi(2), 7.0 / 3.0, 1e-12));
-        assert!(near(spread.interval.lower, 0.795_318_64, 1e-7), "{spread:?}");
-        assert!(near(spread.interval.upper, 9.600_090_82, 1e-7), "{spread:?}");
-        assert!(near(spread.from_noise, 0.5_f64.sqrt(), 1e-12));
-        assert!(near(spread.p, 0.013_069_985_453_265_116, 1e-9), "{spread:?}");
-        assert!(near(of(1.5).p, 0.219_463_713_411_927_7, 1e-9));
-    }
-
-    #[test]
-    fn one_record_has_no_spread_and_equal_ones_none_beyond_noise() {
-        let error = VarianceEstimate { variance: 1.0, edf: 9.0 };
-        assert_eq!(Spread::of(&[(1.0, error)], 0.95), None);
-        assert_eq!(Spread::of(&[(1.0, error), (f64::NAN, error)], 0.95), None);
-        let equal = Spread::of(&[(1.0, error), (1.0, error)], 0.95).unwrap();
-        assert_eq!((equal.deviation, equal.p), (0.0, 1.0));
+        let interval = spread.interval.unwrap();
+        assert!(near(interval.lower, 0.795_318_64, 1e-7), "{spread:?}");
+        assert!(near(interval.upper, 9.600_090_82, 1e-7), "{spread:?}");
+        assert_eq!(Spread::of(&[1.0], 0.95), None);
+        assert_eq!(Spread::of(&[1.0, f64::NAN], 0.95), None);
+        assert_eq!(Spread::of(&[1.0, 1.0], 0.95), Some(Spread { deviation: 0.0, interval: None }));
     }
 }

@@ -5,6 +5,7 @@ mod curve_reading;
 mod fit;
 mod gauss_markov;
 mod joint;
+mod least_half_width;
 mod least_squares;
 mod model;
 mod parameter;
@@ -22,6 +23,7 @@ pub use curve_reading::{
 pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
+pub use least_half_width::least_half_width;
 pub(crate) use least_squares::non_negative;
 use model::{Model, Slope};
 pub use parameter::{Parameter, Status, Term, Terms};

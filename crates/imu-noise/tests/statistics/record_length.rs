@@ -27,7 +27,7 @@ impl Noise {
     }
 
     fn record_s(&self, term: Term, aim: Aim) -> f64 {
-        Wanted { term, aim, truth: &self.truth() }.record_s(INTERVAL_S, 0.95).unwrap()
+        Wanted { term, aim, truth: &self.truth(), missed: 0.2, tests: 1 }.record_s(INTERVAL_S, 0.95).unwrap()
     }
 
     /// What `records` of that length say of `term`.
@@ -84,7 +84,9 @@ fn white_noise_is_known_as_well_as_planned() {
         assert!(widths.len() >= 58, "{} of 60", widths.len());
         widths.sort_by(f64::total_cmp);
         let median = widths[widths.len() / 2];
-        assert!((0.8 * half_width..1.1 * half_width).contains(&median), "{duration_s} s: {median}, not {half_width}");
+        assert!((0.75 * half_width..half_width).contains(&median), "{duration_s} s: {median}, not {half_width}");
+        let met = widths.iter().filter(|width| **width <= half_width).count() as f64 / 60.0;
+        assert!(met >= 0.65, "{duration_s} s: {met}");
     }
 }
 
@@ -105,39 +107,46 @@ fn white_noise_of_planned_records_is_as_near_the_truth_as_planned() {
     assert!(near(duration_s / 4.0, 6) < 170, "a quarter of it is not enough");
 }
 
-/// Of 100 records about nine in ten, with a standard deviation of three.
+/// Of 100 records four in five, with a standard deviation of four.
 #[test]
-fn flicker_noise_is_found_in_nine_of_ten_records() {
+fn flicker_noise_is_found_in_four_of_five_records() {
     let noise = Noise { flicker: 0.06, step: 0.0 };
     let duration_s = noise.record_s(Term::BiasInstability, Aim::Found);
     let share = found(&noise.simulated(Term::BiasInstability, duration_s, 100, 2));
-    assert!((0.78..=0.98).contains(&share), "{duration_s} s: {share}");
+    assert!((0.68..=0.95).contains(&share), "{duration_s} s: {share}");
     let share = found(&noise.simulated(Term::BiasInstability, duration_s / 3.0, 100, 3));
     assert!(share < 0.6, "a third of it: {share}");
 }
 
 #[test]
-fn a_random_walk_is_found_in_nine_of_ten_records_later_than_by_the_rule() {
+fn a_random_walk_is_found_in_four_of_five_records_later_than_by_the_rule() {
     let noise = Noise { flicker: 0.0, step: 2e-3 };
     let duration_s = noise.record_s(Term::RateRandomWalk, Aim::Found);
     let rule_s = visible_random_walk(INTERVAL_S.sqrt(), 1.0) / (2e-3 / INTERVAL_S.sqrt());
     assert!((1.0..4.0).contains(&(duration_s / rule_s)), "{duration_s} s, by the rule {rule_s} s");
     let share = found(&noise.simulated(Term::RateRandomWalk, duration_s, 100, 4));
-    assert!((0.78..=0.98).contains(&share), "{duration_s} s: {share}");
+    assert!((0.68..=0.95).contains(&share), "{duration_s} s: {share}");
 }
 
 #[test]
-fn the_smallest_walk_of_a_length_is_the_one_planned_for_that_length() {
+fn the_smallest_walk_of_a_length_is_the_one_first_found_at_that_length() {
     for flicker in [0.0, 0.2] {
         let noise = Noise { flicker, step: 2e-3 };
-        let samples = (noise.record_s(Term::RateRandomWalk, Aim::Found) / INTERVAL_S) as u64;
-        let shape =
-            RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan };
-        let truth = noise.truth();
+        let (mut samples, truth) = (1 << 12, noise.truth());
+        let shape = |samples| RecordShape {
+            samples,
+            interval_s: INTERVAL_S,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+        };
+        let model = |samples| NoiseModel::new(&shape(samples).octaves(), &shape(samples), Terms::RATE, None);
+        while !model(samples).is_found(&truth, Term::RateRandomWalk) {
+            samples += samples / 64;
+        }
         let (walk, others) = truth.split_last().unwrap();
-        let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
+        let model = model(samples);
         let least = model.least_found(others, Term::RateRandomWalk).unwrap();
-        assert!((0.9..1.06).contains(&(least / walk.1)), "{least}, planned for {}", walk.1);
+        assert!((0.9..1.06).contains(&(least / walk.1)), "{least}, found {}", walk.1);
         assert_eq!(model.least_found(others, Term::Quantization), None);
     }
 }
@@ -148,6 +157,7 @@ fn flicker_noise_hides_a_walk_and_what_is_not_there_is_never_found() {
     let hidden = Noise { flicker: 0.2, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
     assert!(hidden > 3.0 * alone, "{alone} s alone, {hidden} s hidden");
     let truth = [(Term::White, 1.0)];
-    let absent = Wanted { term: Term::BiasInstability, aim: Aim::Found, truth: &truth };
-    assert_eq!(absent.record_s(INTERVAL_S, 0.95), None);
+    let absent = |aim| Wanted { term: Term::BiasInstability, aim, truth: &truth, missed: 0.2, tests: 1 };
+    assert_eq!(absent(Aim::Found).record_s(INTERVAL_S, 0.95), None);
+    assert!(absent(Aim::Above(1e-9)).record_s(INTERVAL_S, 0.95).is_none());
 }

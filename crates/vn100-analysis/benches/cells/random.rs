@@ -1,6 +1,7 @@
 //! Random numbers: xoshiro256++ (Blackman and Vigna, 2021), seeded by SplitMix64.
 
 /// Independent for every record of every cell.
+#[derive(Clone)]
 pub(crate) struct Random {
     state: [u64; 4],
     spare: Option<f64>,

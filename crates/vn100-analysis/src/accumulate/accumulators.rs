@@ -1,19 +1,26 @@
 //! The sums of all channels, and the rows that come again.
 
-use std::sync::Arc;
+use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
 use vn100_protocol::{Layout, PrintFormat};
 
 use super::{
-    channel_state::ChannelState, magnitude::Magnitude, quaternion::QuaternionSign, recent::Recent, repeats::Repeats,
+    channel_state::ChannelState,
+    fingerprint::Fingerprint,
+    magnitude::Magnitude,
+    quaternion::QuaternionSign,
+    recent::Recent,
+    repeats::{self, Repeats},
 };
-use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings};
+use crate::{
+    averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings,
+};
 
 /// Rows of so many channels never repeat while a sensor works; a few coarse ones do by chance.
 const MIN_CHANNELS_OF_REPEATS: usize = 9;
 
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
@@ -25,9 +32,27 @@ pub(crate) struct Accumulators {
     /// Samples of one channel, for reuse.
     column: Vec<i32>,
     repeats: Repeats,
+    pub(super) fingerprint: Fingerprint,
     printed: Option<PrintFormat>,
     coarsest: PrintFormat,
     print_changes: u64,
+    /// Rows that came few at a time and are not in the sums yet: adding one alone costs as much as
+    /// many together. Every reading is of [`settled`](Self::settled) sums.
+    held: Vec<i32>,
+    held_rows: Rows,
+    /// Not where the whole record is kept: it would be copied for each reading.
+    holds_rows: bool,
+}
+
+/// Rows are added so many at a time.
+const HELD_ROWS: usize = 64;
+
+/// Where rows stand, and how they are kept for a screen.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Rows {
+    first_index: u64,
+    rate_hz: f64,
+    keep_recent: bool,
 }
 
 impl Accumulators {
@@ -37,7 +62,9 @@ impl Accumulators {
         self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
         self.magnitudes = Magnitude::all(&layout);
         self.quaternion = QuaternionSign::of(&layout);
-        self.repeats = Repeats::default();
+        (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
+        self.held.clear();
+        self.holds_rows = settings.averaging_times == AveragingTimes::Octave;
         self.layout = Some(layout);
     }
 
@@ -48,16 +75,60 @@ impl Accumulators {
 
     /// Frame-major rows without a gap between them, the first with this absolute index.
     pub(crate) fn push(&mut self, counts: &[i32], first_index: u64, rate_hz: f64, keep_recent: bool) {
+        let rows = Rows { first_index, rate_hz, keep_recent };
         let width = self.width();
+        let is_next = |held: &Rows, many: usize| Rows { first_index: held.first_index + many as u64, ..*held } == rows;
+        if !self.held.is_empty() && !is_next(&self.held_rows, self.held.len() / width) {
+            self.settle();
+        }
+        if self.held.is_empty() {
+            if counts.len() >= HELD_ROWS * width || !self.holds_rows {
+                self.add(counts, rows);
+                return;
+            }
+            self.held_rows = rows;
+        }
+        self.held.extend_from_slice(counts);
+        if self.held.len() >= HELD_ROWS * width {
+            self.settle();
+        }
+    }
+
+    /// Adds the rows that are held.
+    fn settle(&mut self) {
+        let mut held = mem::take(&mut self.held);
+        if !held.is_empty() {
+            self.add(&held, self.held_rows);
+            held.clear();
+        }
+        self.held = held;
+    }
+
+    /// The sums with the rows that are held.
+    pub(crate) fn settled(&self) -> Cow<'_, Self> {
+        if self.held.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut settled = self.clone();
+        settled.settle();
+        Cow::Owned(settled)
+    }
+
+    fn add(&mut self, counts: &[i32], Rows { first_index, rate_hz, keep_recent }: Rows) {
+        let width = self.width();
+        for row in counts.chunks_exact(width) {
+            let hash = repeats::hash(row);
+            self.fingerprint.push(hash);
+            if width >= MIN_CHANNELS_OF_REPEATS {
+                self.repeats.push(hash);
+            }
+        }
         let counts = match &mut self.quaternion {
             Some(quaternion) => quaternion.continued(counts, width),
             None => counts,
         };
         if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz != rate_hz) {
             self.recent = Some(Recent::new(width, rate_hz));
-        }
-        if width >= MIN_CHANNELS_OF_REPEATS {
-            counts.chunks_exact(width).for_each(|row| self.repeats.push(row));
         }
         for (index, channel) in self.channels.iter_mut().enumerate() {
             self.column.clear();
@@ -74,6 +145,7 @@ impl Accumulators {
 
     /// Samples are missing here; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
+        self.settle();
         self.channels.iter_mut().for_each(|channel| channel.gap(missing));
     }
 
@@ -135,7 +207,7 @@ mod tests {
     }
 
     fn octaves(accumulators: &Accumulators) -> Vec<u64> {
-        accumulators.snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
+        accumulators.settled().snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
     }
 
     #[test]
@@ -144,10 +216,29 @@ mod tests {
         let mut accumulators = of(3);
         accumulators.push(&[1, 20, 300, 3, 40, 500], 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);
-        let channels = accumulators.snapshot(&shape());
+        let channels = accumulators.settled().snapshot(&shape());
         let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
         assert_eq!(means, [Some(2.0), Some(30.0), Some(400.0)]);
-        assert!(accumulators.recent(40.0).is_none(), "not asked for");
+        assert!(accumulators.settled().recent(40.0).is_none(), "not asked for");
+    }
+
+    #[test]
+    fn rows_that_come_one_by_one_are_as_those_that_come_together() {
+        let counts: Vec<i32> = (0..500).map(|i: i32| i.wrapping_mul(7919) % 1000).collect();
+        let (mut together, mut alone) = (of(2), of(2));
+        together.push(&counts, 0, 40.0, true);
+        for (row, index) in counts.chunks_exact(2).zip(0..) {
+            alone.push(row, index, 40.0, true);
+            let so_far = alone.settled().snapshot(&shape());
+            assert_eq!(so_far[0].moments.count(), index + 1);
+        }
+        let (one, other) = (together.settled(), alone.settled());
+        assert_eq!(format!("{:?}", one.snapshot(&shape())), format!("{:?}", other.snapshot(&shape())));
+        assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
+        // another place or another rate is no continuation
+        alone.push(&[1, 2], 300, 40.0, true);
+        alone.push(&[1, 2], 301, 20.0, true);
+        assert!(alone.settled().recent(40.0).is_none() && alone.settled().recent(20.0).is_some());
     }
 
     #[test]
@@ -168,7 +259,7 @@ mod tests {
         for (channels, expected) in [(8, 0), (9, 1), (12, 1)] {
             let mut accumulators = of(channels);
             accumulators.push(&vec![7; 2 * channels], 0, 40.0, false);
-            assert_eq!(accumulators.findings().repeated_lines, expected, "{channels}");
+            assert_eq!(accumulators.settled().findings().repeated_lines, expected, "{channels}");
         }
     }
 
@@ -178,12 +269,13 @@ mod tests {
         accumulators.push(&[1; 8], 0, 40.0, true);
         accumulators.push(&[1; 8], 4, 40.0, true);
         let count = |accumulators: &Accumulators, rate_hz| {
-            let slots = accumulators.recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
+            let slots = accumulators.settled().recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
             Some(slots)
         };
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
         accumulators.push(&[1; 4], 8, 20.0, true);
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
+        accumulators.settle();
         accumulators.recent = None;
         assert_eq!(count(&accumulators, 20.0), None);
     }
@@ -193,8 +285,8 @@ mod tests {
         let mut accumulators = of(12);
         let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
         assert_eq!(formats.map(|format| accumulators.set_print_format(format)), [false, true, true]);
-        assert_eq!(accumulators.findings().print_changes, 2);
-        assert_eq!(accumulators.snapshot(&shape())[0].printed_decimals, 2);
+        assert_eq!(accumulators.settled().findings().print_changes, 2);
+        assert_eq!(accumulators.settled().snapshot(&shape())[0].printed_decimals, 2);
     }
 
     #[test]
@@ -202,9 +294,12 @@ mod tests {
         let mut accumulators = of(4);
         let turning = (0..18_000).flat_map(|row| [[0, 120_000, -120_000][row % 3], 0, 0, 0]);
         accumulators.push(&turning.collect::<Vec<_>>(), 0, 40.0, false);
-        assert_eq!(accumulators.findings().restarted, ["yaw"]);
+        assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
         let layout = accumulators.layout.clone().into_iter();
         layout.for_each(|layout| accumulators.begin(layout, &Settings::default()));
-        assert_eq!((accumulators.findings().restarted.len(), accumulators.findings().repeated_lines), (0, 0));
+        assert_eq!(
+            (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
+            (0, 0)
+        );
     }
 }

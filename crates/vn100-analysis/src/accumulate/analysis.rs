@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use imu_noise::GapDetector;
-use vn100_protocol::RegisterContents;
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
+use vn100_protocol::{Layout, RegisterContents};
 
 use super::{data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect};
 use crate::{
     averaging_times::{AveragingTimes, MissingTime},
     settings::Settings,
-    snapshot::{Outages, Snapshot},
+    snapshot::{Outages, Snapshot, Timing},
     warning::advice,
 };
 
@@ -104,6 +104,18 @@ impl Analysis {
         &self.record.settings
     }
 
+    /// The message; `None` while no sample has come.
+    #[must_use]
+    pub fn layout(&self) -> Option<&Layout> {
+        self.record.accumulators.layout.as_deref()
+    }
+
+    /// How far it has come.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        self.record.timing()
+    }
+
     /// Whether all the data time asked for has passed: by the samples, and by the stamps of rows
     /// that are pending because their rate is not known; for these [`finish`](Self::finish)
     /// decides.
@@ -138,6 +150,7 @@ impl Analysis {
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
+        let accumulators = accumulators.settled();
         let mut snapshot = Snapshot {
             layout: accumulators.layout.clone(),
             timing: self.record.timing(),
@@ -159,6 +172,7 @@ impl Analysis {
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),
             register_channels: replies.imu_channels(),
+            fingerprint: accumulators.fingerprint.clone(),
             warnings: Vec::new(),
             recent: accumulators.recent(rate.hz()),
         };
@@ -174,7 +188,7 @@ impl Analysis {
         let mut snapshot = self.snapshot();
         let shape = snapshot.shape();
         let (factors, mut missing) = self.settings().averaging_times.factors(&shape);
-        let points = self.record.accumulators.points(&factors);
+        let points = self.record.accumulators.settled().points(&factors);
         if matches!(self.settings().averaging_times, AveragingTimes::List(_)) && !points.is_empty() {
             let is_missing = |m: &&u64| points.iter().flatten().all(|point| point.m != **m);
             missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));

@@ -5,7 +5,7 @@ use vn100_protocol::{Channel, Quantity};
 
 use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
     detrend: bool,

@@ -242,7 +242,7 @@ mod tests {
     fn terms(record: &DataRecord) -> u64 {
         let (estimator, deviation) = (record.settings.estimator, record.settings.deviation);
         let shape = RecordShape { samples: 10, interval_s: 0.025, estimator, deviation };
-        record.accumulators.snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
+        record.accumulators.settled().snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
     }
 
     #[test]

@@ -67,8 +67,8 @@ impl Repeats {
         self.in_passes.max(if is_chance { 0 } else { twice })
     }
 
-    pub(crate) fn push(&mut self, counts: &[i32]) {
-        let row = hash(counts);
+    /// Takes a row by its [`hash`].
+    pub(crate) fn push(&mut self, row: u64) {
         let is_like_last = self.last[0] == Some(row);
         self.like_last += u64::from(is_like_last);
         self.like_one_before += u64::from(self.last[1] == Some(row));
@@ -157,8 +157,8 @@ impl Repeats {
     }
 }
 
-/// The standard hasher, which resists chosen keys, would take longer than the sums of a row.
-fn hash(counts: &[i32]) -> u64 {
+/// Of a row. The standard hasher, which resists chosen keys, would take longer than its sums.
+pub(crate) fn hash(counts: &[i32]) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
     let mixed =
@@ -176,7 +176,7 @@ mod tests {
 
     fn repeated(rows: impl IntoIterator<Item = [i32; 12]>) -> u64 {
         let mut repeats = Repeats::default();
-        rows.into_iter().for_each(|row| repeats.push(&row));
+        rows.into_iter().for_each(|row| repeats.push(hash(&row)));
         repeats.repeated()
     }
 

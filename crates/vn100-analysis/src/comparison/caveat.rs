@@ -2,7 +2,7 @@
 
 use vn100_protocol::Quantity;
 
-use super::{ComparedRecord, fold_alike, means::are_of_several_sensors, onboard, pairs};
+use super::{ComparedRecord, SameSamples, fold_alike, means::are_of_several_sensors, onboard, pairs};
 use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
@@ -24,6 +24,12 @@ pub enum CaveatKind {
     SeveralSensors,
     /// The sensor was moved: a mean of that record is no bias.
     Moved,
+    /// Two records hold the same samples.
+    SameSamples,
+    /// When some records began is not known: differences of means are given without a probability.
+    StartUnknown,
+    /// The sensor may have been switched off between the records: the same.
+    MayHaveBeenOff,
 }
 
 impl CaveatKind {
@@ -39,6 +45,9 @@ impl CaveatKind {
             Self::Compensation => "compensation",
             Self::SeveralSensors => "several-sensors",
             Self::Moved => "moved",
+            Self::SameSamples => "same-samples",
+            Self::StartUnknown => "start-unknown",
+            Self::MayHaveBeenOff => "may-have-been-off",
         }
     }
 }
@@ -54,8 +63,8 @@ pub struct Caveat {
     pub text: Text,
 }
 
-pub(super) fn caveats(records: &[ComparedRecord<'_>]) -> Vec<Caveat> {
-    let mut caveats = Vec::new();
+pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stayed_on: bool) -> Vec<Caveat> {
+    let mut caveats: Vec<Caveat> = same.iter().map(|same| same_samples(records, same)).collect();
     for (number, record) in records.iter().enumerate().filter(|(_, record)| record.snapshot.timing.samples == 0) {
         let text = format!("{} holds no samples and is not compared", record.name);
         caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text: text.into() });
@@ -80,8 +89,55 @@ pub(super) fn caveats(records: &[ComparedRecord<'_>]) -> Vec<Caveat> {
                     bias is given";
         let records = (0..records.len()).collect();
         caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into() });
+    } else {
+        caveats.extend(without_chance(records, stayed_on));
     }
     caveats
+}
+
+fn same_samples(records: &[ComparedRecord<'_>], same: &SameSamples) -> Caveat {
+    let [a, b] = same.records.map(|record| records[record].name);
+    let (of_a, of_b) = (same.shared.of_first, same.shared.of_second);
+    let text = match (of_a >= SameSamples::WHOLE, of_b >= SameSamples::WHOLE) {
+        (true, true) => format!("{a} and {b} hold the same samples: it is the same recording"),
+        (true, false) => format!("{a} is a part of {b}: all its samples are in it"),
+        (false, true) => format!("{b} is a part of {a}: all its samples are in it"),
+        (false, false) => format!(
+            "{a} and {b} overlap: about {:.0} % of the samples of the first are in the second, which are {:.0} % of that",
+            100.0 * of_a,
+            100.0 * of_b
+        ),
+    };
+    let text = format!("{text}. They are not tested against each other");
+    Caveat { kind: CaveatKind::SameSamples, records: same.records.to_vec(), text: text.into() }
+}
+
+/// Why differences of means have no probability; nothing where fewer than two records have means.
+fn without_chance(records: &[ComparedRecord<'_>], stayed_on: bool) -> Option<Caveat> {
+    let has_means =
+        |record: &ComparedRecord<'_>| record.snapshot.timing.samples > 0 && record.assessment.motion.is_none();
+    let measured: Vec<usize> = (0..records.len()).filter(|number| has_means(&records[*number])).collect();
+    if measured.len() < 2 {
+        return None;
+    }
+    let unknown: Vec<usize> = measured.iter().copied().filter(|number| records[*number].started_ns.is_none()).collect();
+    if !unknown.is_empty() {
+        let names: Vec<&str> = unknown.iter().map(|number| records[*number].name).collect();
+        let text = format!(
+            "when {} began is not known, and slow noise moves a mean the further, the longer ago it was: how far means lie apart is given without \
+             the probability that noise alone does it. A recording keeps the time",
+            names.join(", ")
+        );
+        return Some(Caveat { kind: CaveatKind::StartUnknown, records: unknown, text: text.into() });
+    }
+    (!stayed_on).then(|| {
+        let text = Text::from(
+            "each record is a connection of its own, and a sensor that was switched off between them starts with another bias: how far means lie \
+             apart is given without the probability that noise alone does it. Where it stayed on, say ",
+        );
+        let text = text.remedy(Remedy::SayStayedOn);
+        Caveat { kind: CaveatKind::MayHaveBeenOff, records: measured, text }
+    })
 }
 
 fn rate_assumed(records: &[ComparedRecord<'_>]) -> Option<Caveat> {

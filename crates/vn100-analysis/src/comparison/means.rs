@@ -1,13 +1,12 @@
-//! The means of each channel and their spread: the turn-on to turn-on bias of power cycles.
+//! The means of each channel, how far they lie apart, and whether noise alone takes them there.
 
-use imu_noise::{Spread, VarianceEstimate};
+use imu_noise::{
+    Spread, SquaredAmplitude, Status, Stretch, Term, VarianceEstimate, mean_difference_test, standard_error_of_mean,
+};
 use vn100_protocol::{Channel, Quantity, Register};
 
-use super::{Chance, ComparedRecord, chances};
-use crate::sensor::sensor_of;
-
-/// Of the longest averaging time that says how well a mean is known.
-const LEAST_EDF: f64 = 3.0;
+use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
+use crate::{ChannelNoise, LongTauValidity, sensor::sensor_of};
 
 /// One channel of a sensor over all records.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,10 +19,10 @@ pub struct ChannelMeans {
     pub unit: String,
     /// One per record that has it and samples, and where the sensor was not moved.
     pub means: Vec<RecordMean>,
-    /// `None` with fewer than two standard errors, and where the records are of several sensors.
+    /// `None` for fewer than two means, and where the records are of several sensors.
     pub spread: Option<Spread>,
-    /// That the noise within the records alone spreads them so; corrected for all channels.
-    pub chance: Option<Chance>,
+    /// Of every two of them.
+    pub differences: Vec<MeanDifference>,
     /// A filter takes the bias out of one of the records at least: the spread is not that of the
     /// bias.
     pub bias_removed: bool,
@@ -36,28 +35,149 @@ pub struct RecordMean {
     pub record: usize,
     /// In the unit of the channel.
     pub mean: f64,
-    /// Error by noise alone; `None` for a record that is too short.
+    /// What repeating it at once would show; `None` where the noise at that averaging time is not
+    /// known.
     pub error: Option<MeanError>,
 }
 
-/// What is known of the error of a mean: the deviation at the longest averaging time that is known.
-///
-/// σ(τ)/√2 of neighbouring means of length τ is what they differ by, so that σ(τ) is the standard
-/// error of each. As the record is longer than τ, white noise is overrated, by √(T/τ), and flicker
-/// noise is not; σ/√n would underrate the latter without limit. What changes more slowly than a
-/// record lasts counts as a difference between records.
+/// The standard error of a mean under the N, B and K of its record: √½ of what it and the mean of
+/// as long a record right behind it differ by. Of flicker noise and of a random walk a mean has no
+/// error but against another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanError {
-    /// Standard error, in the unit of the channel.
+    /// In the unit of the channel.
     pub standard_error: f64,
     /// Its equivalent degrees of freedom.
     pub edf: f64,
-    /// The averaging time in seconds.
+    /// The length of the record in seconds.
     pub tau_s: f64,
 }
 
-pub(super) fn means(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<ChannelMeans> {
-    let mut found: Vec<ChannelMeans> = Vec::new();
+/// How far two means lie apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanDifference {
+    /// The two records.
+    pub records: [usize; 2],
+    /// The second mean less the first, in the unit of the channel.
+    pub difference: f64,
+    /// Whether noise makes that, or why nothing says so.
+    pub test: Result<MeanTest, Untested>,
+}
+
+/// A difference of means beside what noise makes of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanTest {
+    /// Of the difference, under the N, B and K of both records and the time between them; in the
+    /// unit of the channel.
+    pub standard_error: f64,
+    /// Its equivalent degrees of freedom.
+    pub edf: f64,
+    /// That noise alone takes the means so far apart; corrected for all channels and pairs.
+    pub chance: Chance,
+}
+
+/// Why nothing says whether noise makes two means differ so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Untested {
+    /// They are of several sensors.
+    SeveralSensors,
+    /// They hold the same samples.
+    SameSamples,
+    /// When a record began is not known, and flicker and walk grow with the time between.
+    StartUnknown,
+    /// Each record is a connection of its own: the sensor may have been switched off between them,
+    /// and starts with another bias then.
+    MayHaveBeenOff,
+    /// They were made at the same time.
+    SameTime,
+    /// N, B and K of the channel are not known in one of them.
+    NoiseUnknown,
+}
+
+impl Untested {
+    /// Its name in results: lower case, words joined by hyphens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SeveralSensors => "several-sensors",
+            Self::SameSamples => "same-samples",
+            Self::StartUnknown => "start-unknown",
+            Self::MayHaveBeenOff => "may-have-been-off",
+            Self::SameTime => "same-time",
+            Self::NoiseUnknown => "noise-unknown",
+        }
+    }
+}
+
+/// What a record says of the noise of one channel, at all averaging times.
+#[derive(Debug, Clone, Copy)]
+struct Noise {
+    white: VarianceEstimate,
+    flicker: SquaredAmplitude,
+    walk: SquaredAmplitude,
+}
+
+/// One channel in one record.
+#[derive(Debug, Clone, Copy)]
+struct Mean {
+    record: usize,
+    value: f64,
+    noise: Option<Noise>,
+}
+
+/// One channel in all records.
+struct Found {
+    name: String,
+    unit: String,
+    quantity: Quantity,
+    means: Vec<Mean>,
+    bias_removed: bool,
+}
+
+pub(super) fn means(
+    records: &[ComparedRecord<'_>],
+    same: &[SameSamples],
+    stayed_on: bool,
+    confidence: f64,
+) -> Vec<ChannelMeans> {
+    let of_several = are_of_several_sensors(records);
+    let channels = channels(records).into_iter().map(|channel| {
+        let of_record = |mean: &Mean| RecordMean {
+            record: mean.record,
+            mean: mean.value,
+            error: mean.noise.and_then(|noise| error(&noise, &records[mean.record])),
+        };
+        let values: Vec<f64> = channel.means.iter().map(|mean| mean.value).collect();
+        let difference = |[a, b]: [usize; 2]| {
+            let [first, second] = [&channel.means[a], &channel.means[b]];
+            let pair = [first.record, second.record];
+            let test = may_be_tested(pair, records, same, stayed_on).and_then(|()| test(first, second, records));
+            MeanDifference { records: pair, difference: second.value - first.value, test }
+        };
+        ChannelMeans {
+            spread: Spread::of(&values, confidence).filter(|_| !of_several),
+            differences: pairs(channel.means.len()).map(difference).collect(),
+            means: channel.means.iter().map(of_record).collect(),
+            channel: channel.name,
+            quantity: channel.quantity,
+            unit: channel.unit,
+            bias_removed: channel.bias_removed,
+        }
+    });
+    let mut channels: Vec<_> = channels.collect();
+    let tested = |channels: &mut [ChannelMeans], take: &mut dyn FnMut(&mut Chance)| {
+        let tests = channels.iter_mut().flat_map(|channel| &mut channel.differences);
+        tests.filter_map(|difference| difference.test.as_mut().ok()).for_each(|test| take(&mut test.chance));
+    };
+    let mut probabilities = Vec::new();
+    tested(&mut channels, &mut |chance| probabilities.push(chance.p));
+    let mut corrected = chances(&probabilities).into_iter();
+    tested(&mut channels, &mut |chance| *chance = corrected.next().unwrap_or(*chance));
+    channels
+}
+
+fn channels(records: &[ComparedRecord<'_>]) -> Vec<Found> {
+    let mut found: Vec<Found> = Vec::new();
     // what moves has no bias that its mean shows
     let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
     for (number, record) in at_rest {
@@ -69,53 +189,117 @@ pub(super) fn means(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<Chan
             }
             let Some(mean) = mean(record, number, index, channel) else { continue };
             let bias_removed = layout.compensated && channel.quantity == Quantity::AngularRate;
-            match found.iter_mut().find(|means| means.channel == channel.name && means.unit == channel.unit) {
-                Some(means) => {
-                    means.means.push(mean);
-                    means.bias_removed |= bias_removed;
+            match found.iter_mut().find(|found| found.name == channel.name && found.unit == channel.unit) {
+                Some(found) => {
+                    found.means.push(mean);
+                    found.bias_removed |= bias_removed;
                 }
-                None => found.push(ChannelMeans {
-                    channel: channel.name.to_string(),
-                    quantity: channel.quantity,
+                None => found.push(Found {
+                    name: channel.name.to_string(),
                     unit: channel.unit.to_string(),
+                    quantity: channel.quantity,
                     means: vec![mean],
-                    spread: None,
-                    chance: None,
                     bias_removed,
                 }),
             }
         }
     }
-    if !are_of_several_sensors(records) {
-        for channel in &mut found {
-            let known = channel.means.iter().filter_map(|mean| {
-                let error = mean.error?;
-                Some((mean.mean, VarianceEstimate { variance: error.standard_error.powi(2), edf: error.edf }))
-            });
-            channel.spread = Spread::of(&known.collect::<Vec<_>>(), confidence);
-        }
-        let probabilities: Vec<f64> =
-            found.iter().filter_map(|channel| channel.spread.map(|spread| spread.p)).collect();
-        let with_spread = found.iter_mut().filter(|channel| channel.spread.is_some());
-        for (channel, chance) in with_spread.zip(chances(&probabilities)) {
-            channel.chance = Some(chance);
-        }
-    }
     found
 }
 
-fn mean(record: &ComparedRecord<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {
-    let value = |counts| channel.in_unit(counts);
+fn mean(record: &ComparedRecord<'_>, number: usize, index: usize, channel: &Channel) -> Option<Mean> {
     let results = record.snapshot.channels.get(index)?;
-    let mean = value(results.moments.mean_counts()? - results.branch_counts as f64);
-    let octaves = record.assessment.channels.get(index).map_or(&[][..], |assessed| &assessed.octaves);
-    let known = results.octaves.iter().zip(octaves).rev().find_map(|(octave, assessed)| {
-        let edf = assessed.relative?.edf;
-        let standard_error = value(octave.deviation_counts()?);
-        let tau_s = octave.m as f64 / record.snapshot.timing.rate_hz;
-        (edf >= LEAST_EDF && standard_error > 0.0).then_some(MeanError { standard_error, edf, tau_s })
+    let value = channel.in_unit(results.moments.mean_counts()? - results.branch_counts as f64);
+    let noise = record.assessment.channels.get(index).and_then(|assessed| assessed.noise.as_ref());
+    let noise = noise.and_then(|noise| Noise::of(noise, record.assessment.confidence));
+    Some(Mean { record: number, value, noise })
+}
+
+impl Noise {
+    fn of(noise: &ChannelNoise, confidence: f64) -> Option<Self> {
+        if noise.long_taus != LongTauValidity::Sensor {
+            return None;
+        }
+        let of = |term| SquaredAmplitude::of(&noise.parameter(term)?, confidence);
+        let white = noise.parameter(Term::White).filter(|white| white.status == Status::Estimated)?;
+        let mut squared = SquaredAmplitude::of(&white, confidence)?.estimate();
+        // correlated noise averages like white noise over the length of a record
+        if let Some((apparent, white)) = noise.fit.apparent_white().zip(white.value) {
+            squared.variance *= (apparent / white).powi(2);
+        }
+        Some(Self { white: squared, flicker: of(Term::BiasInstability)?, walk: of(Term::RateRandomWalk)? })
+    }
+
+    /// What both records say of slow noise: each white noise is its record's own.
+    fn slow(&self, other: &Self) -> [(Term, VarianceEstimate); 2] {
+        [
+            (Term::BiasInstability, self.flicker.and(other.flicker).estimate()),
+            (Term::RateRandomWalk, self.walk.and(other.walk).estimate()),
+        ]
+    }
+}
+
+/// Of the difference of the means of two stretches; the white noise of each over its own samples.
+fn noise_of_difference(
+    white: [(VarianceEstimate, &ComparedRecord<'_>); 2],
+    slow: [(Term, VarianceEstimate); 2],
+    stretches: [Stretch; 2],
+) -> Option<VarianceEstimate> {
+    let [a, b] = stretches;
+    let white = white.map(|(squared, record)| {
+        let timing = &record.snapshot.timing;
+        (timing.rate_hz / timing.samples as f64, squared)
     });
-    Some(RecordMean { record: number, mean, error: known })
+    let slow = slow.map(|(term, squared)| Some((term.mean_difference_variance(1.0, a, b)?, squared)));
+    VarianceEstimate::sum(white.into_iter().chain(slow.into_iter().flatten()))
+}
+
+fn error(noise: &Noise, record: &ComparedRecord<'_>) -> Option<MeanError> {
+    let duration_s = record.snapshot.timing.duration_s();
+    let stretches = [0.0, duration_s].map(|start_s| Stretch { start_s, duration_s });
+    let slow = [(Term::BiasInstability, noise.flicker.estimate()), (Term::RateRandomWalk, noise.walk.estimate())];
+    let of_difference = noise_of_difference([(noise.white, record); 2], slow, stretches)?;
+    let standard_error = standard_error_of_mean(of_difference.variance);
+    Some(MeanError { standard_error, edf: of_difference.edf, tau_s: duration_s })
+}
+
+/// For all channels of two records.
+fn may_be_tested(
+    pair: [usize; 2],
+    records: &[ComparedRecord<'_>],
+    same: &[SameSamples],
+    stayed_on: bool,
+) -> Result<(), Untested> {
+    let [a, b] = pair.map(|number| &records[number]);
+    if are_of_several_sensors(&[*a, *b]) {
+        return Err(Untested::SeveralSensors);
+    }
+    if same.iter().any(|same| same.records == pair) {
+        return Err(Untested::SameSamples);
+    }
+    let (first, second) = stretch(a).zip(stretch(b)).ok_or(Untested::StartUnknown)?;
+    first.dead_time_s(second).ok_or(Untested::SameTime)?;
+    if stayed_on { Ok(()) } else { Err(Untested::MayHaveBeenOff) }
+}
+
+fn test(first: &Mean, second: &Mean, records: &[ComparedRecord<'_>]) -> Result<MeanTest, Untested> {
+    let [a, b] = [first, second].map(|mean| &records[mean.record]);
+    let tested = || {
+        let (of_a, of_b) = first.noise.zip(second.noise)?;
+        let stretches = stretch(a).zip(stretch(b))?;
+        let white = [(of_a.white, a), (of_b.white, b)];
+        let noise = noise_of_difference(white, of_a.slow(&of_b), stretches.into())?;
+        let p = mean_difference_test(second.value - first.value, noise)?;
+        let chance = Chance { p, corrected: p };
+        Some(MeanTest { standard_error: noise.variance.sqrt(), edf: noise.edf, chance })
+    };
+    tested().ok_or(Untested::NoiseUnknown)
+}
+
+/// The time that was measured, in seconds since 1970-01-01 UTC; `None` where that is not known.
+fn stretch(record: &ComparedRecord<'_>) -> Option<Stretch> {
+    let start_s = record.started_ns? as f64 * 1e-9 + record.snapshot.skipped.as_secs_f64();
+    Some(Stretch { start_s, duration_s: record.snapshot.timing.duration_s() })
 }
 
 /// Whether two of the records say serial numbers, and different ones.

@@ -3,7 +3,7 @@
 use imu_noise::f_test;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{Chance, ComparedRecord, chances, pairs};
+use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
 use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
 
 /// With fewer degrees of freedom the shape of the distribution is not known well enough.
@@ -41,10 +41,10 @@ struct Point {
     edf: f64,
 }
 
-pub(super) fn tests(records: &[ComparedRecord<'_>]) -> Vec<OctaveTest> {
+pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples]) -> Vec<OctaveTest> {
     let mut tests = Vec::new();
     let mut probabilities = Vec::new();
-    for pair in pairs(records.len()) {
+    for pair in pairs(records.len()).filter(|pair| same.iter().all(|same| same.records != *pair)) {
         let [a, b] = pair.map(|record| &records[record]);
         let Some((layout_a, layout_b)) = a.snapshot.layout.as_ref().zip(b.snapshot.layout.as_ref()) else { continue };
         for (index_a, channel) in layout_a.channels.iter().enumerate().filter(|(_, channel)| is_noise(channel)) {

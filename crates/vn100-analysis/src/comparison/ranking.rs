@@ -3,7 +3,7 @@
 use imu_noise::{Interval, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::{Channel, Quantity};
 
-use super::{Chance, ComparedRecord, chances, fold_alike, pairs};
+use super::{Chance, ComparedRecord, SameSamples, chances, fold_alike, pairs};
 use crate::{ChannelAssessment, SENSORS};
 
 /// The records in the order of the white noise of one sensor.
@@ -17,7 +17,8 @@ pub struct Ranking {
     pub records: Vec<RankedRecord>,
     /// White noise folds alike in all of them, so that N may be compared.
     pub folds_alike: bool,
-    /// Every two of them where it folds alike; corrected for all pairs of all sensors.
+    /// Every two of them where it folds alike and the samples are not the same; corrected for all
+    /// pairs of all sensors.
     pub tests: Vec<WhiteTest>,
     /// Records with this sensor where N is not estimated on every axis.
     pub not_ranked: Vec<usize>,
@@ -60,7 +61,8 @@ pub struct WhiteTest {
 
 impl Ranking {
     /// That the quietest is quieter than the next one by chance; `None` for one record alone, and
-    /// where white noise does not fold alike: the factors are not known as well as N is.
+    /// where white noise does not fold alike: the factors are not known as well as N is, and for two
+    /// with the same samples.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
         if !self.folds_alike {
@@ -73,7 +75,7 @@ impl Ranking {
     }
 }
 
-pub(super) fn rankings(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<Ranking> {
+pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {
     let mut rankings = Vec::new();
     let mut probabilities = Vec::new();
     // in the order of the channels
@@ -96,7 +98,11 @@ pub(super) fn rankings(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<R
         let alike =
             |[a, b]: [usize; 2]| fold_alike(quantity, &records[ranked[a].0.record], &records[ranked[b].0.record]);
         let folds_alike = pairs(ranked.len()).all(alike);
-        let tests = pairs(ranked.len()).filter(|pair| alike(*pair)).filter_map(|[a, b]| {
+        let are_others = |[a, b]: &[usize; 2]| {
+            let pair = [ranked[*a].0.record, ranked[*b].0.record];
+            same.iter().all(|same| !pair.iter().all(|record| same.records.contains(record)))
+        };
+        let tests = pairs(ranked.len()).filter(are_others).filter(|pair| alike(*pair)).filter_map(|[a, b]| {
             let of = |(_, estimate): &(RankedRecord, VarianceEstimate)| (estimate.variance, estimate.edf);
             let p = f_test(of(&ranked[a]), of(&ranked[b]))?;
             Some(WhiteTest { records: [ranked[a].0.record, ranked[b].0.record], chance: Chance { p, corrected: p } })

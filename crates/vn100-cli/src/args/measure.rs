@@ -268,6 +268,11 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
+    /// The sensor was not switched off between the recordings, which they do not say: differences of
+    /// means are then tested against its noise over the time between
+    #[arg(long)]
+    pub(crate) stayed_on: bool,
+
     /// Print one JSON document, and nothing else, on standard output
     #[arg(long)]
     pub(crate) json: bool,

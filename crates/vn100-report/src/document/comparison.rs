@@ -6,9 +6,11 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, Ranking, RemedyWords, axes_name, sensor_of};
+use vn100_analysis::{
+    Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Ranking, RemedyWords, Untested, axes_name, sensor_of,
+};
 
-use crate::{measured::Measured, units::tests_by_channel};
+use crate::{measured::Measured, names::recommendation, units::tests_by_channel};
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
@@ -20,6 +22,9 @@ pub struct ComparisonDocument {
     /// F-tests of the octaves that two records share; corrected for all of them together.
     channels: Vec<ChannelDocument>,
     sensors: Vec<SensorDocument>,
+    recommended: RecommendationDocument,
+    /// Records that hold the same samples; these are not tested against each other.
+    same_samples: Vec<SameSamplesDocument>,
     /// Means of the channels of sensors, and how far they lie apart.
     means: Vec<MeansDocument>,
     disturbances: Vec<DisturbanceDocument>,
@@ -107,6 +112,23 @@ struct TestDocument {
     verdict: Verdict,
 }
 
+/// The record to use where one will do.
+#[derive(Debug, Serialize)]
+struct RecommendationDocument {
+    record: Option<usize>,
+    /// Why that one, or why none.
+    why: &'static str,
+    text: String,
+}
+
+#[derive(Debug, Serialize)]
+struct SameSamplesDocument {
+    records: [usize; 2],
+    /// Part of the samples of the first that the second has too, 0 to 1.
+    of_first: f64,
+    of_second: f64,
+}
+
 #[derive(Debug, Serialize)]
 struct MeansDocument {
     name: String,
@@ -114,6 +136,8 @@ struct MeansDocument {
     means: Vec<MeanDocument>,
     /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle.
     spread: Option<SpreadDocument>,
+    /// Of every two means.
+    differences: Vec<DifferenceDocument>,
     /// The sensor takes the bias out of one record at least.
     bias_removed: bool,
 }
@@ -122,24 +146,37 @@ struct MeansDocument {
 struct MeanDocument {
     record: usize,
     mean: f64,
-    /// The deviation at `tau_s`, the longest known.
+    /// Under N, B and K of the record: what repeating it at once would show.
     standard_error: Option<f64>,
     edf: Option<f64>,
+    /// The length of the record.
     tau_s: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
 struct SpreadDocument {
     deviation: f64,
-    lower: f64,
-    upper: f64,
-    dof: f64,
-    /// What noise within the records alone would spread them by.
-    from_noise: f64,
-    p: f64,
-    /// Holm's correction for all channels with a spread.
-    corrected: f64,
-    beyond_noise: bool,
+    /// `null` for two means.
+    lower: Option<f64>,
+    upper: Option<f64>,
+    dof: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct DifferenceDocument {
+    records: [usize; 2],
+    /// The second mean less the first.
+    difference: f64,
+    /// Under N, B and K of both records and the time between them.
+    standard_error: Option<f64>,
+    edf: Option<f64>,
+    /// That noise alone takes the means so far apart.
+    p: Option<f64>,
+    /// Holm's correction for all channels and pairs.
+    corrected: Option<f64>,
+    differs: Option<bool>,
+    /// Why there is no p.
+    untested: Option<&'static str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -189,12 +226,19 @@ impl ComparisonDocument {
             records: caveat.records.clone(),
             text: caveat.text.in_words(words),
         });
+        let same = comparison.same_samples.iter().map(|same| SameSamplesDocument {
+            records: same.records,
+            of_first: same.shared.of_first,
+            of_second: same.shared.of_second,
+        });
         Self {
             schema: "vn100.comparison/1",
             confidence: comparison.confidence,
             records: all.iter().map(record).collect(),
             channels: channels.collect(),
             sensors: comparison.rankings.iter().map(|ranking| sensor(ranking, comparison, verdict)).collect(),
+            recommended: recommended(comparison),
+            same_samples: same.collect(),
             means: comparison.means.iter().map(|means| means_of(means, comparison)).collect(),
             disturbances: disturbances.collect(),
             caveats: caveats.collect(),
@@ -240,6 +284,28 @@ fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -
     }
 }
 
+fn recommended(comparison: &Comparison) -> RecommendationDocument {
+    let (record, why) = match comparison.recommended {
+        Ok(recommended) => (Some(recommended.record), recommended.why.name()),
+        Err(why) => (None, why.name()),
+    };
+    RecommendationDocument { record, why, text: recommendation(comparison.recommended) }
+}
+
+fn of_difference(difference: &MeanDifference, comparison: &Comparison) -> DifferenceDocument {
+    let test = difference.test.ok();
+    DifferenceDocument {
+        records: difference.records,
+        difference: difference.difference,
+        standard_error: test.map(|test| test.standard_error),
+        edf: test.map(|test| test.edf),
+        p: test.map(|test| test.chance.p),
+        corrected: test.map(|test| test.chance.corrected),
+        differs: test.map(|test| comparison.is_significant(test.chance)),
+        untested: difference.test.err().map(Untested::name),
+    }
+}
+
 fn means_of(means: &ChannelMeans, comparison: &Comparison) -> MeansDocument {
     MeansDocument {
         name: means.channel.clone(),
@@ -253,16 +319,13 @@ fn means_of(means: &ChannelMeans, comparison: &Comparison) -> MeansDocument {
                 tau_s: mean.error.map(|error| error.tau_s),
             })
             .collect(),
-        spread: means.spread.zip(means.chance).map(|(spread, chance)| SpreadDocument {
+        spread: means.spread.map(|spread| SpreadDocument {
             deviation: spread.deviation,
-            lower: spread.interval.lower,
-            upper: spread.interval.upper,
-            dof: spread.interval.edf,
-            from_noise: spread.from_noise,
-            p: chance.p,
-            corrected: chance.corrected,
-            beyond_noise: comparison.is_significant(chance),
+            lower: spread.interval.map(|interval| interval.lower),
+            upper: spread.interval.map(|interval| interval.upper),
+            dof: means.means.len() - 1,
         }),
+        differences: means.differences.iter().map(|difference| of_difference(difference, comparison)).collect(),
         bias_removed: means.bias_removed,
     }
 }

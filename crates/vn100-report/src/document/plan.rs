@@ -11,6 +11,8 @@ use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant, SENSORS, axes_n
 pub struct PlanDocument {
     schema: &'static str,
     confidence: f64,
+    /// The share of records of the planned length that meet a want.
+    met_in: f64,
     settings: Settings,
     /// Excluded at the beginning.
     warm_up_s: f64,
@@ -38,6 +40,10 @@ struct WantDocument {
     want: String,
     relative_half_width: Option<f64>,
     at_least: Option<f64>,
+    /// The limit that the verdict is on.
+    at_most: Option<f64>,
+    /// What the sensor is taken to have, where the want is a limit.
+    taken_at: Option<f64>,
     record_s: Option<f64>,
     /// Of a random walk: without bias instability.
     without_bias_instability_s: Option<f64>,
@@ -79,6 +85,7 @@ impl PlanDocument {
         Self {
             schema: "vn100.plan/1",
             confidence: given.confidence,
+            met_in: Plan::MET_IN,
             settings: Settings {
                 message: plan.message.header(),
                 rate_hz: plan.rate.hz(),
@@ -97,15 +104,18 @@ impl PlanDocument {
 }
 
 fn want(planned: &PlannedWant) -> WantDocument {
-    let (relative_half_width, at_least) = match planned.want.known {
-        Known::Seen => (None, None),
-        Known::Within(half_width) => (Some(half_width), None),
-        Known::AtLeast(value) => (None, Some(value)),
+    let (relative_half_width, at_least, at_most) = match planned.want.known {
+        Known::Seen => (None, None, None),
+        Known::Within(half_width) => (Some(half_width), None, None),
+        Known::AtLeast(value) => (None, Some(value), None),
+        Known::AtMost(value) => (None, None, Some(value)),
     };
     WantDocument {
         want: planned.want.to_string(),
         relative_half_width,
         at_least,
+        at_most,
+        taken_at: planned.taken_at,
         record_s: planned.record_s,
         without_bias_instability_s: planned.without_bias_instability_s,
         by_rule_s: planned.by_rule_s,

@@ -1,24 +1,26 @@
 //! Several records side by side.
 
 use maud::{Markup, html};
-use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, RemedyWords};
+use vn100_analysis::noise::Spread;
+use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 
 use super::{PageOptions, figures::grid, row, table};
 use crate::{
     figure::{Figures, pretty_unit},
     measured::{Record, record_letter},
-    names::{folding, names_of},
+    names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
     units::tests_by_channel,
 };
 
 pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
     let compared: Vec<_> = records.iter().map(|record| record.measured.compared()).collect();
-    let comparison = Comparison::of(&compared, options.confidence);
+    let comparison = Comparison::of(&compared, false, options.confidence);
     html! {
         section id="comparison" {
             h2 { "Comparison" }
             (list(records))
+            p { b { "Which record to use" } ": " (recommendation(comparison.recommended)) "." }
             @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.in_words(options.words).trim_end_matches('.')) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes))
@@ -116,10 +118,10 @@ fn means(comparison: &Comparison) -> Markup {
         @if !comparison.means.is_empty() {
             h3 { "Means" }
             p {
-                "Each with its standard error: the deviation at the longest averaging time that is known. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not \
-                 moved between them. p: that noise within the records alone spreads them so far, with Holm's correction."
+                "Each with its standard error under the N, B and K of its record: what repeating it at once would show. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor \
+                 that was not moved between them."
             }
-            (table(None, &["channel", "unit", "means", "spread", "p"], &html! { @for channel in &comparison.means { (mean(channel)) } }))
+            (table(None, &["channel", "unit", "means", "differences", "spread"], &html! { @for channel in &comparison.means { (mean(channel)) } }))
         }
     }
 }
@@ -136,9 +138,31 @@ fn mean(channel: &ChannelMeans) -> Markup {
                     @if let Some(error) = &mean.error { " ± " (digits(error.standard_error, 2)) }
                 }
             }
-            td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), |spread| with_interval(spread.deviation, spread.interval.lower, spread.interval.upper))) }
-            td { (channel.chance.map_or_else(|| NOTHING.into(), chance)) }
+            td {
+                @for (index, difference) in channel.differences.iter().enumerate() {
+                    @if index > 0 { br; }
+                    (apart(difference))
+                }
+            }
+            td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), spread)) }
         }
+    }
+}
+
+/// One difference; why it is not tested stands among the caveats where that is so for all channels.
+fn apart(difference: &MeanDifference) -> String {
+    let [first, second] = difference.records.map(record_letter);
+    let apart = format!("{second} − {first}: {}", digits(difference.difference, 3));
+    match difference.test {
+        Ok(test) => format!("{apart} ± {} ({})", digits(test.standard_error, 2), chance(test.chance)),
+        Err(why) => format!("{apart} ({})", untested(why)),
+    }
+}
+
+fn spread(spread: &Spread) -> String {
+    match &spread.interval {
+        Some(interval) => with_interval(spread.deviation, interval.lower, interval.upper),
+        None => four_digits(spread.deviation),
     }
 }
 

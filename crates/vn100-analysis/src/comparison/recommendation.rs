@@ -1,0 +1,137 @@
+//! Which of several records of one sensor to use.
+
+use super::{ComparedRecord, Comparison, SameSamples};
+use crate::SharedRows;
+
+/// The lengths of two records are the same within this, relative.
+const SAME_LENGTH: f64 = 0.01;
+
+/// The record to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Recommendation {
+    /// Its number.
+    pub record: usize,
+    /// Why this one.
+    pub why: WhyUse,
+}
+
+/// Why a record is the one to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum WhyUse {
+    /// No other one is undisturbed.
+    OnlyUndisturbed,
+    /// It is undisturbed, and significantly quieter than every other such one.
+    Quietest,
+    /// It is undisturbed, no other such one is significantly quieter, and it is the longest.
+    LongestOfQuiet,
+    /// As [`LongestOfQuiet`](Self::LongestOfQuiet), of several as long; its N is the smallest.
+    SmallestOfQuiet,
+}
+
+/// Why no record is the one to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum WhyNone {
+    /// The records are of several sensors.
+    SeveralSensors,
+    /// All of them are disturbed, or hold nothing.
+    AllDisturbed,
+    /// None of the undisturbed ones has N estimated on every axis of every sensor.
+    NotRanked,
+}
+
+impl WhyUse {
+    /// Its name in results: lower case, words joined by hyphens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OnlyUndisturbed => "only-undisturbed",
+            Self::Quietest => "quietest",
+            Self::LongestOfQuiet => "longest-of-quiet",
+            Self::SmallestOfQuiet => "smallest-of-quiet",
+        }
+    }
+}
+
+impl WhyNone {
+    /// Its name in results: lower case, words joined by hyphens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SeveralSensors => "several-sensors",
+            Self::AllDisturbed => "all-disturbed",
+            Self::NotRanked => "not-ranked",
+        }
+    }
+}
+
+/// Of the undisturbed records with an N on every axis: those that none of them undercuts
+/// significantly in any sensor, of these the longest, of these the one with the smallest N.
+pub(super) fn recommendation(
+    comparison: &Comparison,
+    records: &[ComparedRecord<'_>],
+) -> Result<Recommendation, WhyNone> {
+    if super::means::are_of_several_sensors(records) {
+        return Err(WhyNone::SeveralSensors);
+    }
+    let is_disturbed = |record: usize| {
+        records[record].assessment.motion.is_some()
+            || comparison.disturbances.iter().any(|disturbance| disturbance.record == record)
+    };
+    let has_samples = |record: &usize| records[*record].snapshot.timing.samples > 0;
+    let undisturbed: Vec<usize> =
+        (0..records.len()).filter(has_samples).filter(|record| !is_disturbed(*record)).collect();
+    if undisturbed.is_empty() {
+        return Err(WhyNone::AllDisturbed);
+    }
+    let is_ranked = |record: &usize| {
+        let is_among = |ranked: &[super::RankedRecord]| ranked.iter().any(|ranked| ranked.record == *record);
+        !comparison.rankings.is_empty() && comparison.rankings.iter().all(|ranking| is_among(&ranking.records))
+    };
+    let is_new = |record: &usize| !undisturbed.iter().any(|other| is_part(&comparison.same_samples, *record, *other));
+    let candidates: Vec<usize> = undisturbed.iter().copied().filter(is_ranked).filter(is_new).collect();
+    let is_undercut = |record: &usize| {
+        let tests =
+            comparison.rankings.iter().flat_map(|ranking| ranking.tests.iter().map(move |test| (ranking, test)));
+        tests.filter(|(_, test)| comparison.is_significant(test.chance)).any(|(ranking, test)| {
+            let own =
+                |of: usize| ranking.records.iter().find(|ranked| ranked.record == of).map(super::RankedRecord::own);
+            let other = test.records.into_iter().find(|other| other != record && candidates.contains(other));
+            test.records.contains(record) && other.is_some_and(|other| own(other) < own(*record))
+        })
+    };
+    let mut quiet: Vec<usize> = candidates.iter().copied().filter(|record| !is_undercut(record)).collect();
+    if quiet.is_empty() {
+        // each is undercut in another sensor
+        quiet.clone_from(&candidates);
+    }
+    let length = |record: usize| records[record].snapshot.timing.duration_s();
+    let longest = quiet.iter().map(|record| length(*record)).fold(0.0, f64::max);
+    let long = quiet.iter().copied().filter(|record| length(*record) >= (1.0 - SAME_LENGTH) * longest);
+    let long: Vec<usize> = long.collect();
+    let record = long.iter().copied().min_by(|a, b| size(comparison, *a).total_cmp(&size(comparison, *b)));
+    let record = record.ok_or(WhyNone::NotRanked)?;
+    let why = match (undisturbed.len(), quiet.len(), long.len()) {
+        (1, ..) => WhyUse::OnlyUndisturbed,
+        (_, 1, _) if candidates.len() > 1 => WhyUse::Quietest,
+        (.., 1) => WhyUse::LongestOfQuiet,
+        _ => WhyUse::SmallestOfQuiet,
+    };
+    Ok(Recommendation { record, why })
+}
+
+/// N of all sensors together, on a logarithmic scale.
+fn size(comparison: &Comparison, record: usize) -> f64 {
+    let ranked = comparison.rankings.iter().flat_map(|ranking| &ranking.records);
+    ranked.filter(|ranked| ranked.record == record).map(|ranked| ranked.own().ln()).sum()
+}
+
+/// Whether all samples of `record` are in `other` too; of two that are the same the later one is.
+fn is_part(same: &[SameSamples], record: usize, other: usize) -> bool {
+    let found = same.iter().find(|same| same.records.contains(&record) && same.records.contains(&other));
+    found.filter(|_| record != other).is_some_and(|same| {
+        let SharedRows { of_first, of_second } = same.shared;
+        let (own, others) = if same.records[0] == record { (of_first, of_second) } else { (of_second, of_first) };
+        let whole = |share: f64| share >= SameSamples::WHOLE;
+        whole(own) && (!whole(others) || record > other)
+    })
+}

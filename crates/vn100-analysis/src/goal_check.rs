@@ -1,0 +1,78 @@
+//! Whether a measurement may end: the cheapest question first, so that a fit is made only where it
+//! may say yes.
+
+use imu_noise::{OctaveSum, Term, least_half_width};
+
+use crate::{
+    accumulate::analysis::Analysis,
+    assessment::{Assessment, SingleAxes},
+    goal::Goal,
+    snapshot::{ChannelSnapshot, Snapshot},
+};
+
+/// Wider goals are left to the fit: the shape of so wide an interval is not foreseen.
+const WIDEST: f64 = 0.5;
+
+impl Analysis {
+    /// Whether the goals of the settings are all met, or one is out of reach; never without goals.
+    /// As [`Goal::is_met`] by the assessment of this very moment has it, mostly without making one.
+    #[must_use]
+    pub fn goals_are_decided(&self) -> bool {
+        let (goals, confidence) = (&self.settings().until, self.settings().confidence);
+        let (Some(layout), false) = (self.layout(), goals.is_empty()) else { return false };
+        if goals.iter().any(|goal| goal.figure.absent_from(layout).is_some()) {
+            return true;
+        }
+        let samples = self.timing().samples + self.timing().missing;
+        if !goals.iter().all(|goal| goal.is_within(samples, confidence)) {
+            return false;
+        }
+        let snapshot = self.snapshot();
+        if !goals.iter().all(|goal| goal.is_within_octaves(&snapshot, confidence)) {
+            return false;
+        }
+        let mut axes = SingleAxes::new(&snapshot, confidence);
+        if !goals.iter().all(|goal| goal.is_met_by_each(&snapshot, &mut axes)) {
+            return false;
+        }
+        // what one axis shows of a slow term all axes together may not prove
+        let is_slow = |goal: &Goal| goal.figure.term != Term::White;
+        let assessment = goals.iter().any(is_slow).then(|| Assessment::new(&snapshot, confidence));
+        assessment.is_none_or(|assessment| goals.iter().all(|goal| goal.is_met(&snapshot, &assessment)))
+    }
+}
+
+impl Goal {
+    /// Whether a record of so many samples may meet it.
+    fn is_within(&self, samples: u64, confidence: f64) -> bool {
+        self.figure.term != Term::White || self.allows(std::iter::empty(), samples, confidence)
+    }
+
+    /// Whether one with these octaves may.
+    fn is_within_octaves(&self, snapshot: &Snapshot, confidence: f64) -> bool {
+        let samples = snapshot.timing.samples + snapshot.timing.missing;
+        let octaves = |results: &ChannelSnapshot| {
+            let of = |sum: &OctaveSum| Some((sum.octave().m, sum.variance_counts2()?));
+            results.octaves.iter().filter_map(of).collect::<Vec<_>>()
+        };
+        let mut concerned = snapshot.measured().filter(|(channel, _)| self.figure.concerns(channel));
+        concerned.all(|(_, results)| self.allows(octaves(results).into_iter(), samples, confidence))
+    }
+
+    fn allows(&self, octaves: impl Iterator<Item = (u64, f64)> + Clone, samples: u64, confidence: f64) -> bool {
+        let least = least_half_width(self.figure.term, octaves, samples, confidence);
+        self.relative_half_width > WIDEST || least <= self.relative_half_width
+    }
+
+    /// Whether each axis meant meets it, whatever the others say of it.
+    fn is_met_by_each(&self, snapshot: &Snapshot, axes: &mut SingleAxes<'_>) -> bool {
+        let mut concerned = (snapshot.layout_channels().iter().enumerate())
+            .filter(|(_, channel)| self.figure.concerns(channel))
+            .peekable();
+        let mut is_met = |(place, _)| {
+            let width = axes.parameter(place, self.figure.term).and_then(|parameter| parameter.relative_half_width());
+            width.is_some_and(|width| width <= self.relative_half_width)
+        };
+        concerned.peek().is_some() && concerned.all(&mut is_met)
+    }
+}
