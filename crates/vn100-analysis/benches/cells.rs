@@ -1,10 +1,10 @@
 //! How often the intervals of N, B and K hold: records of known noise, read as a stream is.
 //!
-//! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records instead
-//! and `--clean` for what is found in clean ones, `--means` for how often two means are said to
-//! differ, `--plans` for how many records of the planned length show what was wanted. Families:
-//! model-class, lines, correlated, filters, tails, mixtures, gaps,
-//! quantised; all of them, ten minutes and an hour, unless the arguments say otherwise.
+//! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records
+//! instead and `--clean` for what is found in clean ones, `--means` for how often two means are
+//! said to differ, `--plans` for how many records of the planned length show what was wanted.
+//! Families: model-class, lines, correlated, filters, tails, mixtures, gaps, quantised; all of
+//! them, ten minutes and an hour, unless the arguments say otherwise.
 //!
 //! A record is a `Batch` of `$VNIMU` at 40 Hz through `Analysis`, `Snapshot` and `Assessment`; its
 //! three accelerations and three angular rates have noise of one kind, each from random numbers of

@@ -327,8 +327,8 @@ impl PlannedWant {
     }
 }
 
-/// What a sensor is taken to have that shall be judged by a `limit`: what is typical, but where that
-/// is not known, or so near that a verdict would take for ever, a fifth below the limit.
+/// What a sensor is taken to have that shall be judged by a `limit`: what is typical, but where
+/// that is not known, or so near that a verdict would take for ever, a fifth below the limit.
 fn beside(limit: f64, typical: Option<f64>) -> f64 {
     const NEAREST: f64 = 0.2;
     typical.filter(|typical| (typical / limit - 1.0).abs() > NEAREST).unwrap_or((1.0 - NEAREST) * limit)

@@ -95,8 +95,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of `means`. The interval is that of a normally distributed value seen n times (χ²). `None` for
-    /// fewer than two, and where one is no number.
+    /// Of `means`. The interval is that of a normally distributed value seen n times (χ²). `None`
+    /// for fewer than two, and where one is no number.
     #[must_use]
     pub fn of(means: &[f64], confidence: f64) -> Option<Self> {
         if means.len() < 2 {

@@ -103,8 +103,8 @@ impl SquaredAmplitude {
     }
 
     /// What two independent records say together. Where both see the amplitude, each counts as
-    /// sharply as it is known relative to itself: the deviation grows with the value, and weights by
-    /// it would favour the smaller one.
+    /// sharply as it is known relative to itself: the deviation grows with the value, and weights
+    /// by it would favour the smaller one.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let seen = |one: &Self| one.centre > one.deviation;
@@ -119,10 +119,10 @@ impl SquaredAmplitude {
         Self { centre, deviation }
     }
 
-    /// Its most likely value, with the degrees of freedom that spread as much, two at least. What is
-    /// hardly seen, nearer to zero than two deviations, counts as a tenth of a deviation more: so that
-    /// neither flicker noise nor a walk too weak to be seen makes more false differences of means than
-    /// what is seen, chosen by simulation (the benchmark `cells`, means).
+    /// Its most likely value, with the degrees of freedom that spread as much, two at least. What
+    /// is hardly seen, nearer to zero than two deviations, counts as a tenth of a deviation more:
+    /// so that neither flicker noise nor a walk too weak to be seen makes more false differences of
+    /// means than what is seen, chosen by simulation (the benchmark `cells`, means).
     #[must_use]
     pub fn estimate(self) -> VarianceEstimate {
         let unseen = if self.centre < 2.0 * self.deviation { 0.1 * self.deviation } else { 0.0 };
@@ -159,8 +159,8 @@ mod tests {
         assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
     }
 
-    /// B₂(r, μ) = (1 + ½ (2 r^(μ+2) - (r+1)^(μ+2) - (r-1)^(μ+2))) / (2 (1 - 2^μ)), flicker noise its
-    /// limit for μ = 0, as published.
+    /// B₂(r, μ) = (1 + ½ (2 r^(μ+2) - (r+1)^(μ+2) - (r-1)^(μ+2))) / (2 (1 - 2^μ)), flicker noise
+    /// its limit for μ = 0, as published.
     fn barnes(term: Term, r: f64) -> f64 {
         let squared_ln = |x: f64| if x == 0.0 { 0.0 } else { x * x * x.ln() };
         match term {

@@ -61,8 +61,8 @@ pub struct WhiteTest {
 
 impl Ranking {
     /// That the quietest is quieter than the next one by chance; `None` for one record alone, and
-    /// where white noise does not fold alike: the factors are not known as well as N is, and for two
-    /// with the same samples.
+    /// where white noise does not fold alike: the factors are not known as well as N is, and for
+    /// two with the same samples.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
         if !self.folds_alike {

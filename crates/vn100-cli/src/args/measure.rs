@@ -268,8 +268,8 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// The sensor was not switched off between the recordings, which they do not say: differences of
-    /// means are then tested against its noise over the time between
+    /// The sensor was not switched off between the recordings, which they do not say: differences
+    /// of means are then tested against its noise over the time between
     #[arg(long)]
     pub(crate) stayed_on: bool,
 
