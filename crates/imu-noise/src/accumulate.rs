@@ -7,6 +7,7 @@ pub(crate) mod counts;
 pub(crate) mod histogram;
 pub(crate) mod moments;
 pub(crate) mod octaves;
+pub(crate) mod piece;
 pub(crate) mod record;
 pub(crate) mod signal;
 pub(crate) mod spectrum;

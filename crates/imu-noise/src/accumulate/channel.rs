@@ -1,9 +1,10 @@
 //! The exact sums of one channel: moments, histogram, octaves, slope.
 
-use super::aligned_sums::{self, AlignedSums, LagOneSums, Trend};
+use super::aligned_sums::{self, AlignedBlock, AlignedSums, LagOneSums, Trend};
 use super::histogram::Histogram;
 use super::moments::Moments;
 use super::octaves::Octaves;
+use super::piece::NotAppended;
 use super::record::{Deviation, Estimator};
 
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
@@ -29,7 +30,7 @@ impl ChannelAccumulator {
             moments: Moments::new(),
             histogram: Histogram::new(),
             octaves: Octaves::new(estimator, deviation),
-            aligned: AlignedSums::new(aligned_sums::BLOCK),
+            aligned: AlignedSums::new(aligned_sums::BLOCK, 0),
             lag_one: LagOneSums::new(aligned_sums::BLOCK),
             trend: Trend::new(),
         }
@@ -49,27 +50,50 @@ impl ChannelAccumulator {
         self
     }
 
+    /// A piece of a record that begins with the sample at this absolute index. Before any sample.
+    #[must_use]
+    pub fn starting_at(mut self, index: u64) -> Self {
+        self.octaves = self.octaves.starting_at(index);
+        self.aligned = AlignedSums::new(aligned_sums::BLOCK, index);
+        self
+    }
+
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
             self.moments.push(block);
             self.histogram.push(block);
             self.octaves.push(block);
-            self.aligned.push(block, |number, sum| {
-                self.lag_one.push(number, sum);
-                self.trend.push(number, sum);
-            });
+            self.aligned.push(block, |block| add_block(block, &mut self.lag_one, &mut self.trend));
         }
     }
 
     /// Samples are missing here, see [`Octaves::gap`]. Moments and histogram do not depend on time.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.octaves.gap(missing);
-        self.aligned.gap(missing);
-        self.lag_one.gap();
+        self.aligned.gap(missing, |block| add_block(block, &mut self.lag_one, &mut self.trend));
+        if missing.is_none_or(|missing| missing == 0) {
+            self.lag_one.part();
+        }
         if missing.is_none() {
             self.trend.restart();
         }
+    }
+
+    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
+    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    ///
+    /// # Errors
+    /// Where `next` begins before this one ends, or was made with another estimator: then nothing
+    /// is appended.
+    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        self.octaves.append(&next.octaves)?;
+        self.moments.append(&next.moments);
+        self.histogram.append(&next.histogram);
+        self.aligned.append(&next.aligned, |block| add_block(block, &mut self.lag_one, &mut self.trend));
+        self.lag_one.append(&next.lag_one);
+        self.trend.append(&next.trend);
+        Ok(())
     }
 
     /// Mean, spread, shape and extremes.
@@ -91,9 +115,85 @@ impl ChannelAccumulator {
     }
 
     /// Slope of the regression line over the record, in counts per sample, missing samples counted
-    /// as such. `None` below three blocks of 64 samples, and after a gap of unknown length.
+    /// as such. `None` below three blocks of 64 samples of which half are present at least, and after
+    /// a gap of unknown length.
     #[must_use]
     pub fn slope_counts(&self) -> Option<f64> {
         self.trend.slope_counts()
+    }
+}
+
+fn add_block(block: AlignedBlock, lag_one: &mut LagOneSums, trend: &mut Trend) {
+    if block.present == lag_one.block {
+        lag_one.push(block.number, block.sum);
+    }
+    if 2 * block.present >= lag_one.block {
+        trend.push(block);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+
+    /// The accumulators with blocks of four samples: records as short reach many block lengths.
+    fn of(start: u64, steps: &[Result<Vec<i32>, Option<u64>>]) -> (ChannelAccumulator, u64) {
+        let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan).starting_at(start);
+        channel.aligned = AlignedSums::new(4, start);
+        channel.lag_one = LagOneSums::new(4);
+        let mut end = start;
+        for step in steps {
+            match step {
+                Ok(counts) => {
+                    channel.push(counts);
+                    end += counts.len() as u64;
+                }
+                Err(missing) => {
+                    channel.gap(*missing);
+                    end = missing.map_or(0, |missing| end + missing);
+                }
+            }
+        }
+        (channel, end)
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Result<Vec<i32>, Option<u64>>>> {
+        let gap = prop_oneof![4 => (0_u64..14).prop_map(Some), 1 => Just(None)];
+        let counts = prop_oneof![vec(-9000..9000, 0..60), vec(any::<i32>(), 0..4)];
+        vec(prop_oneof![3 => counts.prop_map(Ok), 1 => gap.prop_map(Err)], 0..6)
+    }
+
+    proptest! {
+        #[test]
+        fn pieces_append_to_the_whole(
+            start in prop_oneof![Just(0_u64), 0_u64..50],
+            pieces in vec(steps(), 1..7),
+            order in vec(any::<prop::sample::Index>(), 6),
+        ) {
+            let (whole, _) = of(start, &pieces.concat());
+            let mut end = start;
+            let mut parts = Vec::new();
+            for steps in &pieces {
+                let (piece, next) = of(end, steps);
+                parts.push(piece);
+                end = next;
+            }
+            for place in order {
+                if parts.len() > 1 {
+                    let left = place.index(parts.len() - 1);
+                    let right = parts.remove(left + 1);
+                    parts[left].append(&right).unwrap();
+                }
+            }
+            let joined = parts.remove(0);
+            prop_assert!(joined.octaves.sums().eq(whole.octaves.sums()));
+            prop_assert_eq!(joined.moments, whole.moments);
+            prop_assert_eq!(joined.histogram, whole.histogram);
+            prop_assert_eq!(joined.aligned, whole.aligned);
+            prop_assert_eq!(joined.lag_one, whole.lag_one);
+            prop_assert_eq!(joined.trend, whole.trend);
+        }
     }
 }

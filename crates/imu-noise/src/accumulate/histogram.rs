@@ -171,14 +171,26 @@ impl Histogram {
         })
     }
 
+    /// Adds the samples of another.
+    pub fn append(&mut self, other: &Self) {
+        let more = other.bins().collect();
+        self.add_bins(self.width_log2.max(other.width_log2), more);
+    }
+
     #[cold]
     #[inline(never)]
     fn push_outside(&mut self, count: i32) {
-        let occupied: Vec<_> = self.bins().collect();
-        let count = i64::from(count);
-        let lowest = occupied.first().map_or(count, |&(lower, _)| lower.min(count));
-        let highest = occupied.last().map_or(count, |&(lower, _)| lower.max(count));
+        self.add_bins(self.width_log2, vec![(count.into(), 1)]);
+    }
+
+    /// Adds samples by the lowest count of their bins, in bins at least so wide.
+    fn add_bins(&mut self, width_log2: u32, more: Vec<(i64, u64)>) {
+        let occupied: Vec<_> = self.bins().chain(more).collect();
+        let lowest = occupied.iter().map(|(lower, _)| *lower).min();
+        let highest = occupied.iter().map(|(lower, _)| *lower).max();
+        let Some((lowest, highest)) = lowest.zip(highest) else { return };
         let span = |width_log2: u32| ((highest >> width_log2) - (lowest >> width_log2) + 1) as usize;
+        self.width_log2 = width_log2;
         while span(self.width_log2) > MAX_BINS {
             self.width_log2 += 1;
         }
@@ -188,7 +200,7 @@ impl Histogram {
         self.first = (lowest >> self.width_log2) - ((len - span) / 2) as i64;
         self.places = vec![0; len];
         self.carries.clear();
-        for (lower, frequency) in occupied.into_iter().chain([(count, 1)]) {
+        for (lower, frequency) in occupied {
             let bin = lower >> self.width_log2;
             let place = &mut self.places[(bin - self.first) as usize];
             let sum = u64::from(*place) + frequency;

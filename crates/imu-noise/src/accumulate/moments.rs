@@ -44,6 +44,13 @@ impl Moments {
         }
     }
 
+    /// Adds the samples of another.
+    pub fn append(&mut self, other: &Self) {
+        self.sums.add(&other.sums);
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+    }
+
     /// Number of samples n.
     #[must_use]
     pub const fn count(&self) -> u64 {

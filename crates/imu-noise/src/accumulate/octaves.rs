@@ -2,12 +2,16 @@
 
 mod any_factor;
 mod cascade;
+mod gapped;
 mod overlapping;
 mod squares;
 
+use super::piece::{NotAppended, Piece};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
+use gapped::Gapped;
 use overlapping::Overlapping;
+use squares::SquareSum;
 
 /// Streaming octave sums of one channel of rate data (angular rate, ...), in counts: the same, bit
 /// by bit, for any division of the samples over calls of [`push`](Self::push).
@@ -23,21 +27,29 @@ enum Windows {
     Full(Overlapping),
 }
 
-/// The exact sum of one octave.
+/// The sum of one octave: exact over the windows that miss no sample.
+///
+/// A window of which some samples are missing, and in each cluster half are present at least, takes
+/// part with the means of those present. Its squared difference is multiplied by c = (2/m) / (1/n₁ +
+/// 1/n₂) for n₁ and n₂ of m samples present (Hadamard: (6/m) / (1/n₁ + 4/n₂ + 1/n₃)) and rounded
+/// once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing. Of other
+/// noise such a window shows less: see [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
     /// What was squared.
     pub deviation: Deviation,
     /// Averaging factor: samples per block, from 1 to 2^30; of an octave a power of two.
     pub m: u64,
-    /// Number of windows n, at least 1.
+    /// Number of windows n, at least 1, those that miss samples included.
     pub terms: u64,
-    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than
-    /// 128 bits. Strided windows over counts that span 27 bits (±67 rad/s with six decimals) need
-    /// 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
+    /// Sum of the squared differences of block sums of the windows that miss none, in counts².
+    /// `None` once it needed more than 128 bits. Strided windows over counts that span 27 bits
+    /// (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of the differences in counts; `None` unless asked for by [`Octaves::keeping_slope`].
+    /// Sum of these differences in counts; `None` unless asked for by [`Octaves::keeping_slope`], and
+    /// of the Hadamard deviation.
     pub sum: Option<i128>,
+    gapped: Gapped,
 }
 
 impl Octaves {
@@ -72,6 +84,16 @@ impl Octaves {
         self
     }
 
+    /// A piece of a record that begins with the sample at this absolute index. Before any sample.
+    #[must_use]
+    pub fn starting_at(mut self, index: u64) -> Self {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.start_at(index),
+            Windows::Full(overlapping) => overlapping.start_at(index),
+        }
+        self
+    }
+
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         match &mut self.windows {
@@ -80,13 +102,38 @@ impl Octaves {
         }
     }
 
-    /// Samples are missing here: no window reaches across. `Some(missing)`: the absolute index of
-    /// the next sample is higher by `missing` (0: a break without loss). `None`, an unknown number:
-    /// the grid of windows starts anew with the next sample.
+    /// Samples are missing here. `Some(missing)`: the absolute index of the next sample is higher by
+    /// `missing`, and windows reach across where half of each cluster is present (0: a break without
+    /// loss, across which none reaches). `None`, an unknown number: no window reaches across, and
+    /// their grid starts anew with the next sample.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
-            Windows::Full(overlapping) => overlapping.gap(),
+            Windows::Full(overlapping) => overlapping.gap(missing),
+        }
+    }
+
+    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
+    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    ///
+    /// # Errors
+    /// Where `next` begins before this one ends, or was made with another estimator.
+    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        self.piece().check_follows(next.piece())?;
+        match (&mut self.windows, &next.windows) {
+            (Windows::Strided(cascade), Windows::Strided(next)) if cascade.is_kind_of(next) => cascade.append(next),
+            (Windows::Full(overlapping), Windows::Full(next)) if overlapping.is_kind_of(next) => {
+                overlapping.append(next);
+            }
+            _ => return Err(NotAppended::OtherKind),
+        }
+        Ok(())
+    }
+
+    pub(crate) const fn piece(&self) -> &Piece {
+        match &self.windows {
+            Windows::Strided(cascade) => cascade.piece(),
+            Windows::Full(overlapping) => overlapping.piece(),
         }
     }
 
@@ -94,10 +141,12 @@ impl Octaves {
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let octave = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.octave(k as usize),
-            Windows::Full(overlapping) => overlapping.octave(k as usize),
+            Windows::Full(overlapping) => {
+                overlapping.octave(k as usize).map(|(squares, terms)| (squares, Gapped::EMPTY, terms))
+            }
         };
-        let octaves = (0..).map_while(move |k| Some((k, octave(k).filter(|(squares, _)| squares.terms > 0)?)));
-        octaves.map(|(k, found)| self.of(1 << k, found))
+        let octaves = (0..).map_while(move |k| Some(self.of(1 << k, octave(k)?)));
+        octaves.filter(|sum| sum.terms > 0)
     }
 
     /// The sum at any averaging factor, over every window of all overlaps: visits each sample, some
@@ -106,21 +155,32 @@ impl Octaves {
     #[must_use]
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {
-            Windows::Full(overlapping) => overlapping.at(m).map(|found| self.of(m, found)),
+            Windows::Full(overlapping) => {
+                overlapping.at(m).map(|(squares, sum)| self.of(m, (squares, Gapped::EMPTY, sum)))
+            }
             Windows::Strided(_) => None,
         }
     }
 
-    const fn of(&self, m: u64, (squares, sum): (squares::SquareSum, Option<i128>)) -> OctaveSum {
-        OctaveSum { deviation: self.deviation, m, terms: squares.terms, sum_squares: squares.sum, sum }
+    const fn of(&self, m: u64, (squares, gapped, sum): (SquareSum, Gapped, Option<i128>)) -> OctaveSum {
+        let terms = squares.terms + gapped.windows;
+        OctaveSum { deviation: self.deviation, m, terms, sum_squares: squares.sum, sum, gapped }
     }
 }
 
 impl OctaveSum {
     /// Averaging factor and windows, what confidence and fit need to know besides the variance.
     #[must_use]
-    pub const fn octave(&self) -> Octave {
-        Octave { m: self.m, terms: self.terms }
+    pub fn octave(&self) -> Octave {
+        let whole = self.whole_terms();
+        let share_present = (whole as f64 + self.gapped.share_sum()) / self.terms as f64;
+        Octave { m: self.m, terms: self.terms, share_present }
+    }
+
+    /// Number of the windows that miss no sample, those of [`sum_squares`](Self::sum_squares).
+    #[must_use]
+    pub const fn whole_terms(&self) -> u64 {
+        self.terms - self.gapped.windows
     }
 
     /// The octave of the same samples without a line of `slope_counts` counts per sample: each
@@ -134,18 +194,19 @@ impl OctaveSum {
         }
         let m = self.m as f64;
         let drift = slope_counts * m * m;
-        let less = self.sum.map(|sum| drift * (self.terms as f64 * drift - 2.0 * sum as f64));
+        let whole = self.whole_terms() as f64;
+        let less = self.sum.map(|sum| drift * (whole * drift - 2.0 * sum as f64));
         let sum_squares = self.sum_squares.zip(less).map(|(squares, less)| (squares as f64 + less).round() as u128);
-        Self { sum_squares, ..self }
+        Self { sum_squares, gapped: self.gapped.without_drift(drift), ..self }
     }
 
-    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard); `None` for an unknown
-    /// sum.
+    /// Variance in counts²: the sum over all windows / (2 m² n), for Hadamard / (6 m² n); `None` for
+    /// an unknown sum.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
         let divisor = self.deviation.divisor() * m * m * self.terms as f64;
-        self.sum_squares.map(|sum| sum as f64 / divisor)
+        self.sum_squares.zip(self.gapped.square_sum()).map(|(whole, gapped)| (whole as f64 + gapped) / divisor)
     }
 
     /// Root of the variance. Relative error below 1e-15; `None` for an unknown sum.

@@ -1,11 +1,9 @@
 //! Spectra, blocks and windows of one channel: what may invalidate its deviation.
 
 use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
+use super::piece::FARTHEST;
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
-
-/// No gap reaches beyond, whatever it claims: behind it is room for all samples there will ever be.
-const FARTHEST: u64 = 1 << 62;
 
 /// Spectrum, block statistics and watch for disturbances of one channel.
 ///

@@ -129,7 +129,7 @@ mod tests {
             if alpha > 0.0 && stride == 1 && m > ALL_OVERLAPS {
                 continue;
             }
-            let Some(found) = edf(&Octave { m, terms }, &shape, PowerLaw::nearest(alpha as i8)) else {
+            let Some(found) = edf(&Octave::whole(m, terms), &shape, PowerLaw::nearest(alpha as i8)) else {
                 assert_eq!(terms, 1);
                 continue;
             };
@@ -179,7 +179,7 @@ mod tests {
         let shape =
             RecordShape { samples: 4096, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
         let whole = shape.windows(64);
-        let edf_of = |terms: u64| edf(&Octave { m: 64, terms }, &shape, PowerLaw::Flicker).unwrap();
+        let edf_of = |terms: u64| edf(&Octave::whole(64, terms), &shape, PowerLaw::Flicker).unwrap();
         assert!((edf_of(whole / 2) / edf_of(whole) - (whole / 2) as f64 / whole as f64).abs() < 1e-12);
     }
 
@@ -187,7 +187,7 @@ mod tests {
     fn few_windows_and_invalid_levels_have_no_interval() {
         let shape =
             RecordShape { samples: 9, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
-        let octave = |m, terms| Octave { m, terms };
+        let octave = |m, terms| Octave::whole(m, terms);
         assert!(edf(&octave(4, 2), &shape, PowerLaw::White).is_some());
         assert_eq!(edf(&octave(4, 1), &shape, PowerLaw::White), None);
         assert_eq!(edf(&octave(4, 0), &shape, PowerLaw::White), None);

@@ -1,6 +1,6 @@
 //! Power-law noise: variances and covariances of its differences, sampled.
 
-use crate::accumulate::record::Deviation;
+use crate::accumulate::record::{Deviation, Octave};
 
 /// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so
 /// that the formulas hold from m = 1 on.
@@ -87,7 +87,25 @@ pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, 
     weights[0] * phase(lag) + sides.sum::<f64>()
 }
 
-/// The same for averaging factors `m_a` and `m_b`, the first starting `lag` samples later.
+impl Octave {
+    /// What the variance of noise with amplitude 1 is expected to be, its missing samples
+    /// considered.
+    #[must_use]
+    pub fn expected_variance(&self, deviation: Deviation, law: PowerLaw) -> f64 {
+        expected_variance(self, deviation, |lag| law.phase_covariance(lag))
+    }
+}
+
+/// Variance of an octave of noise with this generalised covariance of the phase.
+pub(crate) fn expected_variance(octave: &Octave, deviation: Deviation, phase: impl Fn(f64) -> f64) -> f64 {
+    let variance = |deviation: Deviation, m: u64| {
+        let m = m as f64;
+        difference_autocovariance(deviation, m, 0.0, &phase) / (deviation.divisor() * m * m)
+    };
+    octave.expected(variance(deviation, octave.m), |m| variance(Deviation::Allan, m))
+}
+
+/// Covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag` samples later.
 pub(crate) fn difference_covariance(
     deviation: Deviation,
     m_a: f64,

@@ -5,6 +5,7 @@ mod channel;
 mod coverage;
 #[path = "../synthetic/disturbed.rs"]
 mod disturbed;
+mod gaps;
 mod histogram;
 mod noise_changes;
 mod noise_model;

@@ -73,7 +73,7 @@ fn curves_without_noise_give_their_parameters_back() {
             .collect();
         // So many samples that the estimates have no spread.
         let shape = RecordShape { interval_s: number("tau0"), ..shape(1 << 36) };
-        let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave { m: *m, terms: shape.windows(*m) }).collect();
+        let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave::whole(*m, shape.windows(*m))).collect();
         let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
         let terms = Terms::of(&[Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk]);
         let fit = NoiseModel::new(&octaves, &shape, terms, None).fit(&ChannelCurve::new(&variances, None), 0.95);

@@ -30,7 +30,7 @@ fn check(rows: &[Row], scale: f64, sums_of: impl Fn(Estimator, Deviation) -> Vec
         let sums = sums_of(estimator, deviation);
         assert_eq!(sums.len(), rows.len(), "number of octaves of {stat}");
         for (sum, row) in sums.iter().zip(rows) {
-            assert_eq!((sum.m, sum.terms), (row.m, row.terms), "{stat}: m, windows");
+            assert_eq!((sum.m, sum.whole_terms()), (row.m, row.terms), "{stat}: m, windows");
             assert_eq!(sum.sum_squares, Some(row.sum_squares), "{stat} at m = {}", row.m);
             if let Some(expected) = row.deviation {
                 let found = sum.deviation_counts().unwrap() * scale;
@@ -116,7 +116,8 @@ fn imu_a_gaps() {
             octaves.gap(Some(missing));
             octaves.push(run);
         }
-        octaves.sums().collect()
+        // the table has no windows with missing samples
+        octaves.sums().filter(|sum| sum.whole_terms() > 0).collect()
     });
     assert_eq!(used, 62);
 }

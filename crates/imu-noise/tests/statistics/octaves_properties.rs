@@ -9,70 +9,92 @@ enum Step {
     Gap(Option<u64>),
 }
 
-/// Windows of the definition, over samples at their absolute indices. An unknown gap begins another
-/// record.
-#[derive(Default)]
+/// Windows of the definition, over the places of each run, present or not.
 struct Definition {
-    records: Vec<Vec<Option<i32>>>,
+    /// Index of the first place of each run, and its places.
+    runs: Vec<(usize, Vec<Option<i32>>)>,
+}
+
+/// An octave: whole windows and their squares, all windows, their share present and variance.
+#[derive(Debug)]
+struct Row {
+    m: u64,
+    whole: (u64, u128),
+    terms: u64,
+    share_present: f64,
+    variance: f64,
 }
 
 impl Definition {
-    fn of(steps: &[Step]) -> Self {
-        let mut records = vec![Vec::new()];
+    fn of(steps: &[Step], gaps_part: bool) -> Self {
+        let mut runs = vec![(0, Vec::new())];
         for step in steps {
-            let record = records.last_mut().unwrap();
+            let (start, run) = runs.last_mut().unwrap();
+            let end = *start + run.len();
             match step {
-                Step::Push(counts) => record.extend(counts.iter().copied().map(Some)),
-                Step::Gap(Some(0)) => {
-                    // A break without loss: shown to the definition by a stretch without samples that is a multiple of every stride.
-                    let next = record.len();
-                    record.resize(next + STRIDES, None);
-                }
-                Step::Gap(Some(missing)) => record.resize(record.len() + *missing as usize, None),
-                Step::Gap(None) => records.push(Vec::new()),
+                Step::Push(counts) => run.extend(counts.iter().copied().map(Some)),
+                Step::Gap(Some(missing)) if *missing == 0 || gaps_part => runs.push((end + *missing as usize, vec![])),
+                Step::Gap(Some(missing)) => run.resize(run.len() + *missing as usize, None),
+                Step::Gap(None) => runs.push((0, Vec::new())),
             }
         }
-        Self { records }
+        Self { runs }
     }
 
-    /// (m, windows, sum of squares) of every octave that has a window.
-    fn sums(&self, estimator: Estimator, deviation: Deviation) -> Vec<(u64, u64, u128)> {
+    fn rows(&self, estimator: Estimator, deviation: Deviation) -> Vec<Row> {
         let stride = |m: usize| match estimator {
             Estimator::Strided => (m / 16).max(1),
             Estimator::Plain => m,
             Estimator::Full => 1,
         };
-        (0..12).filter_map(|k| self.sum(1 << k, stride(1 << k), deviation)).collect()
+        (0..12).filter_map(|k| self.row(1 << k, stride(1 << k), deviation)).collect()
     }
 
     /// At any averaging factor.
-    fn sum(&self, m: usize, stride: usize, deviation: Deviation) -> Option<(u64, u64, u128)> {
-        let weights: &[i128] = match deviation {
-            Deviation::Allan => &[-1, 1],
-            Deviation::Hadamard => &[1, -2, 1],
+    fn row(&self, m: usize, stride: usize, deviation: Deviation) -> Option<Row> {
+        let weights: &[f64] = match deviation {
+            Deviation::Allan => &[-1.0, 1.0],
+            Deviation::Hadamard => &[1.0, -2.0, 1.0],
         };
-        let (mut terms, mut sum) = (0, 0);
-        for record in &self.records {
-            for start in (0..record.len()).step_by(stride) {
-                let Some(window) = record.get(start..start + weights.len() * m) else { break };
-                if let Some(counts) = window.iter().copied().collect::<Option<Vec<_>>>() {
-                    let blocks = counts.chunks(m).zip(weights);
-                    let z: i128 =
-                        blocks.map(|(block, weight)| weight * block.iter().map(|&c| i128::from(c)).sum::<i128>()).sum();
-                    terms += 1;
-                    sum += (z * z) as u128;
+        let all: f64 = weights.iter().map(|weight| weight * weight).sum();
+        let (mut whole, mut terms, mut shares, mut squares) = ((0, 0_u128), 0, 0.0, 0.0);
+        for (start, run) in &self.runs {
+            let first = start.next_multiple_of(stride) - start;
+            for place in (first..run.len()).step_by(stride) {
+                let Some(window) = run.get(place..place + weights.len() * m) else { break };
+                let present = |cluster: &[Option<i32>]| cluster.iter().flatten().map(|c| i64::from(*c)).collect();
+                let clusters: Vec<Vec<i64>> = window.chunks(m).map(present).collect();
+                if clusters.iter().any(|cluster| 2 * cluster.len() < m) {
+                    continue;
                 }
+                let sum = |cluster: &Vec<i64>| cluster.iter().map(|c| i128::from(*c)).sum::<i128>();
+                terms += 1;
+                if clusters.iter().all(|cluster| cluster.len() == m) {
+                    let z: i128 = clusters.iter().zip(weights).map(|(c, w)| *w as i128 * sum(c)).sum();
+                    whole = (whole.0 + 1, whole.1 + (z * z) as u128);
+                    shares += 1.0;
+                    squares += (z as f64).powi(2);
+                    continue;
+                }
+                // about the first sample: means of large counts cancel
+                let origin = clusters[0][0];
+                let mean = |cluster: &Vec<i64>| {
+                    cluster.iter().map(|c| (c - origin) as f64).sum::<f64>() / cluster.len() as f64
+                };
+                let d: f64 = clusters.iter().zip(weights).map(|(c, w)| w * mean(c)).sum();
+                let noise: f64 = clusters.iter().zip(weights).map(|(c, w)| w * w / c.len() as f64).sum();
+                let share = all / m as f64 / noise;
+                shares += share;
+                squares += share * (m as f64 * d).powi(2);
             }
         }
-        (terms > 0).then_some((m as u64, terms, sum))
+        let n = terms as f64;
+        let variance = squares / (all * (m * m) as f64 * n);
+        (terms > 0).then_some(Row { m: m as u64, whole, terms, share_present: shares / n, variance })
     }
 }
 
-/// A multiple of every stride that these records reach.
-const STRIDES: usize = 2048;
-
-fn octaves(estimator: Estimator, deviation: Deviation, steps: &[Step]) -> Octaves {
-    let mut octaves = Octaves::new(estimator, deviation);
+fn run(mut octaves: Octaves, steps: &[Step]) -> Octaves {
     for step in steps {
         match step {
             Step::Push(counts) => octaves.push(counts),
@@ -80,6 +102,10 @@ fn octaves(estimator: Estimator, deviation: Deviation, steps: &[Step]) -> Octave
         }
     }
     octaves
+}
+
+fn octaves(estimator: Estimator, deviation: Deviation, steps: &[Step]) -> Octaves {
+    run(Octaves::new(estimator, deviation), steps)
 }
 
 fn sums(octaves: &Octaves) -> Vec<(u64, u64, u128)> {
@@ -117,8 +143,89 @@ fn estimators() -> impl Strategy<Value = (Estimator, Deviation)> {
 proptest! {
     #[test]
     fn sums_follow_the_definition((estimator, deviation) in estimators(), steps in steps()) {
-        let expected = Definition::of(&steps).sums(estimator, deviation);
-        prop_assert_eq!(sums(&octaves(estimator, deviation, &steps)), expected);
+        let expected = Definition::of(&steps, estimator == Estimator::Full).rows(estimator, deviation);
+        let found: Vec<_> = octaves(estimator, deviation, &steps).sums().collect();
+        let windows: Vec<_> = found.iter().map(|sum| (sum.m, sum.terms)).collect();
+        prop_assert_eq!(windows, expected.iter().map(|row| (row.m, row.terms)).collect::<Vec<_>>());
+        for (found, expected) in found.iter().zip(&expected) {
+            prop_assert_eq!(found.sum_squares, Some(expected.whole.1));
+            prop_assert!((found.octave().share_present - expected.share_present).abs() < 1e-9, "{:?}", expected);
+            // each window is rounded to 2^-16 counts²
+            let rounding = 1e-5 / (found.m * found.m) as f64;
+            let error = (found.variance_counts2().unwrap() - expected.variance).abs();
+            prop_assert!(error <= 1e-9 * expected.variance + rounding, "{:?}: {:?}", expected, found);
+        }
+    }
+
+    #[test]
+    fn pieces_append_to_the_whole(
+        (estimator, deviation) in estimators(),
+        keeps_slope in any::<bool>(),
+        start in prop_oneof![Just(0_u64), 0_u64..5000],
+        pieces in vec(steps(), 1..7),
+        order in vec(any::<prop::sample::Index>(), 6),
+    ) {
+        let kind = || {
+            let octaves = Octaves::new(estimator, deviation);
+            if keeps_slope { octaves.keeping_slope() } else { octaves }
+        };
+        let whole = run(kind().starting_at(start), &pieces.concat());
+        let mut parts: Vec<_> = pieces.iter().scan(start, |end, steps| {
+            let piece = run(kind().starting_at(*end), steps);
+            *end = steps.iter().fold(*end, |end, step| match step {
+                Step::Push(counts) => end + counts.len() as u64,
+                Step::Gap(missing) => missing.map_or(0, |missing| end + missing),
+            });
+            Some(piece)
+        }).collect();
+        for place in order {
+            if parts.len() > 1 {
+                let left = place.index(parts.len() - 1);
+                let right = parts.remove(left + 1);
+                parts[left].append(&right).unwrap();
+            }
+        }
+        let [joined] = &mut parts[..] else { unreachable!() };
+        prop_assert_eq!(joined.sums().collect::<Vec<_>>(), whole.sums().collect::<Vec<_>>());
+        // and they go on alike
+        let more = [Step::Push((0..150).map(|i| i * i % 91).collect()), Step::Gap(Some(2)), Step::Push(vec![7; 40])];
+        let (joined, whole) = (run(joined.clone(), &more), run(whole, &more));
+        prop_assert_eq!(joined.sums().collect::<Vec<_>>(), whole.sums().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn samples_between_two_pieces_are_missing(
+        (estimator, deviation) in estimators(),
+        [first, second] in [vec(-4000..4000, 0..300), vec(-4000..4000, 0..300)],
+        between in prop_oneof![0_u64..70, 0_u64..100_000],
+    ) {
+        let mut left = octaves(estimator, deviation, &[Step::Push(first.clone())]);
+        let start = first.len() as u64 + between;
+        let right = run(Octaves::new(estimator, deviation).starting_at(start), &[Step::Push(second.clone())]);
+        prop_assert_eq!(right.clone().append(&left).is_err(), start + second.len() as u64 > 0);
+        left.append(&right).unwrap();
+        let gap = if between > 0 { vec![Step::Gap(Some(between))] } else { vec![] };
+        let whole = [vec![Step::Push(first)], gap, vec![Step::Push(second)]].concat();
+        prop_assert_eq!(
+            left.sums().collect::<Vec<_>>(),
+            octaves(estimator, deviation, &whole).sums().collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn a_long_gap_is_as_many_single_ones(
+        (estimator, deviation) in estimators(),
+        parts in vec((vec(-4000..4000, 0..200), 1_u64..3000), 1..5),
+    ) {
+        prop_assume!(estimator != Estimator::Full);
+        let (mut at_once, mut one_by_one) = (vec![], vec![]);
+        for (counts, missing) in parts {
+            at_once.extend([Step::Push(counts.clone()), Step::Gap(Some(missing))]);
+            one_by_one.push(Step::Push(counts));
+            one_by_one.extend((0..missing).map(|_| Step::Gap(Some(1))));
+        }
+        let [at_once, one_by_one] = [at_once, one_by_one].map(|steps| octaves(estimator, deviation, &steps));
+        prop_assert_eq!(at_once.sums().collect::<Vec<_>>(), one_by_one.sums().collect::<Vec<_>>());
     }
 
     #[test]
@@ -130,8 +237,9 @@ proptest! {
                 Step::Gap(missing) => kept.gap(*missing),
             }
         }
-        let found = |m| kept.sum_at(m).map(|sum| (sum.m, sum.terms, sum.sum_squares.unwrap()));
-        prop_assert_eq!(found(m as u64), Definition::of(&steps).sum(m, 1, deviation));
+        let found = kept.sum_at(m as u64).map(|sum| (sum.m, sum.terms, sum.sum_squares.unwrap()));
+        let expected = Definition::of(&steps, true).row(m, 1, deviation);
+        prop_assert_eq!(found, expected.map(|row| (row.m, row.terms, row.whole.1)));
         prop_assert_eq!(kept.sums().map(|sum| Some(sum) == kept.sum_at(sum.m)).min(), kept.sums().next().map(|_| true));
         prop_assert!(kept.sum_at(0).is_none() && kept.sum_at(u64::MAX).is_none());
     }

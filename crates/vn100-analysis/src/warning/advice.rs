@@ -153,8 +153,8 @@ impl Advice {
         }
         if timing.missing > 0 {
             let text = format!(
-                "{} missing in {} ({:.2} % of the record): only windows without a gap count, so that the longest taus rest on fewer of \
-                     them",
+                "{} missing in {} ({:.2} % of the record): averages are over the samples that are there; those that lack \
+                 more than half are left out",
                 samples(timing.missing),
                 counted(timing.gaps, "place"),
                 100.0 * timing.missing as f64 / (timing.missing + timing.samples) as f64

@@ -65,7 +65,8 @@ fn losses(findings: &Findings) -> Option<String> {
             grouped(samples)
         ),
         _ => format!(
-            "{} of {} samples are missing, in {}. No average was taken across a gap; few gaps do no harm, many shorten the record.",
+            "{} of {} samples are missing, in {}. Averages are over the samples that are there, and one that lacks more than \
+             half is left out; few gaps do no harm, many shorten the record.",
             grouped(missing),
             grouped(samples + missing),
             if gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }

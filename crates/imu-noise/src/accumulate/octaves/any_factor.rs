@@ -9,16 +9,16 @@ use super::{
 impl Overlapping {
     /// Keeps the prefix sums of every run from here on.
     pub(super) fn keep_runs(&mut self) {
-        self.earlier = Some(Vec::new());
+        self.keeps_runs = true;
     }
 
     /// As [`octave`](Self::octave), for any averaging factor; `None` without a window, beyond 2^30,
     /// and where the runs are not kept.
     pub(super) fn at(&self, m: u64) -> Option<(SquareSum, Option<i128>)> {
-        let m = usize::try_from(m).ok().filter(|m| (1..=1 << MAX_LEVEL).contains(m))?;
+        let m = usize::try_from(m).ok().filter(|m| self.keeps_runs && (1..=1 << MAX_LEVEL).contains(m))?;
         let (mut squares, mut terms) = (SquareSum::EMPTY, self.terms.as_ref().map(|_| 0));
         let first_end = self.deviation.order() * m;
-        for run in self.earlier.as_ref()?.iter().chain([&self.prefix]) {
+        for run in self.earlier.iter().chain([&self.prefix]) {
             // by blocks: the sum of a few squares fits where that of all does not
             for begin in (first_end..run.len()).step_by(BLOCK) {
                 let run = &run[..run.len().min(begin + BLOCK)];

@@ -4,9 +4,16 @@
 //! m/R). Two sums m samples apart are `lag` = min(m, R) places apart; their difference is the Allan
 //! term of the level, their sum is a block sum of the next. Where the stride doubles, every second
 //! sum continues, so all levels together cost log2 R + 2 updates per sample.
+//!
+//! A missing sample has its place like any other, and block sums carry how many they lack; where
+//! none does, that is not touched. A piece of a record keeps the first sums of each level too: when
+//! it is appended to the piece before, the cascade goes on through these as if they had just been
+//! formed, and comes by every window that reaches across the seam.
 
-use super::squares::SquareSum;
-use crate::accumulate::record::Deviation;
+use core::{mem, ops::Add};
+
+use super::{gapped::Gapped, squares::SquareSum};
+use crate::accumulate::{piece::Piece, record::Deviation};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
@@ -15,132 +22,347 @@ pub(super) const MAX_LEVEL: u32 = 30;
 const BLOCK: usize = 256;
 /// Most windows per averaging time.
 const MAX_LAG: usize = 16;
+/// The first sums of a piece that a window from before it can reach: two clusters, for Hadamard.
+const MAX_HEAD: usize = 2 * MAX_LAG;
+/// So many new sums of a long gap stand for all: a lag of them may reach back before the gap, as
+/// many fill what a level remembers, and the rest are alike.
+const OF_A_GAP: u64 = 4 * MAX_LAG as u64;
 
 /// Room for what a level remembers, followed from [`MAX_LAG`] on by what is new.
-type Scratch = [i64; MAX_LAG + BLOCK];
+type Scratch<T> = [T; MAX_LAG + BLOCK];
 
 #[derive(Clone, Debug)]
 pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
     keeps_terms: bool,
-    /// Absolute index behind the last sample; only its divisibility by powers of two matters: it
-    /// may wrap.
-    end: u64,
+    piece: Piece,
     levels: Vec<Level>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 struct Level {
-    sums: Memory,
-    /// Differences of block sums, for third differences only.
-    differences: Memory,
+    sums: Remembered,
+    /// The sums one cluster before those, for third differences only.
+    earlier: Remembered,
+    head: Head,
     squares: SquareSum,
-    /// Sum of the terms themselves, where it is kept.
-    terms: i128,
+    gapped: Gapped,
+    /// Sum of the terms of whole windows themselves, where it is kept.
+    terms: Option<i128>,
+}
+
+/// The last block sums of the present run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Remembered {
+    sums: Memory<i64>,
+    /// How many samples each lacks.
+    missing: Memory<u32>,
+    /// None lacks any.
+    whole: bool,
 }
 
 /// The last `len` values of the present run, at the end of `values`; at most the lag of the level.
 #[derive(Clone, Debug)]
-struct Memory {
-    values: [i64; MAX_LAG],
+struct Memory<T> {
+    values: [T; MAX_LAG],
     len: usize,
+}
+
+/// The first block sums of the first run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Head {
+    sums: [i64; MAX_HEAD],
+    missing: [u32; MAX_HEAD],
+    len: usize,
+}
+
+/// New block sums of one level, and how many samples each lacks; `None` where none lacks any.
+struct Blocks {
+    sums: Scratch<i64>,
+    missing: Option<Scratch<u32>>,
+    len: usize,
+}
+
+/// How the new sums of a level go on.
+struct Onward {
+    /// Number of the last new sum, in strides from index 0.
+    last: u64,
+    /// Of the last new sums, those that are joined to no block of the next level.
+    not_joined: usize,
+    /// Every sum continues, or every second.
+    every: usize,
 }
 
 impl Cascade {
     /// `windows_per_tau` is R, a power of two up to 16.
     pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
         debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
-        Self { deviation, windows_per_tau, keeps_terms: false, end: 0, levels: Vec::new() }
+        Self { deviation, windows_per_tau, keeps_terms: false, piece: Piece::starting_at(0), levels: Vec::new() }
     }
 
+    pub(super) fn start_at(&mut self, index: u64) {
+        self.piece = Piece::starting_at(index);
+    }
+
+    /// Of Allan differences, which are all that a slope shows in.
     pub(super) fn keep_terms(&mut self) {
-        self.keeps_terms = true;
+        self.keeps_terms = self.deviation == Deviation::Allan;
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
-            self.push_block(block);
+            let mut new = Blocks::new();
+            for (sum, &count) in new.sums[MAX_LAG..].iter_mut().zip(block) {
+                *sum = count.into();
+            }
+            new.len = block.len();
+            self.advance(&mut new, block.len() as u64);
         }
     }
 
     pub(super) fn gap(&mut self, missing: Option<u64>) {
-        self.end = missing.map_or(0, |missing| self.end.wrapping_add(missing));
-        for level in &mut self.levels {
-            level.sums.len = 0;
-            level.differences.len = 0;
+        match missing.map(|missing| self.piece.room_for(missing)) {
+            Some(missing) if missing > 0 => self.advance(&mut Blocks::new(), missing),
+            missing => {
+                self.piece.part(missing.is_none());
+                self.levels.iter_mut().for_each(Level::forget);
+            }
         }
     }
 
-    /// The octave m = 2^k, if any sample reached it: squares, and the sum of the terms before they
-    /// are squared, of Allan differences, where they are kept.
-    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
-        self.levels.get(k).map(|level| (level.squares, self.keeps_terms.then_some(level.terms)))
+    pub(super) const fn piece(&self) -> &Piece {
+        &self.piece
     }
 
-    fn push_block(&mut self, block: &[i32]) {
-        self.end = self.end.wrapping_add(block.len() as u64);
-        let (mut sums, mut next): (&mut Scratch, &mut Scratch) = (&mut [0; MAX_LAG + BLOCK], &mut [0; MAX_LAG + BLOCK]);
-        for (sum, &count) in sums[MAX_LAG..].iter_mut().zip(block) {
-            *sum = count.into();
+    pub(super) fn is_kind_of(&self, other: &Self) -> bool {
+        let kind = |cascade: &Self| (cascade.deviation, cascade.windows_per_tau, cascade.keeps_terms);
+        kind(self) == kind(other)
+    }
+
+    /// Goes on with a piece of the same kind that begins at the end of this one, or behind it.
+    pub(super) fn append(&mut self, next: &Self) {
+        match next.piece.start.saturating_sub(self.piece.end) {
+            0 => {}
+            between => self.gap(Some(between)),
         }
-        let mut new = block.len();
+        let (seam, run_end) = (next.piece.start, next.piece.first_run_end());
+        let (mut new, mut joined) = (&mut Blocks::new(), &mut Blocks::new());
         for k in 0..=MAX_LEVEL {
-            if new == 0 {
+            let (lag, stride) = (self.lag(k), self.stride(k));
+            let head = next.levels.get(k as usize).map(|level| &level.head);
+            new.extend(head);
+            if new.len == 0 {
                 break;
             }
-            if k as usize == self.levels.len() {
-                self.levels.push(Level::EMPTY);
+            // of the sums that a level has in the run, or of those that its head has room for
+            let last = (run_end / stride).min(seam.div_ceil(stride) + (lag + self.head_len(lag)) as u64 - 1);
+            let not_joined = head.map_or(0, |head| head.len).saturating_sub(lag);
+            self.take(k, last, not_joined, new, joined);
+            mem::swap(&mut new, &mut joined);
+        }
+        let levels = self.levels.len().max(next.levels.len());
+        self.levels.resize(levels, Level::new(self.keeps_terms));
+        for k in 0..self.levels.len() {
+            let lag = self.lag(k as u32);
+            if next.piece.is_parted() {
+                self.levels[k].forget();
             }
-            let level = &mut self.levels[k as usize];
-            let m = 1_usize << k;
-            let lag = m.min(self.windows_per_tau);
-            let (older, newer) = level.sums.pairs(sums, new, lag);
-            level.add_terms(self.deviation, older, newer, lag);
-            if self.keeps_terms {
-                level.terms +=
-                    older.iter().zip(newer).map(|(older, newer)| i128::from(newer.wrapping_sub(*older))).sum::<i128>();
+            if let Some(next) = next.levels.get(k) {
+                self.levels[k].append(next, lag);
             }
-            let stride = (m / self.windows_per_tau).max(1) as u64;
-            new = if m < self.windows_per_tau {
-                join(older, newer, next);
-                older.len()
-            } else {
-                // The newest sum ends at the multiple end / stride of the stride; even multiples are on the next grid.
-                let first = (self.end / stride + older.len() as u64 + 1) & 1;
-                join_every_second(older, newer, first as usize, next)
-            };
-            core::mem::swap(&mut sums, &mut next);
+        }
+        self.piece.append(&next.piece);
+    }
+
+    /// The octave m = 2^k, if any sample reached it: squares of whole windows, those of the others,
+    /// and the sum of the terms before they are squared, of Allan differences, where they are kept.
+    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Gapped, Option<i128>)> {
+        self.levels.get(k).map(|level| (level.squares, level.gapped, level.terms))
+    }
+
+    fn lag(&self, k: u32) -> usize {
+        (1_usize << k).min(self.windows_per_tau)
+    }
+
+    fn stride(&self, k: u32) -> u64 {
+        ((1_usize << k) / self.windows_per_tau).max(1) as u64
+    }
+
+    /// Every cluster of a window but one.
+    fn head_len(&self, lag: usize) -> usize {
+        lag * (self.deviation.order() - 1)
+    }
+
+    /// Goes on by so many places; of `new`, what is behind its length is missing.
+    #[inline]
+    fn advance(&mut self, new: &mut Blocks, mut places: u64) {
+        self.piece.end += places;
+        let (mut new, mut joined) = (&mut *new, &mut Blocks::new());
+        for k in 0..=MAX_LEVEL {
+            if places == 0 {
+                break;
+            }
+            if (new.len as u64) < places {
+                new.fill_up(places.min(OF_A_GAP) as usize, 1 << k);
+            }
+            let remembered = self.levels.get(k as usize).map_or(0, |level| level.sums.sums.len);
+            // the last of all that are new ends at this multiple of the stride
+            let last = self.piece.end / self.stride(k);
+            self.take(k, last - (places - new.len as u64), 0, new, joined);
+            let lag = self.lag(k);
+            let pairs = (remembered as u64 + places).saturating_sub(lag as u64);
+            places = if lag < self.windows_per_tau { pairs } else { (pairs + 1 - ((last + pairs + 1) & 1)) / 2 };
+            mem::swap(&mut new, &mut joined);
+        }
+    }
+
+    /// Adds the windows that end with the new sums of level `k`; `joined` are then those of the next
+    /// level. `last` is the number of the last new sum in strides from index 0, and the last
+    /// `not_joined` ones are the second half of no block of the next level.
+    #[inline]
+    fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut Blocks, joined: &mut Blocks) {
+        if k as usize == self.levels.len() {
+            self.levels.push(Level::new(self.keeps_terms));
+        }
+        let lag = self.lag(k);
+        let head_len = self.head_len(lag);
+        let level = &mut self.levels[k as usize];
+        if level.head.len < head_len && !self.piece.is_parted() {
+            level.head.extend(new, head_len);
+        }
+        let onward = Onward { last, not_joined, every: if lag < self.windows_per_tau { 1 } else { 2 } };
+        if new.missing.is_none() && level.sums.whole && level.earlier.whole {
+            let (older, newer) = level.sums.pairs_of_whole(&mut new.sums, new.len, lag);
+            match self.deviation {
+                Deviation::Allan => level.squares.add([older, newer], difference),
+                Deviation::Hadamard => {
+                    let mut sums: Scratch<i64> = [0; MAX_LAG + BLOCK];
+                    sums[MAX_LAG..][..older.len()].copy_from_slice(older);
+                    let (oldest, middle) = level.earlier.pairs_of_whole(&mut sums, older.len(), lag);
+                    level.squares.add([oldest, middle, from_end(newer, middle.len())], second_difference);
+                }
+            }
+            if let Some(terms) = &mut level.terms {
+                *terms += older.iter().zip(newer).map(|pair| i128::from(difference([*pair.0, *pair.1]))).sum::<i128>();
+            }
+            joined.len = onward.join(older, newer, &mut joined.sums);
+            joined.missing = None;
+        } else {
+            level.take_gapped(self.deviation, k, lag, &onward, new, joined);
         }
     }
 }
 
 impl Level {
-    const EMPTY: Self = Self { sums: Memory::EMPTY, differences: Memory::EMPTY, squares: SquareSum::EMPTY, terms: 0 };
+    fn new(keeps_terms: bool) -> Self {
+        Self {
+            sums: Remembered::EMPTY,
+            earlier: Remembered::EMPTY,
+            head: Head { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: 0 },
+            squares: SquareSum::EMPTY,
+            gapped: Gapped::EMPTY,
+            terms: keeps_terms.then_some(0),
+        }
+    }
 
-    #[inline]
-    fn add_terms(&mut self, deviation: Deviation, older: &[i64], newer: &[i64], lag: usize) {
+    fn forget(&mut self) {
+        (self.sums, self.earlier) = (Remembered::EMPTY, Remembered::EMPTY);
+    }
+
+    /// As [`Cascade::take`], where samples are missing.
+    #[cold]
+    #[inline(never)]
+    fn take_gapped(
+        &mut self,
+        deviation: Deviation,
+        k: u32,
+        lag: usize,
+        onward: &Onward,
+        new: &mut Blocks,
+        joined: &mut Blocks,
+    ) {
+        let missing = new.missing.get_or_insert([0; MAX_LAG + BLOCK]);
+        let (older, newer) = self.sums.sums.pairs(&mut new.sums, new.len, lag);
+        let (older_lack, newer_lack) = self.sums.missing.pairs(missing, new.len, lag);
+        self.sums.whole = self.sums.missing.are_zero();
         match deviation {
-            Deviation::Allan => self.squares.add([older, newer], difference),
+            Deviation::Allan => self.add_windows(k, [-1, 1], [older, newer], [older_lack, newer_lack]),
             Deviation::Hadamard => {
-                let mut differences: Scratch = [0; MAX_LAG + BLOCK];
-                for ((place, &older), &newer) in differences[MAX_LAG..].iter_mut().zip(older).zip(newer) {
-                    *place = difference([older, newer]);
-                }
-                let (older, newer) = self.differences.pairs(&mut differences, older.len(), lag);
-                self.squares.add([older, newer], difference);
+                let (mut sums, mut missing): (Scratch<i64>, Scratch<u32>) =
+                    ([0; MAX_LAG + BLOCK], [0; MAX_LAG + BLOCK]);
+                sums[MAX_LAG..][..older.len()].copy_from_slice(older);
+                missing[MAX_LAG..][..older.len()].copy_from_slice(older_lack);
+                let (oldest, middle) = self.earlier.sums.pairs(&mut sums, older.len(), lag);
+                let (oldest_lack, middle_lack) = self.earlier.missing.pairs(&mut missing, older.len(), lag);
+                self.earlier.whole = self.earlier.missing.are_zero();
+                let windows = middle.len();
+                let sums = [oldest, middle, from_end(newer, windows)];
+                let lacks = [oldest_lack, middle_lack, from_end(newer_lack, windows)];
+                self.add_windows(k, [1, -2, 1], sums, lacks);
+            }
+        }
+        joined.len = onward.join(older, newer, &mut joined.sums);
+        let lack = joined.missing.insert([0; MAX_LAG + BLOCK]);
+        onward.join(older_lack, newer_lack, lack);
+        if lack[MAX_LAG..][..joined.len].iter().all(|missing| *missing == 0) {
+            joined.missing = None;
+        }
+    }
+
+    /// Adds one window for each place of the slices, where half of each cluster is present.
+    fn add_windows<const P: usize>(&mut self, k: u32, weights: [i64; P], sums: [&[i64]; P], missing: [&[u32]; P]) {
+        let mut whole = [0_i64; MAX_LAG + BLOCK];
+        let mut count = 0;
+        for i in 0..sums[0].len() {
+            let (sums, missing) = (sums.map(|sums| sums[i]), missing.map(|missing| missing[i]));
+            if missing == [0; P] {
+                whole[count] = weights.iter().zip(sums).fold(0, |z: i64, (weight, sum)| z.wrapping_add(weight * sum));
+                count += 1;
+            } else if missing.iter().all(|missing| 2 * u64::from(*missing) <= 1 << k) {
+                let present = missing.map(|missing| (1_u64 << k) - u64::from(missing));
+                self.gapped.add(1 << k, weights, sums, present);
+            }
+        }
+        self.squares.add([&whole[..count]], |[z]| z);
+        if let Some(terms) = &mut self.terms {
+            *terms += whole[..count].iter().map(|z| i128::from(*z)).sum::<i128>();
+        }
+    }
+
+    /// What `next` has summed, and what it remembers where that is no more than its own run.
+    fn append(&mut self, next: &Self, lag: usize) {
+        self.squares.append(&next.squares);
+        self.gapped.append(&next.gapped);
+        self.terms = self.terms.zip(next.terms).map(|(ours, theirs)| ours + theirs);
+        for (ours, theirs) in [(&mut self.sums, &next.sums), (&mut self.earlier, &next.earlier)] {
+            if theirs.sums.len > ours.sums.len || theirs.sums.len == lag {
+                ours.clone_from(theirs);
             }
         }
     }
 }
 
-impl Memory {
-    const EMPTY: Self = Self { values: [0; MAX_LAG], len: 0 };
+impl Remembered {
+    const EMPTY: Self = Self { sums: Memory::of(0), missing: Memory::of(0), whole: true };
+
+    #[inline]
+    fn pairs_of_whole<'a>(&mut self, new: &'a mut Scratch<i64>, len: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
+        let pairs = self.sums.pairs(new, len, lag);
+        self.missing.len = self.sums.len;
+        pairs
+    }
+}
+
+impl<T: Copy> Memory<T> {
+    const fn of(value: T) -> Self {
+        Self { values: [value; MAX_LAG], len: 0 }
+    }
 
     /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and
     /// newer, as slices of equal length.
     #[inline]
-    fn pairs<'a>(&mut self, scratch: &'a mut Scratch, new: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
+    fn pairs<'a>(&mut self, scratch: &'a mut Scratch<T>, new: usize, lag: usize) -> (&'a [T], &'a [T]) {
         // Always all places: a copy of constant length is a few moves.
         scratch[..MAX_LAG].copy_from_slice(&self.values);
         self.values.copy_from_slice(&scratch[new..new + MAX_LAG]);
@@ -151,27 +373,95 @@ impl Memory {
     }
 }
 
+impl Memory<u32> {
+    fn are_zero(&self) -> bool {
+        from_end(&self.values, self.len).iter().all(|value| *value == 0)
+    }
+}
+
+impl<T: PartialEq> PartialEq for Memory<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.values[MAX_LAG - self.len..] == other.values[MAX_LAG - other.len..]
+    }
+}
+
+impl<T: Eq> Eq for Memory<T> {}
+
+impl Head {
+    #[cold]
+    fn extend(&mut self, new: &Blocks, most: usize) {
+        let len = new.len.min(most - self.len);
+        self.sums[self.len..][..len].copy_from_slice(&new.sums[MAX_LAG..][..len]);
+        if let Some(missing) = &new.missing {
+            self.missing[self.len..][..len].copy_from_slice(&missing[MAX_LAG..][..len]);
+        }
+        self.len += len;
+    }
+}
+
+impl Blocks {
+    #[inline]
+    const fn new() -> Self {
+        Self { sums: [0; MAX_LAG + BLOCK], missing: None, len: 0 }
+    }
+
+    /// With blocks of `m` missing samples, to this length.
+    #[cold]
+    fn fill_up(&mut self, len: usize, m: u32) {
+        if let Some(more) = len.checked_sub(self.len) {
+            let places = MAX_LAG + self.len..MAX_LAG + self.len + more;
+            self.sums[places.clone()].fill(0);
+            self.missing.get_or_insert([0; MAX_LAG + BLOCK])[places].fill(m);
+            self.len = len;
+        }
+    }
+
+    fn extend(&mut self, head: Option<&Head>) {
+        let Some(head) = head else { return };
+        let places = MAX_LAG + self.len..MAX_LAG + self.len + head.len;
+        self.sums[places.clone()].copy_from_slice(&head.sums[..head.len]);
+        if self.missing.is_some() || head.missing.iter().any(|missing| *missing > 0) {
+            let missing = self.missing.get_or_insert([0; MAX_LAG + BLOCK]);
+            missing[places].copy_from_slice(&head.missing[..head.len]);
+        }
+        self.len += head.len;
+    }
+}
+
+impl Onward {
+    /// Block sums of the next level, written where new values go; returns how many there are.
+    #[inline]
+    fn join<T: Copy + Add<Output = T>>(&self, older: &[T], newer: &[T], next: &mut Scratch<T>) -> usize {
+        let pairs = older.len().saturating_sub(self.not_joined);
+        let pairs_of = older[..pairs].iter().zip(&newer[..pairs]);
+        if self.every == 1 {
+            for (sum, (older, newer)) in next[MAX_LAG..].iter_mut().zip(pairs_of) {
+                *sum = *older + *newer;
+            }
+            return pairs;
+        }
+        // Even multiples of the stride are on the next grid.
+        let first = ((self.last - self.not_joined as u64 + pairs as u64 + 1) & 1) as usize;
+        let len = (pairs + 1).saturating_sub(first) / 2;
+        for (i, sum) in next[MAX_LAG..MAX_LAG + len].iter_mut().enumerate() {
+            *sum = older[first + 2 * i] + newer[first + 2 * i];
+        }
+        len
+    }
+}
+
 #[inline]
 fn difference([older, newer]: [i64; 2]) -> i64 {
     newer.wrapping_sub(older)
 }
 
-/// Block sums of the next level, written where new values go.
 #[inline]
-fn join(older: &[i64], newer: &[i64], next: &mut Scratch) {
-    for ((sum, older), newer) in next[MAX_LAG..].iter_mut().zip(older).zip(newer) {
-        *sum = older + newer;
-    }
+fn second_difference([oldest, middle, newest]: [i64; 3]) -> i64 {
+    difference([middle, newest]).wrapping_sub(difference([oldest, middle]))
 }
 
-/// The same for every second pair from `first` on; returns how many these are.
-#[inline]
-fn join_every_second(older: &[i64], newer: &[i64], first: usize, next: &mut Scratch) -> usize {
-    let len = (older.len() + 1).saturating_sub(first) / 2;
-    for (i, sum) in next[MAX_LAG..MAX_LAG + len].iter_mut().enumerate() {
-        *sum = older[first + 2 * i] + newer[first + 2 * i];
-    }
-    len
+fn from_end<T>(values: &[T], len: usize) -> &[T] {
+    &values[values.len() - len..]
 }
 
 #[cfg(test)]

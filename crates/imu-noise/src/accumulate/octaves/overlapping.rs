@@ -1,9 +1,10 @@
-//! Every overlapping window: 8 bytes per sample of the longest gap-free run, or of all of them.
+//! Every overlapping window: 8 bytes per sample of the longest gap-free run and of the first, or of all
+//! runs.
 
 use std::mem;
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
-use crate::accumulate::record::Deviation;
+use crate::accumulate::{piece::Piece, record::Deviation};
 
 /// Every octave visits the block at two more places of the record: long enough for the memory to
 /// stream.
@@ -14,8 +15,10 @@ pub(super) struct Overlapping {
     pub(super) deviation: Deviation,
     /// Prefix sums of the present run, from 0 on. They may wrap: their differences do not.
     pub(super) prefix: Vec<i64>,
-    /// Those of the runs before it, where they are kept.
-    pub(super) earlier: Option<Vec<Vec<i64>>>,
+    /// Those of the runs before it: of the first one of the piece, or of all where they are kept.
+    pub(super) earlier: Vec<Vec<i64>>,
+    pub(super) keeps_runs: bool,
+    piece: Piece,
     squares: Vec<SquareSum>,
     /// Sums of the Allan terms themselves, where they are kept: a slope shows in them.
     pub(super) terms: Option<Vec<i128>>,
@@ -23,7 +26,13 @@ pub(super) struct Overlapping {
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
-        Self { deviation, prefix: Vec::new(), earlier: None, squares: Vec::new(), terms: None }
+        let (prefix, earlier) = (Vec::new(), Vec::new());
+        let piece = Piece::starting_at(0);
+        Self { deviation, prefix, earlier, keeps_runs: false, piece, squares: Vec::new(), terms: None }
+    }
+
+    pub(super) fn start_at(&mut self, index: u64) {
+        self.piece = Piece::starting_at(index);
     }
 
     pub(super) fn keep_terms(&mut self) {
@@ -36,20 +45,68 @@ impl Overlapping {
         }
     }
 
-    pub(super) fn gap(&mut self) {
-        match &mut self.earlier {
-            Some(earlier) if self.prefix.len() > self.deviation.order() => earlier.push(mem::take(&mut self.prefix)),
-            _ => self.prefix.clear(),
+    pub(super) fn gap(&mut self, missing: Option<u64>) {
+        let run = mem::take(&mut self.prefix);
+        self.keep_run(run);
+        self.piece.part(missing.is_none());
+        self.piece.end += missing.map_or(0, |missing| self.piece.room_for(missing));
+    }
+
+    /// The first one is kept even without a sample: the piece begins with it.
+    fn keep_run(&mut self, run: Vec<i64>) {
+        if self.earlier.is_empty() || self.keeps_runs && run.len() > self.deviation.order() {
+            self.earlier.push(run);
         }
     }
 
-    /// As [`Cascade::octave`](super::cascade::Cascade::octave).
+    pub(super) const fn piece(&self) -> &Piece {
+        &self.piece
+    }
+
+    pub(super) fn is_kind_of(&self, other: &Self) -> bool {
+        let kind = |all: &Self| (all.deviation, all.keeps_runs, all.terms.is_some());
+        kind(self) == kind(other)
+    }
+
+    /// Goes on with a piece of the same kind that begins at the end of this one, or behind it.
+    pub(super) fn append(&mut self, next: &Self) {
+        match next.piece.start.saturating_sub(self.piece.end) {
+            0 => {}
+            between => self.gap(Some(between)),
+        }
+        let run = next.earlier.first().unwrap_or(&next.prefix);
+        let seam = self.prefix.len().saturating_sub(1);
+        let before = self.prefix.last().copied().unwrap_or(0);
+        let joined = if self.prefix.is_empty() { run } else { run.get(1..).unwrap_or_default() };
+        self.prefix.extend(joined.iter().map(|sum| before.wrapping_add(*sum)));
+        for k in 0..=MAX_LEVEL {
+            let span = self.deviation.order() << k;
+            let (first_end, end) = (span.max(seam + 1), self.prefix.len().min(seam + span));
+            self.add_windows(k as usize, first_end, end);
+        }
+        let octaves = self.squares.len().max(next.squares.len());
+        self.squares.resize(octaves, SquareSum::EMPTY);
+        self.terms.iter_mut().for_each(|terms| terms.resize(octaves, 0));
+        self.squares.iter_mut().zip(&next.squares).for_each(|(squares, more)| squares.append(more));
+        if let (Some(terms), Some(more)) = (&mut self.terms, &next.terms) {
+            terms.iter_mut().zip(more).for_each(|(terms, more)| *terms += more);
+        }
+        if let Some((_, others)) = next.earlier.split_first() {
+            let run = mem::replace(&mut self.prefix, next.prefix.clone());
+            self.keep_run(run);
+            self.earlier.extend(others.iter().filter(|_| self.keeps_runs).cloned());
+        }
+        self.piece.append(&next.piece);
+    }
+
+    /// As [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
     pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
         let terms = self.terms.as_ref().and_then(|terms| terms.get(k).copied());
         self.squares.get(k).map(|squares| (*squares, terms))
     }
 
     fn push_block(&mut self, block: &[i32]) {
+        self.piece.end += block.len() as u64;
         if self.prefix.is_empty() {
             self.prefix.push(0);
         }
@@ -61,18 +118,25 @@ impl Overlapping {
         }));
         let order = self.deviation.order();
         for k in 0..=MAX_LEVEL {
-            let m = 1_usize << k;
-            let first_end = known.max(order * m);
+            let first_end = known.max(order << k);
             if first_end >= self.prefix.len() {
                 break;
             }
-            if k as usize == self.squares.len() {
-                self.squares.push(SquareSum::EMPTY);
-                self.terms.iter_mut().for_each(|terms| terms.push(0));
-            }
-            let terms = self.terms.as_mut().map(|terms| &mut terms[k as usize]);
-            add_windows(self.deviation, &self.prefix, first_end, m, &mut self.squares[k as usize], terms);
+            self.add_windows(k as usize, first_end, self.prefix.len());
         }
+    }
+
+    /// The windows that end at these prefix sums, up to `end`.
+    fn add_windows(&mut self, k: usize, first_end: usize, end: usize) {
+        if first_end >= end {
+            return;
+        }
+        if self.squares.len() <= k {
+            self.squares.resize(k + 1, SquareSum::EMPTY);
+            self.terms.iter_mut().for_each(|terms| terms.resize(k + 1, 0));
+        }
+        let terms = self.terms.as_mut().map(|terms| &mut terms[k]);
+        add_windows(self.deviation, &self.prefix[..end], first_end, 1 << k, &mut self.squares[k], terms);
     }
 }
 

@@ -26,6 +26,11 @@ impl SquareSum {
         };
         self.sum = self.sum.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
+
+    pub(super) fn append(&mut self, other: &Self) {
+        self.terms += other.terms;
+        self.sum = self.sum.zip(other.sum).and_then(|(sum, squares)| sum.checked_add(squares));
+    }
 }
 
 /// The sum where it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers

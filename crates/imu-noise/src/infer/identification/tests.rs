@@ -3,19 +3,26 @@
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
-use crate::accumulate::aligned_sums::AlignedSums;
+use crate::accumulate::aligned_sums::{AlignedBlock, AlignedSums};
 use crate::accumulate::record::{Deviation, Estimator};
 use crate::oracle;
 
 fn identified(block: u64, runs: &[(Option<u64>, &[i32])]) -> LagOneSums {
-    let mut aligned = AlignedSums::new(block);
+    let mut aligned = AlignedSums::new(block, 0);
     let mut identification = LagOneSums::new(block);
+    let complete = |block: AlignedBlock, of: u64, identification: &mut LagOneSums| {
+        if block.present == of {
+            identification.push(block.number, block.sum);
+        }
+    };
     for (missing, counts) in runs {
         if *missing != Some(0) {
-            aligned.gap(*missing);
-            identification.gap();
+            aligned.gap(*missing, |found| complete(found, block, &mut identification));
+            if missing.is_none() {
+                identification.part();
+            }
         }
-        aligned.push(counts, |number, sum| identification.push(number, sum));
+        aligned.push(counts, |found| complete(found, block, &mut identification));
     }
     identification
 }
@@ -78,7 +85,7 @@ fn constant_and_short_data_have_no_kind() {
 fn slopes_identify_the_noise_of_pure_curves() {
     let shape =
         RecordShape { samples: 1 << 20, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
-    let octaves: Vec<_> = (6..20).map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) }).collect();
+    let octaves: Vec<_> = (6..20).map(|k| Octave::whole(1 << k, shape.windows(1 << k))).collect();
     for law in [PowerLaw::FlickerPhase, PowerLaw::White, PowerLaw::Flicker, PowerLaw::RandomWalk] {
         let variances: Vec<_> = octaves.iter().map(|octave| law.variance(shape.deviation, octave.m)).collect();
         let types = noise_types(&octaves, &variances, &shape, |_| None);

@@ -4,7 +4,7 @@
 use crate::accumulate::record::{Octave, RecordShape};
 use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
-use crate::infer::power_law::{PowerLaw, difference_autocovariance};
+use crate::infer::power_law::{PowerLaw, expected_variance};
 
 /// A sensor that averages `length` internal samples and sends every `decimation`-th average. Above
 /// `decimation`, neighbours share samples, and white noise is depressed at short averaging times.
@@ -108,9 +108,8 @@ pub fn white_deficit(
         .filter(|(octave, _)| octave.m >= averaged.length())
         .filter_map(|(octave, variance)| {
             let edf = edf(octave, shape, PowerLaw::White).filter(|edf| *edf >= LEAST_EDF)?;
-            let m = octave.m as f64;
-            let squared = difference_autocovariance(shape.deviation, m, 0.0, |lag| averaged.phase_covariance(lag));
-            let expected = white * white / shape.interval_s * squared / (shape.deviation.divisor() * m * m);
+            let of_one = expected_variance(octave, shape.deviation, |lag| averaged.phase_covariance(lag));
+            let expected = white * white / shape.interval_s * of_one;
             let below = 1.0 - chi_squared::probability_above(variance / expected * edf, edf)?;
             // far out the deviate would be infinite
             Some(chi_squared::normal_quantile(below.clamp(1e-15, 1.0 - 1e-15)))
@@ -168,10 +167,8 @@ mod tests {
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let octaves: Vec<Octave> = (0..17)
-            .map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) })
-            .filter(|octave| octave.terms > 0)
-            .collect();
+        let octaves: Vec<Octave> =
+            (0..17).map(|k| Octave::whole(1 << k, shape.windows(1 << k))).filter(|octave| octave.terms > 0).collect();
         let deficit = |factor: &dyn Fn(f64) -> f64| {
             let variance = |octave: &Octave| {
                 let tau_s = octave.m as f64 * shape.interval_s;

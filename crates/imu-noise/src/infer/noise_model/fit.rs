@@ -9,10 +9,10 @@ use super::{
     parameter::ramp,
     regression::{Regression, Solution},
 };
-use crate::accumulate::record::Octave;
+use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
 use crate::infer::narrow_bands::NarrowBand;
-use crate::infer::power_law::difference_autocovariance;
+use crate::infer::power_law::expected_variance;
 use crate::infer::roll_off::RollOff;
 
 /// Fits with a smaller probability are not believed.
@@ -326,6 +326,7 @@ impl NoiseModel {
                 let variance = |(_, octave): &(usize, Octave)| {
                     let of = |band: &&NarrowBand| {
                         let (mean, spread) = band.variance(self.shape.deviation, octave.m);
+                        let mean = octave.expected(mean, |m| band.variance(Deviation::Allan, m).0);
                         (band.power / total * mean, band.power / total * spread)
                     };
                     group
@@ -344,12 +345,8 @@ impl NoiseModel {
     fn gauss_markov_processes(&self) -> Vec<Beside> {
         let times = core::iter::successors(Some(SHORTEST_CORRELATION), |time| Some(4.0 * time));
         let process = |time: f64| {
-            let variance = |(_, octave): &(usize, Octave)| {
-                let m = octave.m as f64;
-                let phase = |lag| gauss_markov::phase_covariance(lag, time);
-                difference_autocovariance(self.shape.deviation, m, 0.0, phase)
-                    / (self.shape.deviation.divisor() * m * m)
-            };
+            let phase = |lag| gauss_markov::phase_covariance(lag, time);
+            let variance = |(_, octave): &(usize, Octave)| expected_variance(octave, self.shape.deviation, phase);
             Beside { variances: self.octaves.iter().map(variance).collect(), kind: BesideKind::GaussMarkov { time } }
         };
         times.take_while(|time| *time <= self.shape.samples as f64 * LONGEST_CORRELATION).map(process).collect()

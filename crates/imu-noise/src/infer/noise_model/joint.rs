@@ -229,7 +229,7 @@ mod tests {
         ] {
             let shape = RecordShape { samples, interval_s: 1.0, estimator, deviation };
             let octaves: Vec<Octave> = (0..12)
-                .map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) })
+                .map(|k| Octave::whole(1 << k, shape.windows(1 << k)))
                 .filter(|octave| octave.terms > 0)
                 .collect();
             let joint = JointMeans::new(&octaves, &shape, &noise, None);
@@ -259,7 +259,7 @@ mod tests {
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let octaves: Vec<Octave> = (0..24).map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) }).collect();
+        let octaves: Vec<Octave> = (0..24).map(|k| Octave::whole(1 << k, shape.windows(1 << k))).collect();
         let joint = JointMeans::new(&octaves, &shape, &noise, None);
         let correlation = |a, b| joint.means(a, b)[0][0] / (joint.means(a, a)[0][0] * joint.means(b, b)[0][0]).sqrt();
         for a in 1..octaves.len() {

@@ -11,7 +11,7 @@ use super::{
     least_squares::dot,
 };
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
-use crate::infer::power_law::difference_autocovariance;
+use crate::infer::power_law::expected_variance;
 
 /// Components whose squared amplitudes are the parameters of the fit, and the statistics they
 /// explain: the variances of the octaves and, with a ramp, as the last of them, the square of the
@@ -60,12 +60,10 @@ impl Model {
     /// For `octaves` in ascending order that have windows.
     /// `known`: a model of the same noise in a record of another length.
     pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>], known: Option<&Self>) -> Self {
-        let variance = |component: &Component<'_>, octave: &Octave| {
-            let m = octave.m as f64;
-            difference_autocovariance(shape.deviation, m, 0.0, component.phase) / (shape.deviation.divisor() * m * m)
+        let variances = |component: &Component<'_>| {
+            octaves.iter().map(|octave| expected_variance(octave, shape.deviation, component.phase)).collect()
         };
-        let basis =
-            noise.iter().map(|component| octaves.iter().map(|octave| variance(component, octave)).collect()).collect();
+        let basis = noise.iter().map(variances).collect();
         let factors = octaves.iter().map(|octave| octave.m as f64).collect();
         let white = noise.iter().position(|component| !component.meets_at_edges).unwrap_or_default();
         let joint = Arc::new(JointMeans::new(octaves, shape, noise, known.map(|known| &*known.joint)));
@@ -303,9 +301,10 @@ impl Slope {
             averages[..=a].iter().flat_map(of)
         });
         let with_slope = |average| noise.iter().map(move |term| Average::with_slope(average, n, *term));
+        let of_ramp = |m: u64| (m as f64).powi(2) / 2.0;
         let ramp = |octave: &Octave| match shape.deviation {
-            Deviation::Allan => (octave.m as f64).powi(2) / 2.0,
-            Deviation::Hadamard => 0.0,
+            Deviation::Allan => octave.expected(of_ramp(octave.m), of_ramp),
+            Deviation::Hadamard => octave.expected(0.0, of_ramp),
         };
         Self {
             variances: noise.iter().map(|term| slope_variance(*term, n)).collect(),

@@ -17,7 +17,7 @@ fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {
                 cascade.push(counts);
             }
             for row in rows.iter().filter(|row| row.stat == stat && row.stream == stream) {
-                let (squares, _) = cascade.octave(row.m.ilog2() as usize).unwrap();
+                let (squares, ..) = cascade.octave(row.m.ilog2() as usize).unwrap();
                 assert_eq!(squares.terms, row.terms, "windows of {stat} at m = {}", row.m);
                 assert_eq!(squares.sum, Some(row.sum_squares), "{stat} at m = {}", row.m);
                 used += 1;
