@@ -200,7 +200,7 @@ fn edf_check((deviation, law, m, reference): &(Deviation, PowerLaw, u64, &'stati
         statistic: format!("{name}, {noise}"),
         m: Some(*m),
         reference,
-        ours: edf(&Octave { m: *m, terms: shape.windows(*m) }, &shape, *law),
+        ours: edf(&Octave::whole(*m, shape.windows(*m)), &shape, *law),
         tolerance: 1e-6,
     }
 }

@@ -153,7 +153,7 @@ mod tests {
                     let share = |lag: u64| 1.0 - lag as f64 / windows as f64;
                     let both_sides: f64 = (1..windows).map(|lag| 2.0 * share(lag) * (at(lag) / at(0)).powi(2)).sum();
                     let expected = windows as f64 / (1.0 + both_sides);
-                    let found = edf(&Octave { m, terms: windows }, &shape, law).unwrap();
+                    let found = edf(&Octave::whole(m, windows), &shape, law).unwrap();
                     let tolerance = if windows > m { 1e-4 } else { 3e-3 };
                     assert!((found / expected - 1.0).abs() < tolerance, "{law:?}, m = {m}: {found}, not {expected}");
                 }
