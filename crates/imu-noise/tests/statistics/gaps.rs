@@ -12,7 +12,8 @@ fn uniform(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Which samples arrive, where `share` of them are lost in runs of this mean length.
+/// Which samples arrive, where `share` of them are lost in runs of this mean length; independently
+/// of each other where that is 1 / (1 - share).
 fn arrived(samples: usize, share: f64, run: f64, state: &mut u64) -> Vec<bool> {
     let mut is_lost = false;
     let begins = share / (1.0 - share) / run;
@@ -52,7 +53,7 @@ fn one_percent_lost_costs_at_most_a_tenth_of_the_information() {
     let mut variances = vec![[const { (Vec::new(), Vec::new()) }; OCTAVES]; 3];
     for _ in 0..RECORDS {
         let (white, flicker, walk) = synthesis.next_record();
-        let lossy = arrived(SAMPLES, 0.01, 1.0, &mut state);
+        let lossy = arrived(SAMPLES, 0.01, 1.0 / 0.99, &mut state);
         for ((noise, law), variances) in [white, flicker, walk].iter().zip(&LAWS).zip(&mut variances) {
             let of = |arrived: &[bool]| sums(noise, arrived);
             for ((all, left), variances) in of(&[true; SAMPLES]).iter().zip(of(&lossy)).zip(variances) {
@@ -100,7 +101,7 @@ fn a_random_walk_shows_what_its_distances_say_within_the_bounds_told() {
     let mut state = 5;
     // share lost, mean length of a run, and how far off the expectation by the share alone may be
     for (lost, run, bound) in
-        [(0.01, 1.0, 0.002), (0.3, 1.0, 0.005), (0.05, 10.0, 0.005), (0.1, 30.0, 0.01), (0.3, 10.0, 0.03)]
+        [(0.01, 1.0 / 0.99, 0.002), (0.3, 1.0 / 0.7, 0.005), (0.05, 10.0, 0.005), (0.1, 30.0, 0.01), (0.3, 10.0, 0.03)]
     {
         let arrived = arrived(1 << 16, lost, run, &mut state);
         for m in [4, 16, 64] {
