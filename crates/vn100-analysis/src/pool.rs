@@ -223,23 +223,21 @@ fn octaves(
     let pooled = |index: usize| {
         let found: Vec<(usize, OctaveSum)> =
             used.iter().filter_map(|part| Some((*part, *of(part).get(index)?))).collect();
-        let first = found.first()?.1;
-        let terms = found.iter().map(|(_, sum)| sum.terms).sum();
-        let add = |total: Option<u128>, sum: Option<u128>| total?.checked_add(sum?);
-        let sum_squares = found.iter().map(|(_, sum)| sum.sum_squares).fold(Some(0), add);
+        let ((_, first), others) = found.split_first()?;
+        let mut all = *first;
+        others.iter().for_each(|(_, sum)| all.append(sum));
         // what is not known of a record is at least one
         let edf = |part: usize| {
             let assessed = records[part].assessment.channels.get(place)?.octaves.get(index)?;
             assessed.relative.map(|relative| relative.edf)
         };
         let squares: f64 = found.iter().map(|(part, sum)| (sum.terms as f64).powi(2) / edf(*part).unwrap_or(1.0)).sum();
-        let all = OctaveSum { terms, sum_squares, sum: None, ..first };
-        let edf = (terms as f64).powi(2) / squares;
+        let edf = (all.terms as f64).powi(2) / squares;
         Some(PooledOctave {
             m: first.m,
             tau_s: first.m as f64 / records[found[0].0].snapshot.timing.rate_hz,
             deviation: all.deviation_counts().map(|counts| channel.in_unit(counts)),
-            terms,
+            terms: all.terms,
             relative: Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
             parts: found.len(),
         })

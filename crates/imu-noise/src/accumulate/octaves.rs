@@ -177,6 +177,15 @@ impl OctaveSum {
         Octave { m: self.m, terms: self.terms, share_present }
     }
 
+    /// Adds the windows of another record in the same octave, counts of the same size.
+    pub fn append(&mut self, other: &Self) {
+        let add = |(ours, theirs): (u128, u128)| ours.checked_add(theirs);
+        self.terms += other.terms;
+        self.sum_squares = self.sum_squares.zip(other.sum_squares).and_then(add);
+        self.sum = self.sum.zip(other.sum).map(|(ours, theirs)| ours + theirs);
+        self.gapped.append(&other.gapped);
+    }
+
     /// Number of the windows that miss no sample, those of [`sum_squares`](Self::sum_squares).
     #[must_use]
     pub const fn whole_terms(&self) -> u64 {
