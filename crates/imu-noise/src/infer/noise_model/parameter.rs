@@ -228,8 +228,8 @@ impl Search<'_> {
     }
 
     /// The root of what χ² rises from the best fit to `value` below it, and the fit there. With few
-    /// degrees of freedom that finds a weak term more often than the score does, which weighs by the
-    /// covariance without it.
+    /// degrees of freedom that finds a weak term more often than the score does, which weighs by
+    /// the covariance without it.
     fn rise(&self, value: f64, near: &[f64]) -> Option<(f64, Vec<f64>)> {
         let solution = self.regression.fit_with(self.term, value, near)?;
         Some(((solution.chi2 - self.solution.chi2).max(0.0).sqrt(), solution.parameters))
@@ -294,8 +294,8 @@ impl Search<'_> {
         (self.root(Self::rise, (0.0, finite - z), (best, -z), -z, &parameters), at_zero)
     }
 
-    /// Where `distance` + `offset` falls through zero, by false position with halving of a stale end
-    /// (Dowell and Jarratt, 1971).
+    /// Where `distance` + `offset` falls through zero, by false position with halving of a stale
+    /// end (Dowell and Jarratt, 1971).
     fn root(
         &self,
         distance: impl Fn(&Self, f64, &[f64]) -> Option<(f64, Vec<f64>)>,
