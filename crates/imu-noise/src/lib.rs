@@ -23,7 +23,8 @@
 //! });
 //! let (octaves, variances): (Vec<_>, Vec<f64>) = variances.unzip();
 //! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
-//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, None), 0.95);
+//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE,
+//! None).fit(&ChannelCurve::new(&variances, None), 0.95);
 //!
 //! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
 //! let white = fit.parameter(Term::White).ok_or("not in the model")?;

@@ -115,8 +115,8 @@ impl ChannelAccumulator {
     }
 
     /// Slope of the regression line over the record, in counts per sample, missing samples counted
-    /// as such. `None` below three blocks of 64 samples of which half are present at least, and after
-    /// a gap of unknown length.
+    /// as such. `None` below three blocks of 64 samples of which half are present at least, and
+    /// after a gap of unknown length.
     #[must_use]
     pub fn slope_counts(&self) -> Option<f64> {
         self.trend.slope_counts()

@@ -30,10 +30,10 @@ enum Windows {
 /// The sum of one octave: exact over the windows that miss no sample.
 ///
 /// A window of which some samples are missing, and in each cluster half are present at least, takes
-/// part with the means of those present. Its squared difference is multiplied by c = (2/m) / (1/n₁ +
-/// 1/n₂) for n₁ and n₂ of m samples present (Hadamard: (6/m) / (1/n₁ + 4/n₂ + 1/n₃)) and rounded
-/// once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing. Of other
-/// noise such a window shows less: see [`Octave::share_present`].
+/// part with the means of those present. Its squared difference is multiplied by c = (2/m) / (1/n₁
+/// + 1/n₂) for n₁ and n₂ of m samples present (Hadamard: (6/m) / (1/n₁ + 4/n₂ + 1/n₃)) and rounded
+/// once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing. Of
+/// other noise such a window shows less: see [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
     /// What was squared.
@@ -46,8 +46,8 @@ pub struct OctaveSum {
     /// `None` once it needed more than 128 bits. Strided windows over counts that span 27 bits
     /// (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of these differences in counts; `None` unless asked for by [`Octaves::keeping_slope`], and
-    /// of the Hadamard deviation.
+    /// Sum of these differences in counts; `None` unless asked for by [`Octaves::keeping_slope`],
+    /// and of the Hadamard deviation.
     pub sum: Option<i128>,
     gapped: Gapped,
 }
@@ -102,10 +102,11 @@ impl Octaves {
         }
     }
 
-    /// Samples are missing here. `Some(missing)`: the absolute index of the next sample is higher by
-    /// `missing`, and windows reach across where half of each cluster is present (0: a break without
-    /// loss, across which none reaches). `None`, an unknown number: no window reaches across, and
-    /// their grid starts anew with the next sample.
+    /// Samples are missing here. `Some(missing)`: the absolute index of the next sample is higher
+    /// by
+    /// `missing`, and windows reach across where half of each cluster is present (0: a break
+    /// without loss, across which none reaches). `None`, an unknown number: no window reaches
+    /// across, and their grid starts anew with the next sample.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
@@ -209,8 +210,8 @@ impl OctaveSum {
         Self { sum_squares, gapped: self.gapped.without_drift(drift), ..self }
     }
 
-    /// Variance in counts²: the sum over all windows / (2 m² n), for Hadamard / (6 m² n); `None` for
-    /// an unknown sum.
+    /// Variance in counts²: the sum over all windows / (2 m² n), for Hadamard / (6 m² n); `None`
+    /// for an unknown sum.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;

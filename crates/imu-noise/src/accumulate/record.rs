@@ -68,9 +68,9 @@ impl Octave {
         Self { m, terms, share_present: 1.0 }
     }
 
-    /// What noise shows that would show the variance `whole` if no sample were missing, by its Allan
-    /// variance at shorter averaging times: those of half of m, a quarter, ... sum to twice the
-    /// variance within m samples.
+    /// What noise shows that would show the variance `whole` if no sample were missing, by its
+    /// Allan variance at shorter averaging times: those of half of m, a quarter, ... sum to twice
+    /// the variance within m samples.
     pub(crate) fn expected(&self, whole: f64, allan_variance: impl Fn(u64) -> f64) -> f64 {
         if self.share_present == 1.0 {
             return whole;

@@ -105,7 +105,8 @@ pub(crate) fn expected_variance(octave: &Octave, deviation: Deviation, phase: im
     octave.expected(variance(deviation, octave.m), |m| variance(Deviation::Allan, m))
 }
 
-/// Covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag` samples later.
+/// Covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag`
+/// samples later.
 pub(crate) fn difference_covariance(
     deviation: Deviation,
     m_a: f64,

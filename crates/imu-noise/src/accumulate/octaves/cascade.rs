@@ -217,8 +217,8 @@ impl Cascade {
         }
     }
 
-    /// Adds the windows that end with the new sums of level `k`; `joined` are then those of the next
-    /// level. `last` is the number of the last new sum in strides from index 0, and the last
+    /// Adds the windows that end with the new sums of level `k`; `joined` are then those of the
+    /// next level. `last` is the number of the last new sum in strides from index 0, and the last
     /// `not_joined` ones are the second half of no block of the next level.
     #[inline]
     fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut Blocks, joined: &mut Blocks) {

@@ -28,8 +28,8 @@ pub(super) struct Gapped {
 impl Gapped {
     pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0), terms: 0 };
 
-    /// One window: sum and number of the samples present in each of its clusters of `m`, which is at
-    /// least one.
+    /// One window: sum and number of the samples present in each of its clusters of `m`, which is
+    /// at least one.
     pub(super) fn add<const P: usize>(&mut self, m: u64, weights: [i64; P], sums: [i64; P], present: [u64; P]) {
         // over the common denominator, exact: 61 bits of a sum, twice 30 of the other numbers at most
         let others =

@@ -1,5 +1,5 @@
-//! Every overlapping window: 8 bytes per sample of the longest gap-free run and of the first, or of all
-//! runs.
+//! Every overlapping window: 8 bytes per sample of the longest gap-free run and of the first, or of
+//! all runs.
 
 use std::mem;
 
