@@ -26,7 +26,7 @@ use joint::Component;
 pub use least_half_width::least_half_width;
 pub(crate) use least_squares::non_negative;
 use model::{Model, Slope};
-pub use parameter::{Parameter, Status, Term, Terms};
+pub use parameter::{PROVED_P, Parameter, Status, Term, Terms};
 pub use record_length::{Aim, Wanted};
 
 /// Degrees of freedom of an octave, in a random walk, to have a part in the fit: two octaves that

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
-    OverBound, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, holm, over_bound,
-    white_deficit,
+    OverBound, PROVED_P, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, holm,
+    over_bound, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -203,10 +203,6 @@ impl ChannelNoise {
     }
 }
 
-/// Corrected probability up to which a bias instability, a random walk or a ramp is proved: where a
-/// random walk dominates, up to twice as many records without one show another on any axis.
-const FALSE_TERM: f64 = 0.03;
-
 const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
 /// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
@@ -231,7 +227,7 @@ pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
     }
     let corrected = holm(&tests.iter().map(|(.., p)| *p).collect::<Vec<_>>());
     for ((channel, term, _), corrected) in tests.into_iter().zip(corrected) {
-        if let Some(noise) = channels[channel].noise.as_mut().filter(|_| corrected > FALSE_TERM) {
+        if let Some(noise) = channels[channel].noise.as_mut().filter(|_| corrected > PROVED_P) {
             noise.fit.not_proved(term);
         }
     }

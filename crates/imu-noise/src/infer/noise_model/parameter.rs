@@ -9,6 +9,11 @@ use crate::infer::power_law::PowerLaw;
 /// the term does in 2.5 % of records.
 pub(super) const PRESENT: f64 = 1.96;
 
+/// Probability, corrected for all slow terms and axes of a record together, up to which one of them
+/// is proved. Where a random walk dominates, up to twice as many records without another term show
+/// one.
+pub const PROVED_P: f64 = 0.03;
+
 /// Relative error of the squared parameter.
 const TOLERANCE: f64 = 2e-3;
 

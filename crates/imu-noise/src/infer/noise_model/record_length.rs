@@ -2,7 +2,9 @@
 //! itself, and how long a record must be to show a parameter.
 
 use super::{
-    ChannelCurve, NoiseFit, NoiseModel, Parameter, Status, Term, Terms, model::Model, parameter::PRESENT,
+    ChannelCurve, NoiseFit, NoiseModel, Parameter, Status, Term, Terms,
+    model::Model,
+    parameter::{PRESENT, PROVED_P},
     regression::Regression,
 };
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
@@ -143,16 +145,13 @@ const TOLERANCE: f64 = 0.02;
 /// miss: octaves of slow noise are far from independent, and what they show has heavier tails than
 /// χ². These and the next two chosen for the share of simulated records that meet a want (the
 /// benchmark `cells`, plans).
-const OF_MISSED: [f64; 2] = [0.01, 0.6];
+const OF_MISSED: [f64; 2] = [0.02, 0.6];
 
 /// By how much the half-width of a slow term exceeds the expected one in few records.
 const WIDER: f64 = 1.15;
 
 /// That of N by this times the root of itself: the shorter a record, the more they differ.
 const WIDER_WHITE: f64 = 0.8;
-
-/// Probability that a record without it shows a slow term on any axis, as a record is assessed.
-const FALSE_TERM: f64 = 0.05;
 
 /// What a record shall show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,7 +221,7 @@ impl Wanted<'_> {
         let [low, high] = OF_MISSED.map(|part| part * self.missed);
         let quantile = if matches!(self.aim, Aim::Below(_)) { 1.0 - high } else { low };
         let Some(parameter) = model.parameter_at(self.truth, self.term, quantile, confidence) else { return false };
-        let is_proved = self.term == Term::White || parameter.p.is_some_and(|p| p * self.tests as f64 <= FALSE_TERM);
+        let is_proved = self.term == Term::White || parameter.p.is_some_and(|p| p * self.tests as f64 <= PROVED_P);
         let is_found = parameter.status == Status::Estimated && is_proved;
         match self.aim {
             Aim::Found => is_found,
