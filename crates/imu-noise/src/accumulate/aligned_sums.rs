@@ -93,7 +93,7 @@ impl AlignedSums {
         }
     }
 
-    /// Goes on with a piece that begins at the end of this one, or behind it. `complete` gets the
+    /// Continues with a piece that begins at the end of this one, or behind it. `complete` gets the
     /// blocks that end between the two, and the one that they share, where its end is in the other.
     pub(crate) fn append(&mut self, next: &Self, mut complete: impl FnMut(AlignedBlock)) {
         match next.piece.start.saturating_sub(self.piece.end) {
@@ -188,7 +188,8 @@ impl LagOneSums {
         self.levels.iter_mut().for_each(Level::part);
     }
 
-    /// Goes on with the next piece; the block that the two share, if they do, is the last one here.
+    /// Continues with the next piece; the block that the two share, if they do, is the last one
+    /// here.
     pub(crate) fn append(&mut self, next: &Self) {
         let mut shared = None;
         for k in 0..=(LONGEST / self.block).ilog2() as usize {

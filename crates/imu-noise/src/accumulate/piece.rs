@@ -7,7 +7,7 @@ use std::fmt;
 pub(crate) const FARTHEST: u64 = 1 << 56;
 
 /// The places of a piece, present or missing. A break parts it into runs; the first and the last
-/// one may go on in the pieces before and behind.
+/// one may continue in the pieces before and behind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Piece {
     /// Absolute index of the first place.

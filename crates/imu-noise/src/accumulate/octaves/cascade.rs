@@ -7,7 +7,7 @@
 //!
 //! A missing sample has its place like any other, and block sums carry how many they lack; where
 //! none does, that is not touched. A piece of a record keeps the first sums of each level too: when
-//! it is appended to the piece before, the cascade goes on through these as if they had just been
+//! it is appended to the piece before, the cascade continues through these as if they had just been
 //! formed, and comes by every window that reaches across the seam.
 
 use core::{mem, ops::Add};
@@ -84,7 +84,7 @@ struct Blocks {
     len: usize,
 }
 
-/// How the new sums of a level go on.
+/// How the new sums of a level continue.
 struct Onward {
     /// Number of the last new sum, in strides from index 0.
     last: u64,
@@ -140,7 +140,7 @@ impl Cascade {
         kind(self) == kind(other)
     }
 
-    /// Goes on with a piece of the same kind that begins at the end of this one, or behind it.
+    /// Continues with a piece of the same kind that begins at the end of this one, or behind it.
     pub(super) fn append(&mut self, next: &Self) {
         match next.piece.start.saturating_sub(self.piece.end) {
             0 => {}
@@ -194,7 +194,7 @@ impl Cascade {
         lag * (self.deviation.order() - 1)
     }
 
-    /// Goes on by so many places; of `new`, what is behind its length is missing.
+    /// Continues by so many places; of `new`, what is behind its length is missing.
     #[inline]
     fn advance(&mut self, new: &mut Blocks, mut places: u64) {
         self.piece.end += places;

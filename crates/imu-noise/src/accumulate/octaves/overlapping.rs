@@ -68,7 +68,7 @@ impl Overlapping {
         kind(self) == kind(other)
     }
 
-    /// Goes on with a piece of the same kind that begins at the end of this one, or behind it.
+    /// Continues with a piece of the same kind that begins at the end of this one, or behind it.
     pub(super) fn append(&mut self, next: &Self) {
         match next.piece.start.saturating_sub(self.piece.end) {
             0 => {}
