@@ -290,24 +290,47 @@ impl Slope {
     /// `noise`: the terms that are not the ramp, in the order of the parameters.
     pub(super) fn new(noise: &[Term], octaves: &[Octave], shape: &RecordShape) -> Self {
         let n = shape.samples as f64;
-        let averages: Vec<Average> = octaves.iter().map(|octave| Average::new(octave.m, shape)).collect();
-        let places = |average: &Average| {
+        // Missing samples: octaves show so much of all noise but the white, and its slope varies more.
+        let present = |octave: &Octave, term: Term| match term {
+            Term::White | Term::Quantization => 1.0,
+            _ => octave.share_present,
+        };
+        let all_present = octaves.last().map_or(1.0, |octave| octave.share_present);
+        let of_slope = |term: Term| match term {
+            Term::White | Term::Quantization => slope_variance(term, n) / all_present,
+            _ => slope_variance(term, n),
+        };
+        let averages: Vec<(&Octave, Average)> =
+            octaves.iter().map(|octave| (octave, Average::new(octave.m, shape))).collect();
+        let places = |(octave, average): &(&Octave, Average)| {
             let place = |i| (i as f64 + 0.5) / PLACES as f64;
-            let of = |i| noise.iter().map(move |term| average.place_with_slope(place(i), n, *term));
+            let of = |i| {
+                let of =
+                    move |term: &Term| present(octave, *term).sqrt() * average.place_with_slope(place(i), n, *term);
+                noise.iter().map(of)
+            };
             (0..PLACES).flat_map(of).collect::<Vec<_>>()
         };
-        let mean_pairs = averages.iter().enumerate().flat_map(|(a, average)| {
-            let of = move |other| noise.iter().map(move |term| average.covariance(other, *term));
+        let mean_pairs = averages.iter().enumerate().flat_map(|(a, (octave, average))| {
+            let of = move |(other_octave, other): &(&Octave, Average)| {
+                let of = |term: &Term| {
+                    present(octave, *term) * present(other_octave, *term) * average.covariance(other, *term)
+                };
+                noise.iter().map(of).collect::<Vec<_>>()
+            };
             averages[..=a].iter().flat_map(of)
         });
-        let with_slope = |average| noise.iter().map(move |term| Average::with_slope(average, n, *term));
+        let with_slope = |(octave, average): &(&Octave, Average)| {
+            let of = |term: &Term| present(octave, *term) * average.with_slope(n, *term);
+            noise.iter().map(of).collect::<Vec<_>>()
+        };
         let of_ramp = |m: u64| (m as f64).powi(2) / 2.0;
         let ramp = |octave: &Octave| match shape.deviation {
             Deviation::Allan => octave.expected(of_ramp(octave.m), of_ramp),
             Deviation::Hadamard => octave.expected(0.0, of_ramp),
         };
         Self {
-            variances: noise.iter().map(|term| slope_variance(*term, n)).collect(),
+            variances: noise.iter().map(|term| of_slope(*term)).collect(),
             ramp_basis: octaves.iter().map(ramp).chain([1.0]).collect(),
             means: averages.iter().flat_map(with_slope).collect(),
             mean_pairs: mean_pairs.collect(),
