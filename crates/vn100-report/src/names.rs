@@ -95,7 +95,7 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
         Some(Aliasing { factor, window_from: WindowFrom::Default, most, .. }) => format!(
             "N is {factor:.2} times the sensor's own at the factory default of register 85, 1 to {most:.2} times at others: not known"
         ),
-        Some(Aliasing { factor, uncertainty, .. }) if uncertainty == 0.0 => {
+        Some(Aliasing { factor, uncertainty: 0.0, .. }) => {
             format!("none: N is {factor:.2} times the sensor's own")
         }
         Some(Aliasing { factor, uncertainty, .. }) => {

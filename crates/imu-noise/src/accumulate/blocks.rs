@@ -206,7 +206,7 @@ fn log2_spread(spread: f64) -> u64 {
     const BIAS: u64 = 1023 << 12;
     let bits = (spread.to_bits() >> 40) - BIAS;
     let fraction = bits & 0xFFF;
-    bits + (fraction * (4096 - fraction) * 1409 >> 24)
+    bits + ((fraction * (4096 - fraction) * 1409) >> 24)
 }
 
 #[cold]

@@ -30,10 +30,10 @@ enum Windows {
 /// The sum of one octave: exact over the windows that miss no sample.
 ///
 /// A window of which some samples are missing, and in each cluster half are present at least, takes
-/// part with the means of those present. Its squared difference is multiplied by c = (2/m) / (1/n₁
-/// + 1/n₂) for n₁ and n₂ of m samples present (Hadamard: (6/m) / (1/n₁ + 4/n₂ + 1/n₃)) and rounded
-/// once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing. Of
-/// other noise such a window shows less: see [`Octave::share_present`].
+/// part with the means of those present. Its squared difference is multiplied, for n₁ and n₂ of m
+/// samples present, by c = (2/m) / (1/n₁ + 1/n₂), Hadamard (6/m) / (1/n₁ + 4/n₂ + 1/n₃), and
+/// rounded once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing.
+/// Of other noise such a window shows less: see [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
     /// What was squared.

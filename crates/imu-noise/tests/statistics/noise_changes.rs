@@ -115,7 +115,7 @@ fn spikes_are_counted_and_heavy_tails_are_none() {
 
 #[test]
 fn bursts_are_told_from_heavy_tails() {
-    let bursts = |i: usize, value: f64| if i / 80 * 7 % 31 == 0 { 3.0 * value } else { value };
+    let bursts = |i: usize, value: f64| if (i / 80 * 7).is_multiple_of(31) { 3.0 * value } else { value };
     let changes = channel(5, Tails::Normal, bursts).changes();
     assert!(changes.bursts.is_some_and(|ratio| ratio > 1.5), "{changes:?}");
 }

@@ -185,7 +185,8 @@ proptest! {
                 parts[left].append(&right).unwrap();
             }
         }
-        let [joined] = &mut parts[..] else { unreachable!() };
+        prop_assert_eq!(parts.len(), 1);
+        let joined = &mut parts[0];
         prop_assert_eq!(joined.sums().collect::<Vec<_>>(), whole.sums().collect::<Vec<_>>());
         // and they go on alike
         let more = [Step::Push((0..150).map(|i| i * i % 91).collect()), Step::Gap(Some(2)), Step::Push(vec![7; 40])];

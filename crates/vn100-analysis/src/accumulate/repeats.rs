@@ -76,12 +76,9 @@ impl Repeats {
         if self.beginning.len() < BEGINNING {
             // rows that stand still mark nothing
             if is_like_last {
-                *self = Self {
-                    last: self.last,
-                    like_last: self.like_last,
-                    like_one_before: self.like_one_before,
-                    ..Self::default()
-                };
+                self.beginning.clear();
+                self.sums.clear();
+                self.rows = 0;
             }
             self.beginning.push(row);
             self.learn(row);
