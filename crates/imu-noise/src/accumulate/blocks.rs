@@ -200,8 +200,9 @@ impl Spreads {
     }
 }
 
-/// Binary logarithm of a spread from 1 to 2^75, within 0.01, in 4096ths, rounded down: exponent and
-/// fraction of the float, and a parabola for what the logarithm of the fraction has more.
+/// Binary logarithm of a spread from 1 to 2^75, within 0.01, in units of 1/4096, rounded down:
+/// exponent and fraction of the float, and a parabola for what the logarithm of the fraction has
+/// more.
 fn log2_spread(spread: f64) -> u64 {
     const BIAS: u64 = 1023 << 12;
     let bits = (spread.to_bits() >> 40) - BIAS;
