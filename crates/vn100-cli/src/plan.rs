@@ -78,7 +78,7 @@ fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
     }
 }
 
-const METHOD: &str = "Aims at 80 % of records that meet it, on all axes meant together (of simulated ones N 85 to 98 %, B 75 %, K 67 %); a shorter record may be lucky, and --until stops there. By \
+const METHOD: &str = "Aims at 80 % of records that meet it, on all axes meant together (of simulated ones N 78 to 98 %, B 70 %, K 87 %); a shorter record may be lucky, and --until stops there. By \
                       the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: estimated; K beside \
                       the B assumed, which hides it. <=: the verdict on the limit is decided. A resting sensor, no vibration, no gaps.";
 
