@@ -91,30 +91,38 @@ impl Histogram {
     }
 
     /// The real step of the values in counts, not always whole: the even distance of neighbouring
-    /// values in the core of the distribution, where each came often, so that one between them
-    /// would have come too. `None` where the samples are too few, or too far apart, to show it.
+    /// values, or clusters of them, in the core of the distribution, where each came often, so that
+    /// one between them would have come too. `None` below two counts, where the printed digit is
+    /// the step, and where the samples are too few, or too far apart, to show it.
     #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }
 
-    /// One value of the core, and the step from value to value.
-    fn values(&self) -> Option<(i64, f64)> {
+    /// The first value of the core, and the step from value to value.
+    fn values(&self) -> Option<(f64, f64)> {
         /// Samples of every value in the core: one as frequent fails to come with e^-8.
         const LEAST: u64 = 8;
         /// Of the most frequent value: 2.35 standard deviations from the middle of normal noise.
         const CORE: u64 = 16;
+        /// By how many counts steps may differ that rounding and a rotation of the axes scatter.
+        const EVEN: f64 = 1.25;
         if self.width_log2 > 0 {
             return None;
         }
         let least = LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE);
-        let core: Vec<i64> = self.bins().filter(|(_, frequency)| *frequency >= least).map(|(count, _)| count).collect();
-        let gaps = core.windows(2).map(|pair| pair[1] - pair[0]);
-        let (narrowest, widest) = (gaps.clone().min()?, gaps.max()?);
-        let steps = core.len() - 1;
-        let step = (core[steps] - core[0]) as f64 / steps as f64;
-        // rounded to whole counts, even steps differ by one at most
-        (steps >= 2 && widest - narrowest <= 1).then_some((core[0], step))
+        let core: Vec<(i64, u64)> = self.bins().filter(|(_, frequency)| *frequency >= least).collect();
+        let centre = |cluster: &[(i64, u64)]| {
+            let sum: f64 = cluster.iter().map(|(count, frequency)| *count as f64 * *frequency as f64).sum();
+            sum / cluster.iter().map(|(_, frequency)| *frequency as f64).sum::<f64>()
+        };
+        let centres: Vec<f64> = core.chunk_by(|a, b| b.0 - a.0 == 1).map(centre).collect();
+        let (first, last) = (centres.first()?, centres.last()?);
+        let steps = centres.len() - 1;
+        let step = (last - first) / steps as f64;
+        let widest = core.chunk_by(|a, b| b.0 - a.0 == 1).map(<[_]>::len).max()? as f64;
+        let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN);
+        (steps >= 2 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
     /// The count that the share `p` of the samples does not exceed, in the middle of its bin;
@@ -151,9 +159,8 @@ impl Histogram {
     #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
-        let (origin, step) =
-            self.values().filter(|(_, step)| *step > 1.0).unwrap_or((0, self.bin_width_counts() as f64));
-        let number = |count: i64| ((count - origin) as f64 / step).round() as i64;
+        let (origin, step) = self.values().unwrap_or((0.0, self.bin_width_counts() as f64));
+        let number = |count: i64| ((count as f64 - origin) / step).round() as i64;
         let bars = |joined_log2: u32| ((number(highest) >> joined_log2) - (number(lowest) >> joined_log2) + 1) as usize;
         // two bars are left when the values lie on both sides of the origin
         let joined_log2 = (0..i64::BITS).find(|joined_log2| bars(*joined_log2) <= most)?;
@@ -165,7 +172,7 @@ impl Histogram {
         // a bin of several counts begins at the lowest of them
         let half = if self.width_log2 > 0 { 0.5 } else { step / 2.0 };
         Some(Bars {
-            first_counts: origin as f64 + (first << joined_log2) as f64 * step - half,
+            first_counts: origin + (first << joined_log2) as f64 * step - half,
             width_counts: (1_u64 << joined_log2) as f64 * step,
             frequencies,
         })
