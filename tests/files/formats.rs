@@ -157,7 +157,7 @@ fn as_csv(rows: usize) -> String {
 }
 
 /// The channels without the interval of N, in which arrival times count, and what is judged by it.
-fn of_samples(document: &Value) -> Value {
+pub(crate) fn of_samples(document: &Value) -> Value {
     let mut channels = document["channels"].clone();
     for channel in channels.as_array_mut().unwrap() {
         channel.as_object_mut().unwrap().remove("verdict");

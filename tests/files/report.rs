@@ -335,7 +335,7 @@ fn the_shared_static_record_is_told_as_it_is() {
         "18.4 Hz",
         "not measurable",
         "consistent",
-        "register 85 is as sold",
+        "register 85 is at its factory default",
         "VNIMU",
         "966bf211894b7113c2c12b44ddbcb255b991dd6594a7755e0730406592d81b47",
     ] {
