@@ -2,6 +2,7 @@
 //! said of streams that do not show it.
 
 mod disturbed;
+mod temperature;
 
 use std::{
     fs,

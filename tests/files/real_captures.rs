@@ -76,6 +76,37 @@ fn clean_moving_records_lose_nothing() {
 }
 
 #[test]
+fn a_sensor_that_only_warms_up_shows_no_temperature_coefficient() {
+    let Some(captures) = real_captures() else { return };
+    // ten samples a second of the binary output, as their logger decoded them: from 7.6 to 15.6 °C
+    let decoded = fs::read_to_string(captures.join("binary/F00379_B")).unwrap();
+    let mut table = String::from("ax,ay,az,gx,gy,gz,degrees\n");
+    for line in decoded.lines() {
+        let numbers: Option<Vec<f64>> =
+            line.split(',').filter(|field| !field.trim().is_empty()).map(|field| field.trim().parse().ok()).collect();
+        if let Some([_, _, _, values @ ..]) = numbers.as_deref().filter(|numbers| numbers.len() > 10) {
+            let fields: Vec<String> = values[..7].iter().map(|value| format!("{value:.6}")).collect();
+            table += &format!("{}\n", fields.join(","));
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("decoded.csv");
+    fs::write(&path, table).unwrap();
+    let columns = "accel_x=ax:m/s^2,accel_y=ay:m/s^2,accel_z=az:m/s^2,gyro_x=gx:rad/s,gyro_y=gy:rad/s,gyro_z=gz:rad/s,\
+                   temperature=degrees:degC";
+    let (document, _) = replay(&path, &["--rate", "10", "--columns", columns]);
+    for name in ["accel_x", "accel_y", "accel_z"] {
+        let found = &channel(&document, name)["noise"]["temperature"];
+        assert_eq!(
+            (&found["status"], &found["reason"]),
+            (&"not-observable".into(), &"one-direction".into()),
+            "{found}"
+        );
+        assert!(found["text"].as_str().unwrap().starts_with("only heating was seen (correlation with time +0.95)"));
+    }
+}
+
+#[test]
 fn a_moved_sensor_is_told_from_one_at_rest_and_not_judged() {
     let judged = |document: &Value| {
         let channels = document["channels"].as_array().unwrap();

@@ -7,7 +7,10 @@
 use std::hint::black_box;
 
 use allan::{Allan, DataType, Style};
-use imu_noise::{ChannelAccumulator, ChannelSignal, Deviation, Estimator, Histogram, Moments, Octaves, SpectrumPlan};
+use imu_noise::{
+    ChannelAccumulator, ChannelSignal, Deviation, Estimator, Histogram, Moments, Octaves, SpectrumPlan,
+    TemperatureBlocks,
+};
 use rustix::time::{ClockId, clock_gettime};
 
 const CHANNELS: usize = 12;
@@ -19,7 +22,7 @@ const REFERENCE_ROUNDS: usize = 5;
 
 type Kernel = (&'static str, usize, fn(&[Vec<i32>]));
 
-const KERNELS: [Kernel; 8] = [
+const KERNELS: [Kernel; 9] = [
     ("octaves, strided", ROUNDS, |columns| {
         each_channel(columns, || Octaves::new(Estimator::Strided, Deviation::Allan), Octaves::push);
     }),
@@ -38,6 +41,18 @@ const KERNELS: [Kernel; 8] = [
     ("channel signal: spectrum, blocks, watch", ROUNDS, |columns| {
         let plan = SpectrumPlan::new();
         each_channel(columns, || ChannelSignal::new(&plan), ChannelSignal::push);
+    }),
+    ("six axes beside their temperature", ROUNDS, |columns| {
+        let mut blocks = TemperatureBlocks::new(6);
+        for start in (0..columns[0].len()).step_by(BATCH) {
+            let end = columns[0].len().min(start + BATCH);
+            blocks.push_samples(start as u64, end - start);
+            for axis in 0..6 {
+                blocks.push_axis(axis, start as u64, &columns[6 + axis][start..end]);
+            }
+            blocks.push_temperature(start as u64, &columns[3][start..end]);
+        }
+        black_box(blocks);
     }),
     ("allan crate, streaming", REFERENCE_ROUNDS, |columns| {
         let longest = 1 << (columns[0].len() / 2).ilog2();

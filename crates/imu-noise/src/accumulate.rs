@@ -11,5 +11,6 @@ pub(crate) mod piece;
 pub(crate) mod record;
 pub(crate) mod signal;
 pub(crate) mod spectrum;
+pub(crate) mod temperature_blocks;
 pub(crate) mod unwrap;
 pub(crate) mod window_statistics;

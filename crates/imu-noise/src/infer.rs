@@ -17,5 +17,6 @@ pub(crate) mod random_effects;
 pub(crate) mod roll_off;
 pub(crate) mod spectral_lines;
 pub(crate) mod spikes;
+pub(crate) mod temperature;
 pub(crate) mod two_sample;
 pub(crate) mod verdict;

@@ -76,10 +76,11 @@ pub use accumulate::piece::NotAppended;
 pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
 pub use accumulate::signal::ChannelSignal;
 pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};
+pub use accumulate::temperature_blocks::TemperatureBlocks;
 pub use accumulate::unwrap::Unwrap;
 pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
 pub use infer::confidence::{Interval, edf};
-pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions};
+pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
 pub use infer::disturbance::Disturbance;
 pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShape};
 pub use infer::narrow_bands::NarrowBand;
@@ -95,6 +96,10 @@ pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
+pub use infer::temperature::{
+    LEAST_BLOCKS, LEAST_EXCURSION_C, NoCoefficient, ONE_DIRECTION, TemperatureCoefficient, TemperatureRemoval,
+    TemperatureSearch,
+};
 pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

@@ -2,7 +2,8 @@
 //!
 //! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records
 //! instead and `--clean` for what is found in clean ones, `--means` for how often two means are
-//! said to differ, `--plans` for how many records of the planned length show what was wanted.
+//! said to differ, `--plans` for how many records of the planned length show what was wanted,
+//! `--temperature` for the temperature coefficient.
 //! Families: model-class, lines, correlated, filters, tails, mixtures, gaps, quantised; all of
 //! them, ten minutes and an hour, unless the arguments say otherwise.
 //!
@@ -37,6 +38,7 @@ mod cells {
     pub(super) mod random;
     pub(super) mod record;
     pub(super) mod scoring;
+    pub(super) mod temperature;
 }
 
 use std::{
@@ -46,7 +48,7 @@ use std::{
 
 use cells::{
     clean, disturbances, efficiency, families, generators::Flicker, means, plans, printing, random::Random,
-    scoring::RecordScore,
+    scoring::RecordScore, temperature,
 };
 
 /// Of the records in the table of families.
@@ -64,12 +66,13 @@ struct Arguments {
     efficiency: bool,
     means: bool,
     plans: bool,
+    temperature: bool,
 }
 
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
         println!("--records N, --minutes M,M, --family NAME, --cell PART, --seed S, --threads T");
-        println!("--disturbances, --clean, --efficiency");
+        println!("--disturbances, --clean, --efficiency, --means, --plans, --temperature");
         return ExitCode::from(2);
     };
     if arguments.disturbances {
@@ -86,6 +89,10 @@ fn main() -> ExitCode {
     }
     if arguments.means {
         means::measure(&arguments);
+        return ExitCode::SUCCESS;
+    }
+    if arguments.temperature {
+        temperature::measure(&arguments);
         return ExitCode::SUCCESS;
     }
     if arguments.plans {
@@ -138,6 +145,7 @@ impl Arguments {
             efficiency: false,
             means: false,
             plans: false,
+            temperature: false,
         };
         while let Some(name) = arguments.next() {
             match name.as_str() {
@@ -149,6 +157,7 @@ impl Arguments {
                 "--efficiency" => read.efficiency = true,
                 "--means" => read.means = true,
                 "--plans" => read.plans = true,
+                "--temperature" => read.temperature = true,
                 "--family" => read.family = Some(arguments.next()?),
                 "--records" => read.records = arguments.next()?.parse().ok()?,
                 "--seed" => read.seed = arguments.next()?.parse().ok()?,

@@ -16,3 +16,4 @@ pub(crate) mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
 mod sensor_replies;
+pub(crate) mod temperature_record;

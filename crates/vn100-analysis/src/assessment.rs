@@ -6,6 +6,7 @@ mod points;
 mod rest;
 mod stationary;
 mod stream;
+pub(crate) mod temperature;
 mod white_budget;
 
 use imu_noise::{
@@ -20,6 +21,7 @@ pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGr
 pub use rest::Motion;
 pub(crate) use stream::is_rounded_away;
 pub use stream::{Onboard, WindowFrom};
+pub use temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
@@ -99,7 +101,9 @@ impl Assessment {
         for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
             channel.points = known_edf.points(results, curve, &channel.octaves, confidence);
         }
+        temperature::add(snapshot, motion.is_some(), confidence, &mut channels);
         noise::withhold_changes_of_level(&mut channels);
+        noise::withhold_what_temperature_made(&mut channels);
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels);
@@ -107,6 +111,7 @@ impl Assessment {
             Some(motion) => warnings.push(motion.warning()),
             None => {
                 warnings.extend(stationary::warnings(snapshot, &channels));
+                warnings.extend(temperature::warning(snapshot, &channels));
                 warnings.extend(rest::warnings(snapshot, &channels));
             }
         }

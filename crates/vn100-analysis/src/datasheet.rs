@@ -7,6 +7,7 @@ use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Sides, StreamFactor, Ter
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
     noise_figure::NoiseFigure,
+    settings::Detrend,
     snapshot::{RateFrom, Snapshot},
 };
 
@@ -190,7 +191,7 @@ impl Datasheet {
 fn unknown(term: Term, window_known: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
     let window = (!window_known).then_some(StreamUnknown::Window);
     let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
-    let line = snapshot.detrended.then_some(StreamUnknown::LineRemoved);
+    let line = (snapshot.detrended == Some(Detrend::Line)).then_some(StreamUnknown::LineRemoved);
     match term {
         Term::White => window.or(rate),
         Term::BiasInstability => line,

@@ -34,10 +34,12 @@ pub use accumulate::{
     fingerprint::{Fingerprint, SharedRows},
     magnitude::Magnitude,
     recent::{Recent, Slot},
+    temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LEAST_EDF,
-    LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget, WindowFrom,
+    Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed,
+    FilterModels, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget,
+    WhyNoCoefficient, WindowFrom,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
@@ -55,9 +57,10 @@ pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};
-pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
+pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Detrend, Settings};
 pub use snapshot::{
-    ChannelSnapshot, FalseRate, MissingFrom, Outages, RateChange, RateFrom, RegisterChannel, Snapshot, Timing,
+    ChannelSnapshot, FalseRate, MissingFrom, Outages, RateChange, RateFrom, RegisterChannel, RemovedTemperature,
+    Snapshot, Timing,
 };
 pub use source_facts::{
     FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, SourceFacts,

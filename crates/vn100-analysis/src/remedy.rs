@@ -30,6 +30,8 @@ pub enum Remedy {
     MeasureLive,
     /// Read the temperature between the lines of a live sensor.
     ReadTemperature,
+    /// Remove what follows the temperature.
+    RemoveTemperature,
     /// Record the live sensor, with its temperature and the conditions.
     Record,
     /// Write the file for Kalibr.
@@ -69,6 +71,7 @@ impl fmt::Display for Remedy {
             Self::Configure(setting) | Self::MeasureWith(setting) => setting.fmt(f),
             Self::MeasureLive => f.write_str("a live measurement"),
             Self::ReadTemperature => f.write_str("the option for the temperature"),
+            Self::RemoveTemperature => f.write_str("the removal of what follows the temperature"),
             Self::Record => f.write_str("a recording"),
             Self::ExportKalibr => f.write_str("the export for Kalibr"),
             Self::FilterModels => f.write_str("the models for filters"),

@@ -12,6 +12,16 @@ pub const DEFAULT_RATE_HZ: f64 = 40.0;
 /// The two-sided level of intervals, unless another is asked for.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
+/// What is removed from a channel before its deviation is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detrend {
+    /// The regression line.
+    Line,
+    /// Of gyroscopes and accelerometers what follows the temperature of the sensor, where the
+    /// record proves that something does.
+    Temperature,
+}
+
 /// How a stream is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -28,8 +38,8 @@ pub struct Settings {
     pub skip: Duration,
     /// Data time from the first sample, behind which the measurement ends; `None` for all there is.
     pub duration: Option<Duration>,
-    /// Remove a line from each channel before its deviation is taken.
-    pub detrend: bool,
+    /// What is removed from each channel before its deviation is taken.
+    pub detrend: Option<Detrend>,
     /// Look for quantisation noise too, beside the other terms.
     pub quantization: bool,
     /// The averaging window of gyroscope and accelerometer that register 85 had, in refreshes,
@@ -55,7 +65,7 @@ impl Default for Settings {
             averaging_times: AveragingTimes::Octave,
             skip: Duration::ZERO,
             duration: None,
-            detrend: false,
+            detrend: None,
             quantization: false,
             window: None,
             until: Vec::new(),

@@ -4,15 +4,18 @@ use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
     ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal,
-    TimebaseSummary, counts_to_unit,
+    TemperatureRemoval, TimebaseSummary, counts_to_unit,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
-    accumulate::{fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent},
+    accumulate::{
+        fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, temperature_record::TemperatureRecord,
+    },
     assessment::ChannelAssessment,
     averaging_times::MissingTime,
+    settings::Detrend,
     warning::Warning,
 };
 
@@ -45,8 +48,11 @@ pub struct Snapshot {
     pub skipped: Duration,
     /// Which deviation it is.
     pub deviation: Deviation,
-    /// A line was taken from each channel that has a slope, before its deviation.
-    pub detrended: bool,
+    /// What was removed from each channel that has it, before its deviation.
+    pub detrended: Option<Detrend>,
+    /// What relates the axes to the temperature of the sensor; `None` where the record does not
+    /// have it.
+    pub temperature: Option<TemperatureRecord>,
     /// Quantisation noise is fitted too.
     pub quantization: bool,
     /// The averaging window of register 85 as the user says, see
@@ -276,6 +282,36 @@ pub struct ChannelSnapshot {
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,
+    /// What the temperature made of the channel, where it was removed.
+    pub removed_temperature: Option<RemovedTemperature>,
+}
+
+/// What the temperature made of a channel, and its deviation before that was removed.
+#[derive(Debug, Clone)]
+pub struct RemovedTemperature {
+    /// What was removed.
+    pub removal: TemperatureRemoval,
+    /// The octaves as measured.
+    pub octaves: Vec<OctaveSum>,
+}
+
+impl RemovedTemperature {
+    pub(crate) fn new(removal: TemperatureRemoval, measured: &[OctaveSum]) -> Self {
+        Self { removal, octaves: measured.to_vec() }
+    }
+
+    /// These sums of the same channel without what the temperature made.
+    pub(crate) fn without(&self, sums: &[OctaveSum]) -> Vec<OctaveSum> {
+        let of_block = self.octaves.iter().find(|sum| sum.m == self.removal.block_length());
+        let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
+        let without = |sum: &OctaveSum| {
+            let variance = sum
+                .variance_counts2()
+                .map(|variance| self.removal.variance_without(sum.deviation, sum.m, variance, of_block));
+            variance.map_or(*sum, |variance| sum.with_variance_counts2(variance))
+        };
+        sums.iter().map(without).collect()
+    }
 }
 
 impl ChannelSnapshot {

@@ -62,6 +62,8 @@ pub enum WarningKind {
     NotStationary,
     /// The sensor was still warming up.
     WarmUp,
+    /// The bias follows the temperature of the sensor.
+    FollowsTemperature,
     /// A channel's noise is less than its last printed digit.
     QuantisationFloor,
     /// A channel reaches the end of its sensor's range.
@@ -109,6 +111,7 @@ impl WarningKind {
             Self::LineFreeBand => "line-free-band",
             Self::NotStationary => "not-stationary",
             Self::WarmUp => "warm-up",
+            Self::FollowsTemperature => "follows-temperature",
             Self::QuantisationFloor => "quantisation-floor",
             Self::FullRange => "full-range",
             Self::AngleRestarted => "angle-restarted",

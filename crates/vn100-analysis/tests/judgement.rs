@@ -5,9 +5,9 @@ use std::{sync::Arc, time::Duration};
 
 use imu_noise::{Claim, Grade, Sensor, Term, Verdict};
 use vn100_analysis::{
-    Analysis, Assessment, CaveatKind, ChannelMeans, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given,
-    Goal, NoGrade, Plan, PlanningError, Recommendation, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal,
-    Untested, Want, WarningKind, WhyNone, WhyUnmet, WhyUse, WindowFrom, not_passed,
+    Analysis, Assessment, CaveatKind, ChannelMeans, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Detrend,
+    Given, Goal, NoGrade, Plan, PlanningError, Recommendation, Settings, SheetOnboard, Snapshot, StreamUnknown,
+    UnmetGoal, Untested, Want, WarningKind, WhyNone, WhyUnmet, WhyUse, WindowFrom, not_passed,
 };
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{
@@ -363,7 +363,7 @@ fn verdicts_count_what_the_stream_makes_of_white_noise() {
     let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
     assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
     // a line that was taken out is no matter to white noise
-    let detrended = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings { detrend: true, ..given }));
+    let detrended = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings { detrend: Some(Detrend::Line), ..given }));
     assert_eq!((detrended.0, detrended.1), (Verdict::Pass, None));
 }
 
@@ -412,7 +412,7 @@ fn bias_instability_is_judged_whatever_the_window_and_the_rate() {
     assert_eq!(verdicts(all(), Vec::new(), given.clone()), [passed; 3]);
     let assumed = (Verdict::Consistent, Some(StreamUnknown::Rate));
     assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], Settings::default()), [passed, passed, assumed]);
-    let detrended = Settings { detrend: true, ..given };
+    let detrended = Settings { detrend: Some(Detrend::Line), ..given };
     let removed = (Verdict::Consistent, Some(StreamUnknown::LineRemoved));
     assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], detrended), [removed; 3]);
 }

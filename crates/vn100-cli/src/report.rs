@@ -15,7 +15,9 @@ use std::{
 use anyhow::{Result, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
-use vn100_report::{Completion, Figures, Measured, PageOptions, Program, Record, record_letter, write_page};
+use vn100_report::{
+    Completion, Figures, Measured, PageOptions, Program, Record, record_letter, temperature::detrend_name, write_page,
+};
 
 use crate::{
     args::ReportArgs, exit::report as complain, replay::measure_files, user_files::evaluation, words::remedy_words,
@@ -91,7 +93,7 @@ fn option_text(args: &ReportArgs) -> String {
     for goal in &measure.until {
         option("until", Some(format!("\"{goal}\"")));
     }
-    option("detrend", measure.detrend.map(|_| "linear".into()));
+    option("detrend", measure.detrend.map(|detrend| detrend_name(detrend).into()));
     option("quantization", flag(measure.quantization));
     option("confidence", measure.confidence.map(|level| level.to_string()));
     for figure in &measure.fail_on {

@@ -66,7 +66,7 @@ fn summary(stats: &PtyStats) -> String {
 }
 
 pub(crate) fn device(args: &SimSensorArgs) -> Device {
-    Device::new(DeviceConfig { profile: args.profile.clone(), seed: args.seed, ..DeviceConfig::default() })
+    Device::new(DeviceConfig { profile: args.truth(), seed: args.seed, ..DeviceConfig::default() })
 }
 
 pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
@@ -76,7 +76,7 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
 fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
     let message = args.message;
-    let mut generator = Generator::new(&args.sensor.profile, rate_hz, args.sensor.seed)?;
+    let mut generator = Generator::new(&args.sensor.truth(), rate_hz, args.sensor.seed)?;
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
         bail!("a record of {duration:?} at {rate_hz} Hz holds no sample: ask for a longer one");
@@ -128,7 +128,8 @@ fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, arg
         ("rate_hz", rate_hz.to_string()),
         ("seed", args.sensor.seed.to_string()),
     ];
-    let recipe = recipe.map(|(name, value)| (format!("sim.{name}"), value)).into();
+    let thermal = args.sensor.thermal.map(|thermal| ("thermal", thermal.to_string()));
+    let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
         let mut line = Vec::new();

@@ -2,7 +2,7 @@
 //! documentation has them as a table.
 
 use vn100_analysis::noise::{Grade, Status, Verdict};
-use vn100_analysis::{MissingFrom, RateFrom, WindowFrom};
+use vn100_analysis::{AxisTemperature, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
 
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +26,37 @@ pub fn all_codes() -> Vec<Code> {
     let rates = RateFrom::ALL.map(code_of_rate).into_iter();
     let missing = MissingFrom::ALL.map(code_of_missing).into_iter();
     let windows = WindowFrom::ALL.map(code_of_window).into_iter();
-    verdicts.chain(statuses).chain(grades).chain(rates).chain(missing).chain(windows).collect()
+    let no_coefficients = WhyNoCoefficient::ALL.map(code_of_no_coefficient).into_iter();
+    verdicts.chain(statuses).chain(grades).chain(rates).chain(missing).chain(windows).chain(no_coefficients).collect()
+}
+
+/// What is known of a temperature coefficient.
+pub(crate) const fn status_of_temperature(temperature: &AxisTemperature) -> Status {
+    match temperature.coefficient {
+        Ok(_) => Status::Estimated,
+        Err(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
+        Err(_) => Status::NotObservable,
+    }
+}
+
+/// Why there is no temperature coefficient.
+#[must_use]
+pub const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
+    let (name, meaning) = match why {
+        WhyNoCoefficient::Moved => ("moved", "the sensor was moved"),
+        WhyNoCoefficient::BiasNotInStream => {
+            ("bias-not-in-stream", "a filter takes the bias out before the stream has it")
+        }
+        WhyNoCoefficient::Constant => ("constant", "the values do not vary"),
+        WhyNoCoefficient::TooShort { .. } => {
+            ("too-short", "fewer than 32 blocks with samples and temperature lie behind one another")
+        }
+        WhyNoCoefficient::Excursion { .. } => ("excursion", "the temperature changed by less than 1 °C"),
+        WhyNoCoefficient::OneDirection { .. } => {
+            ("one-direction", "the temperature only rose or only fell: a drift of any other cause would look the same")
+        }
+    };
+    code("temperature.reason", name, name, meaning)
 }
 
 const fn code(key: &'static str, code: &'static str, word: &'static str, meaning: &'static str) -> Code {
@@ -80,8 +110,10 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
 
 /// What is known of a parameter.
 #[must_use]
-pub fn code_of_status(status: Status) -> Code {
-    let of = |name, word, meaning| code("status", name, word, meaning);
+pub const fn code_of_status(status: Status) -> Code {
+    const fn of(name: &'static str, word: &'static str, meaning: &'static str) -> Code {
+        code("status", name, word, meaning)
+    }
     match status {
         Status::Estimated => {
             of("estimated", "estimated", "the parameter is there, and has a value and a two-sided interval")

@@ -6,17 +6,19 @@ pub(crate) mod plan;
 pub(crate) mod pool;
 pub(crate) mod source;
 mod stationarity;
+mod temperature;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, Normality, NotJudged};
 use vn100_analysis::protocol::{Quantity, RejectedCounts};
-use vn100_analysis::{RemedyWords, Snapshot};
+use vn100_analysis::{Detrend, RemedyWords, Snapshot};
 
 use crate::{
     codes::{code_of_missing, code_of_rate},
     measured::Measured,
+    temperature::detrend_name,
     units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
 };
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
@@ -203,6 +205,17 @@ const fn deviation_name(deviation: Deviation) -> &'static str {
     }
 }
 
+/// What was removed from the channel at this place.
+fn detrended(snapshot: &Snapshot, place: usize) -> Option<&'static str> {
+    match snapshot.detrended? {
+        Detrend::Temperature => {
+            let removed = snapshot.channels.get(place).and_then(|results| results.removed_temperature.as_ref());
+            removed.map(|_| detrend_name(Detrend::Temperature))
+        }
+        line @ Detrend::Line => Some(detrend_name(line)),
+    }
+}
+
 const fn estimator_name(estimator: Estimator) -> &'static str {
     match estimator {
         Estimator::Strided => "strided",
@@ -286,13 +299,13 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
             estimator: estimator_name(snapshot.estimator),
             confidence: Some(assessment.confidence),
             data: (values.quantity == Quantity::Value).then_some("rate"),
-            detrend: snapshot.detrended.then_some("linear"),
+            detrend: detrended(snapshot, place),
             slope_s: values.slope_s,
             points: values.deviations,
         },
         noise: noise.map(|noise| {
             let models = filter_models.get(place).and_then(Option::as_ref);
-            NoiseDocument::new(noise, assessment.samples, models)
+            NoiseDocument::new(noise, assessment.samples, snapshot.timing.rate_hz, models)
         }),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(&signal.disturbed, skipped_s)),
         spectrum: signal_at_end.map(SpectrumDocument::new),

@@ -19,12 +19,14 @@ pub mod names;
 pub mod numbers;
 mod page;
 mod printable;
+pub mod temperature;
 mod toml_text;
 pub mod units;
 mod words;
 
 pub use codes::{
-    Code, all_codes, code_of_grade, code_of_missing, code_of_rate, code_of_status, code_of_verdict, code_of_window,
+    Code, all_codes, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status,
+    code_of_verdict, code_of_window,
 };
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{

@@ -13,10 +13,8 @@ use crate::{
     noise::ChannelStream,
     profile::Profile,
     sensor::{Deltas, SensorValues, Surroundings, wrapped_deg},
+    thermal::ThermalBias,
 };
-
-/// Time after switching on, in seconds, when the temperature has settled.
-const WARM_S: f64 = 36_000.0;
 
 /// The sensor has no such output rate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -31,7 +29,11 @@ pub struct UnsupportedRate {
 pub struct Generator {
     channels: [ChannelStream; 12],
     surroundings: Surroundings,
+    thermal_bias: ThermalBias,
+    /// At the first sample.
+    age_s: f64,
     interval_s: f64,
+    rows: u64,
     /// Readings of temperature and pressure taken.
     readings: u64,
 }
@@ -49,15 +51,27 @@ impl Generator {
             let channel = &profile.channels[number];
             ChannelStream::new(&channel.noise, channel.window, rate, seed, number as u32)
         });
-        let surroundings = Surroundings::new(seed);
-        Ok(Self { channels, surroundings, interval_s: 1.0 / f64::from(rate_hz), readings: 0 })
+        let thermal = profile.thermal;
+        Ok(Self {
+            channels,
+            surroundings: Surroundings::new(thermal, seed),
+            thermal_bias: ThermalBias::new(thermal),
+            age_s: thermal.age_s,
+            interval_s: 1.0 / f64::from(rate_hz),
+            rows: 0,
+            readings: 0,
+        })
     }
 
     /// The next sample: yaw, pitch, roll (deg, in (-180, 180]), magnetic field x y z (gauss),
     /// acceleration x y z (m/s²), angular rate x y z (rad/s).
     #[must_use]
     pub fn next_row(&mut self) -> [f32; 12] {
-        let values = self.channels.each_mut().map(ChannelStream::next_sample);
+        let mut values = self.channels.each_mut().map(ChannelStream::next_sample);
+        let (rate_rad_s, accel_m_s2) = self.thermal_bias.advance_to(self.age_s + self.rows as f64 * self.interval_s);
+        self.rows += 1;
+        values[6..9].iter_mut().for_each(|value| *value += accel_m_s2);
+        values[9..].iter_mut().for_each(|value| *value += rate_rad_s);
         // single precision, as in the sensor: the last printed digit depends on it
         let mut row = values.map(|value| value as f32);
         for (angle_deg, value) in row.iter_mut().zip(values).take(3) {
@@ -66,11 +80,10 @@ impl Generator {
         row
     }
 
-    /// The temperature (degC) and the pressure (kPa) of the next sample, of a sensor that has
-    /// warmed up.
+    /// The temperature (degC) and the pressure (kPa) of the next sample.
     #[must_use]
     pub fn next_surroundings(&mut self) -> [f32; 2] {
-        self.surroundings.advance_to(WARM_S + self.readings as f64 * self.interval_s);
+        self.surroundings.advance_to(self.age_s + self.readings as f64 * self.interval_s);
         self.readings += 1;
         [self.surroundings.temperature_c as f32, self.surroundings.pressure_kpa as f32]
     }

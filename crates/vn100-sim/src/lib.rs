@@ -30,6 +30,7 @@ pub mod profile;
 pub mod pty;
 mod receiver;
 mod sensor;
+mod thermal;
 mod usb;
 pub mod wire;
 
@@ -38,3 +39,4 @@ pub use device::{Device, DeviceConfig};
 pub use message::Message;
 pub use onboard::Window;
 pub use profile::{Profile, UnknownProfile};
+pub use thermal::{Thermal, ThermalError};

@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::{
     noise::{NoiseTruth, Vibration},
     onboard::Window,
+    thermal::Thermal,
 };
 
 /// Standard gravity, m/s².
@@ -32,6 +33,8 @@ pub struct Profile {
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).
     pub channels: [ChannelProfile; 12],
+    /// Its temperature, and what the bias follows of it.
+    pub thermal: Thermal,
 }
 
 /// There is no profile of that name.
@@ -90,7 +93,7 @@ impl Profile {
             };
             ChannelProfile { noise: NoiseTruth { mean, ..noise }, window }
         });
-        Self { name: "datasheet", channels }
+        Self { name: "datasheet", channels, thermal: Thermal::default() }
     }
 
     /// A published sensor at rest, 40 Hz.
@@ -128,7 +131,11 @@ impl Profile {
             lab3_gyro_y(),
             white(-0.000009, 0.000638),
         ];
-        Self { name: "lab3", channels: noise.map(|noise| ChannelProfile { noise, window: Window::None }) }
+        Self {
+            name: "lab3",
+            channels: noise.map(|noise| ChannelProfile { noise, window: Window::None }),
+            thermal: Thermal::default(),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use crate::{
     noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
     onboard::{IMU_REFRESH_HZ, MAG_REFRESH_HZ, White, Window},
     profile::{Profile, STANDARD_GRAVITY_M_S2},
+    thermal::{Thermal, ThermalBias},
 };
 
 /// The window a sensor is delivered with, at the rate it is delivered with.
@@ -206,6 +207,10 @@ pub(crate) struct SensorModel {
     /// The attitude filter's estimate of the gyro bias.
     pub(crate) bias_rad_s: [f64; 3],
     surroundings: Surroundings,
+    thermal_bias: ThermalBias,
+    /// What the temperature adds to each axis.
+    thermal_rad_s: f64,
+    thermal_m_s2: f64,
     pub(crate) deltas: Deltas,
 }
 
@@ -218,7 +223,10 @@ impl SensorModel {
             ticks: 0,
             turn_on_bias_rad_s,
             bias_rad_s: turn_on_bias_rad_s,
-            surroundings: Surroundings::new(seed),
+            surroundings: Surroundings::new(profile.thermal, seed),
+            thermal_bias: ThermalBias::new(profile.thermal),
+            thermal_rad_s: 0.0,
+            thermal_m_s2: 0.0,
             deltas: Deltas::default(),
         }
     }
@@ -235,13 +243,14 @@ impl SensorModel {
         }
         if tick.is_multiple_of(SLOW_TICKS) {
             self.surroundings.advance_to(seconds(tick));
+            (self.thermal_rad_s, self.thermal_m_s2) = self.thermal_bias.advance_to(seconds(tick));
         }
         let interval_s = 1.0 / f64::from(IMU_REFRESH_HZ);
         self.deltas.time_s += interval_s;
         for axis in 0..3 {
             let rate_rad_s = self.gyro_rad_s(axis, false);
             self.deltas.theta_deg[axis] += rate_rad_s.to_degrees() * interval_s;
-            self.deltas.velocity_m_s[axis] += self.channels[6 + axis].value(false) * interval_s;
+            self.deltas.velocity_m_s[axis] += self.accel_m_s2(axis, false) * interval_s;
             // the profile's mean is what a converged filter leaves
             let residual_rad_s = rate_rad_s - self.channels[9 + axis].truth.mean - self.bias_rad_s[axis];
             self.bias_rad_s[axis] += residual_rad_s * interval_s / BIAS_TRACKING_S;
@@ -252,6 +261,7 @@ impl SensorModel {
         let Processing { averages_uncompensated, averages_compensated, .. } = processing;
         let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));
         let gyro = |averaged: bool| [0, 1, 2].map(|axis| self.gyro_rad_s(axis, averaged));
+        let accel = |averaged: bool| [0, 1, 2].map(|axis| self.accel_m_s2(axis, averaged));
         let corrected = {
             let calibrated = processing.gyro.apply(gyro(averages_compensated[2]));
             [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
@@ -260,10 +270,10 @@ impl SensorModel {
         SensorValues {
             ypr_deg: triad(0, false).map(wrapped_deg),
             mag_gauss: to_vehicle(processing.mag.apply(triad(3, averages_compensated[0]))),
-            accel_m_s2: to_vehicle(processing.accel.apply(triad(6, averages_compensated[1]))),
+            accel_m_s2: to_vehicle(processing.accel.apply(accel(averages_compensated[1]))),
             gyro_rad_s: to_vehicle(corrected),
             uncompensated_mag_gauss: single(triad(3, averages_uncompensated[0])),
-            uncompensated_accel_m_s2: single(triad(6, averages_uncompensated[1])),
+            uncompensated_accel_m_s2: single(accel(averages_uncompensated[1])),
             uncompensated_gyro_rad_s: single(gyro(averages_uncompensated[2])),
             temperature_c: self.surroundings.temperature_c as f32,
             pressure_kpa: self.surroundings.pressure_kpa as f32,
@@ -271,7 +281,11 @@ impl SensorModel {
     }
 
     fn gyro_rad_s(&self, axis: usize, averaged: bool) -> f64 {
-        self.turn_on_bias_rad_s[axis] + self.channels[9 + axis].value(averaged)
+        self.turn_on_bias_rad_s[axis] + self.thermal_rad_s + self.channels[9 + axis].value(averaged)
+    }
+
+    fn accel_m_s2(&self, axis: usize, averaged: bool) -> f64 {
+        self.thermal_m_s2 + self.channels[6 + axis].value(averaged)
     }
 }
 
@@ -296,10 +310,6 @@ pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
 /// Number of the random stream of temperature and pressure, behind those of the twelve channels.
 const SURROUNDINGS_STREAM: u32 = 12;
 
-/// Warm-up from the temperature of the room, as a first-order lag.
-const ROOM_C: f64 = 22.0;
-const WARM_UP_C: f64 = 11.0;
-const WARM_UP_S: f64 = 900.0;
 const TEMPERATURE_SIGMA_C: f64 = 0.02;
 /// Slow change of the weather: a sine.
 const PRESSURE_KPA: f64 = 101.325;
@@ -310,6 +320,7 @@ const PRESSURE_SIGMA_KPA: f64 = 0.003;
 /// What the sensor's thermometer and barometer read.
 #[derive(Debug, Clone)]
 pub(crate) struct Surroundings {
+    thermal: Thermal,
     random: ChaCha8Rng,
     pub(crate) temperature_c: f64,
     pub(crate) pressure_kpa: f64,
@@ -317,19 +328,19 @@ pub(crate) struct Surroundings {
 
 impl Surroundings {
     /// Of a sensor that is just switched on.
-    pub(crate) fn new(seed: u64) -> Self {
+    pub(crate) fn new(thermal: Thermal, seed: u64) -> Self {
         Self {
+            thermal,
             random: random_stream(seed, SURROUNDINGS_STREAM, NoiseComponent::White),
-            temperature_c: ROOM_C,
+            temperature_c: thermal.temperature_c(0.0),
             pressure_kpa: PRESSURE_KPA,
         }
     }
 
     /// Reads both anew, so many seconds after switching on.
     pub(crate) fn advance_to(&mut self, time_s: f64) {
-        let warm = WARM_UP_C * (1.0 - (-time_s / WARM_UP_S).exp());
         let weather = WEATHER_KPA * (TAU * time_s / WEATHER_S).sin();
-        self.temperature_c = ROOM_C + warm + TEMPERATURE_SIGMA_C * normal(&mut self.random);
+        self.temperature_c = self.thermal.temperature_c(time_s) + TEMPERATURE_SIGMA_C * normal(&mut self.random);
         self.pressure_kpa = PRESSURE_KPA + weather + PRESSURE_SIGMA_KPA * normal(&mut self.random);
     }
 }

@@ -210,6 +210,15 @@ impl OctaveSum {
         Self { sum_squares, gapped: self.gapped.without_drift(drift), ..self }
     }
 
+    /// The octave with another variance, as without what the temperature made of it: the sum of
+    /// squares rounded to a whole count².
+    #[must_use]
+    pub fn with_variance_counts2(self, variance: f64) -> Self {
+        let factor = self.variance_counts2().map_or(1.0, |own| if own > 0.0 { variance / own } else { 1.0 });
+        let sum_squares = self.sum_squares.map(|squares| (squares as f64 * factor).round() as u128);
+        Self { sum_squares, gapped: self.gapped.scaled(factor), ..self }
+    }
+
     /// Variance in counts²: the sum over all windows / (2 m² n), for Hadamard / (6 m² n); `None`
     /// for an unknown sum.
     #[must_use]

@@ -96,6 +96,18 @@ pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Conventio
     }
 }
 
+/// All conventions for the temperature coefficient of the bias; the SI unit comes first.
+#[must_use]
+pub const fn temperature_conventions(sensor: Sensor) -> &'static [Convention] {
+    match sensor {
+        Sensor::Gyroscope => {
+            const { &[unit("rad/s/degC", 1.0), unit("deg/s/degC", DEG), unit("deg/h/degC", DEG * HOUR_S)] }
+        }
+        Sensor::Accelerometer => const { &[unit("m/s^2/degC", 1.0), unit("mg/degC", MG)] },
+        Sensor::Magnetometer => const { &[unit("gauss/degC", 1.0)] },
+    }
+}
+
 const DEG: f64 = 180.0 / PI;
 const HOUR_S: f64 = 3600.0;
 const SQRT_HOUR: f64 = 60.0;

@@ -100,8 +100,13 @@ impl LevelSearch {
     /// in its longest series of blocks that no gap cuts; nothing below 16 of them.
     #[must_use]
     pub fn find(&self, signal: &ChannelSignal, interval_s: f64, decimals: u8) -> LevelFindings {
-        let blocks = signal.blocks();
-        let blocks = longest_series(&blocks);
+        self.find_in(&signal.blocks(), interval_s, decimals)
+    }
+
+    /// The same in the blocks of such a signal, of which something known may have been removed.
+    #[must_use]
+    pub fn find_in(&self, blocks: &[Block], interval_s: f64, decimals: u8) -> LevelFindings {
+        let blocks = longest_series(blocks);
         let noise = self.noises.iter().find(|noise| noise.blocks() == blocks.len());
         let (Some(noise), Some(first)) = (noise, blocks.first()) else { return LevelFindings::default() };
         // From the first, so that no digits are lost on a large offset.

@@ -231,20 +231,24 @@ fn shapes(blocks: usize, cosines: &[Vec<f64>]) -> Vec<Shaped> {
     shapes
 }
 
+/// Variance of the coefficient `k` of block means of flicker noise, folded at half a cycle per
+/// block.
+pub(super) fn flicker_variance(k: usize, blocks: usize) -> f64 {
+    let omega = PI * k as f64 / blocks as f64;
+    let folded = |m: i32| (TAU * f64::from(m) + omega).abs().powi(-3);
+    4.0 * (omega / 2.0).sin().powi(2) * (-20..=20).map(folded).sum::<f64>()
+}
+
+/// The same of a random walk.
+pub(super) fn walk_variance(k: usize, blocks: usize) -> f64 {
+    let square = (PI * k as f64 / (2 * blocks) as f64).sin().powi(2);
+    (3.0 - 2.0 * square) / (12.0 * square)
+}
+
 /// Variances of the coefficients 1 to n - 1 in every noise.
 fn spectra(blocks: usize) -> Vec<Vec<f64>> {
-    // Of block means of noise with the spectrum 1/ω and 1/ω², folded at half a cycle per block.
-    let flicker = |k: usize| {
-        let omega = PI * k as f64 / blocks as f64;
-        let folded = |m: i32| (TAU * f64::from(m) + omega).abs().powi(-3);
-        4.0 * (omega / 2.0).sin().powi(2) * (-20..=20).map(folded).sum::<f64>()
-    };
-    let walk = |k: usize| {
-        let square = (PI * k as f64 / (2 * blocks) as f64).sin().powi(2);
-        (3.0 - 2.0 * square) / (12.0 * square)
-    };
-    let flicker: Vec<f64> = (1..blocks).map(flicker).collect();
-    let walk: Vec<f64> = (1..blocks).map(walk).collect();
+    let flicker: Vec<f64> = (1..blocks).map(|k| flicker_variance(k, blocks)).collect();
+    let walk: Vec<f64> = (1..blocks).map(|k| walk_variance(k, blocks)).collect();
     let mixed = |white: f64, f: f64, w: f64| -> Vec<f64> {
         flicker.iter().zip(&walk).map(|(flicker, walk)| white + f * flicker + w * walk).collect()
     };
@@ -254,7 +258,7 @@ fn spectra(blocks: usize) -> Vec<Vec<f64>> {
 }
 
 /// In lanes of four, whatever the order of a plain sum.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (a, a_rest) = a.as_chunks::<4>();
     let (b, b_rest) = b.as_chunks::<4>();

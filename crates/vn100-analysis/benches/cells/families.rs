@@ -108,6 +108,17 @@ pub(crate) fn all(duration_s: f64) -> Vec<Family> {
     ]
 }
 
+/// The noise beside what follows the temperature.
+pub(crate) fn beside_temperature(duration_s: f64) -> Vec<Cell> {
+    let (flicker, walk) = (flicker_crossing(5.0), walk_crossing(duration_s / 30.0));
+    vec![
+        Cell::new("white", duration_s, &[]),
+        Cell::new("white + flicker", duration_s, &[flicker]),
+        Cell::new("white + walk", duration_s, &[walk]),
+        Cell::new("white + flicker + walk", duration_s, &[flicker, walk]),
+    ]
+}
+
 /// The noise beneath what [`disturbances`](super::disturbances) are searched in.
 pub(crate) fn disturbed(duration_s: f64) -> Cell {
     Cell::new("disturbed", duration_s, &[flicker_crossing(5.0)])

@@ -56,6 +56,8 @@ pub(crate) struct Record {
     /// In periods of the first slow cycle; the temperature follows it by 1 K.
     cycle_s: Option<f64>,
     cycle_phase: f64,
+    /// Readings of the temperature, where it does not follow a cycle.
+    pub(crate) temperature_c: Option<Vec<f64>>,
     kept: Option<Vec<bool>>,
 }
 
@@ -82,7 +84,7 @@ impl Record {
             _ => None,
         });
         let kept = cell.loss.map(|loss| loss.kept(samples, random));
-        Self { series, cycle_s, cycle_phase, kept }
+        Self { series, cycle_s, cycle_phase, temperature_c: None, kept }
     }
 
     /// The first samples of it and the last, of a record without a cycle and without losses.
@@ -92,6 +94,7 @@ impl Record {
             series: self.series.each_ref().map(|series| series[from..from + samples].to_vec()),
             cycle_s: None,
             cycle_phase: 0.0,
+            temperature_c: None,
             kept: None,
         };
         [part(0), part(start)]
@@ -132,7 +135,10 @@ impl Record {
             let mut series = self.series.iter();
             for (channel, mean) in LAYOUT.channels.iter().zip(&means) {
                 let value = match channel.quantity {
-                    Quantity::Temperature => self.temperature(sample, cell) + 0.5 * random.normal(),
+                    Quantity::Temperature => match &self.temperature_c {
+                        Some(readings_c) => 10.0 * readings_c[sample] - mean,
+                        None => self.temperature(sample, cell) + 0.5 * random.normal(),
+                    },
                     Quantity::Pressure => 5.0 * random.normal(),
                     Quantity::MagneticField => 30.0 * random.normal(),
                     _ => series.next().unwrap()[sample] / cell.step,

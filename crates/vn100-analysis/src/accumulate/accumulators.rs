@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
+use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
 use vn100_protocol::{Layout, PrintFormat};
 
 use super::{
@@ -12,6 +12,7 @@ use super::{
     quaternion::QuaternionSign,
     recent::Recent,
     repeats::{self, Repeats},
+    temperature_record::TemperatureRecord,
 };
 use crate::{
     averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings,
@@ -27,6 +28,10 @@ pub(crate) struct Accumulators {
     pub(super) magnitudes: Vec<Magnitude>,
     /// Only if the message has a quaternion.
     quaternion: Option<QuaternionSign>,
+    /// Only if the temperature is known, from its first reading on.
+    pub(super) temperature: Option<TemperatureRecord>,
+    /// Absolute index behind the last row.
+    end: u64,
     /// Only if asked for.
     pub(super) recent: Option<Recent>,
     /// Samples of one channel, for reuse.
@@ -61,6 +66,7 @@ impl Accumulators {
         let plan = SpectrumPlan::new();
         self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
         self.magnitudes = Magnitude::all(&layout);
+        self.temperature = TemperatureRecord::of_stream(&layout);
         self.quaternion = QuaternionSign::of(&layout);
         (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
         self.held.clear();
@@ -77,6 +83,7 @@ impl Accumulators {
     pub(crate) fn push(&mut self, counts: &[i32], first_index: u64, rate_hz: f64, keep_recent: bool) {
         let rows = Rows { first_index, rate_hz, keep_recent };
         let width = self.width();
+        self.end = first_index + (counts.len() / width) as u64;
         let is_next = |held: &Rows, many: usize| Rows { first_index: held.first_index + many as u64, ..*held } == rows;
         if !self.held.is_empty() && !is_next(&self.held_rows, self.held.len() / width) {
             self.settle();
@@ -130,9 +137,15 @@ impl Accumulators {
         if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz != rate_hz) {
             self.recent = Some(Recent::new(width, rate_hz));
         }
+        if let Some(temperature) = &mut self.temperature {
+            temperature.push_samples(first_index, counts.len() / width);
+        }
         for (index, channel) in self.channels.iter_mut().enumerate() {
             self.column.clear();
             self.column.extend(counts.chunks_exact(width).map(|row| row[index]));
+            if let Some(temperature) = &mut self.temperature {
+                temperature.push(index, first_index, &self.column);
+            }
             channel.push(&mut self.column);
             if let Some(recent) = &mut self.recent {
                 recent.push(index, first_index, &self.column);
@@ -147,6 +160,20 @@ impl Accumulators {
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.settle();
         self.channels.iter_mut().for_each(|channel| channel.gap(missing));
+        if let Some(temperature) = self.temperature.as_mut().filter(|_| missing.is_none()) {
+            temperature.part();
+        }
+    }
+
+    /// The temperature as the sensor answered behind the last row, in counts; unused before the
+    /// first row, and where the stream has it.
+    pub(crate) fn push_reading(&mut self, counts: i32) {
+        let (Some(layout), Some(last)) = (self.layout.clone(), self.end.checked_sub(1)) else { return };
+        self.settle();
+        self.temperature = self.temperature.take().or_else(|| TemperatureRecord::polled(&layout));
+        if let Some(temperature) = &mut self.temperature {
+            temperature.push_reading(last, counts);
+        }
     }
 
     /// Whether that is a change: values of another resolution are not comparable in the last digit.
@@ -159,8 +186,17 @@ impl Accumulators {
         has_changed
     }
 
-    pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
-        self.states().map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), shape)).collect()
+    /// Without what the temperature made of some channels, by their places.
+    pub(crate) fn snapshot(
+        &self,
+        shape: &RecordShape,
+        removals: &[Option<TemperatureRemoval>],
+    ) -> Vec<ChannelSnapshot> {
+        let removal = |place: usize| removals.get(place).cloned().flatten();
+        let states = self.states().enumerate();
+        states
+            .map(|(place, (state, channel))| state.snapshot(self.coarsest.decimals(channel), shape, removal(place)))
+            .collect()
     }
 
     /// The sums of each channel at these averaging factors.
@@ -207,7 +243,7 @@ mod tests {
     }
 
     fn octaves(accumulators: &Accumulators) -> Vec<u64> {
-        accumulators.settled().snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
+        accumulators.settled().snapshot(&shape(), &[]).iter().map(|channel| channel.octaves[0].terms).collect()
     }
 
     #[test]
@@ -216,7 +252,7 @@ mod tests {
         let mut accumulators = of(3);
         accumulators.push(&[1, 20, 300, 3, 40, 500], 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);
-        let channels = accumulators.settled().snapshot(&shape());
+        let channels = accumulators.settled().snapshot(&shape(), &[]);
         let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
         assert_eq!(means, [Some(2.0), Some(30.0), Some(400.0)]);
         assert!(accumulators.settled().recent(40.0).is_none(), "not asked for");
@@ -229,11 +265,11 @@ mod tests {
         together.push(&counts, 0, 40.0, true);
         for (row, index) in counts.chunks_exact(2).zip(0..) {
             alone.push(row, index, 40.0, true);
-            let so_far = alone.settled().snapshot(&shape());
+            let so_far = alone.settled().snapshot(&shape(), &[]);
             assert_eq!(so_far[0].moments.count(), index + 1);
         }
         let (one, other) = (together.settled(), alone.settled());
-        assert_eq!(format!("{:?}", one.snapshot(&shape())), format!("{:?}", other.snapshot(&shape())));
+        assert_eq!(format!("{:?}", one.snapshot(&shape(), &[])), format!("{:?}", other.snapshot(&shape(), &[])));
         assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
         // another place or another rate is no continuation
         alone.push(&[1, 2], 300, 40.0, true);
@@ -286,7 +322,7 @@ mod tests {
         let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
         assert_eq!(formats.map(|format| accumulators.set_print_format(format)), [false, true, true]);
         assert_eq!(accumulators.settled().findings().print_changes, 2);
-        assert_eq!(accumulators.settled().snapshot(&shape())[0].printed_decimals, 2);
+        assert_eq!(accumulators.settled().snapshot(&shape(), &[])[0].printed_decimals, 2);
     }
 
     #[test]

@@ -8,8 +8,9 @@ use vn100_protocol::{Layout, RegisterContents};
 
 use super::{data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect};
 use crate::{
+    assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
-    settings::Settings,
+    settings::{Detrend, Settings},
     snapshot::{Outages, Snapshot, Timing},
     warning::advice,
 };
@@ -174,9 +175,16 @@ impl Analysis {
             register_channels: replies.imu_channels(),
             fingerprint: accumulators.fingerprint.clone(),
             warnings: Vec::new(),
+            temperature: accumulators.temperature.clone(),
             recent: accumulators.recent(rate.hz()),
         };
-        snapshot.channels = accumulators.snapshot(&snapshot.shape());
+        snapshot.channels = accumulators.snapshot(&snapshot.shape(), &[]);
+        if settings.detrend == Some(Detrend::Temperature) {
+            let removals = temperature::removals(&snapshot);
+            if removals.iter().any(Option::is_some) {
+                snapshot.channels = accumulators.snapshot(&snapshot.shape(), &removals);
+            }
+        }
         snapshot.warnings = advice::warnings(&snapshot, accumulators.findings());
         snapshot.warnings.extend(replies.two_sensors(rate.change()));
         snapshot
@@ -194,7 +202,12 @@ impl Analysis {
             missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));
         }
         snapshot.missing_times = missing;
-        snapshot.channels.iter_mut().zip(points).for_each(|(channel, points)| channel.points = points);
+        for (channel, points) in snapshot.channels.iter_mut().zip(points) {
+            channel.points = match &channel.removed_temperature {
+                Some(removed) => removed.without(&points),
+                None => points,
+            };
+        }
         snapshot
     }
 

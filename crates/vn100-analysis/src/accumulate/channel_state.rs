@@ -1,13 +1,18 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
+use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap};
 use vn100_protocol::{Channel, Quantity};
 
-use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
+use crate::{
+    averaging_times::AveragingTimes,
+    settings::{Detrend, Settings},
+    snapshot::{ChannelSnapshot, RemovedTemperature},
+};
 
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
+    /// Without the regression line.
     detrend: bool,
     signal: ChannelSignal,
     /// Angles only.
@@ -20,11 +25,12 @@ impl ChannelState {
     /// `plan` is shared by all channels.
     pub(crate) fn new(channel: &Channel, settings: &Settings, plan: &SpectrumPlan) -> Self {
         let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
-        let accumulator = if settings.detrend { accumulator.keeping_slope() } else { accumulator };
+        let detrend = settings.detrend == Some(Detrend::Line);
+        let accumulator = if detrend { accumulator.keeping_slope() } else { accumulator };
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
-            detrend: settings.detrend,
+            detrend,
             signal: ChannelSignal::new(plan),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
@@ -55,10 +61,19 @@ impl ChannelState {
         }
     }
 
-    pub(crate) fn snapshot(&self, printed_decimals: u8, shape: &RecordShape) -> ChannelSnapshot {
+    /// Without what the temperature made, where that is to be removed.
+    pub(crate) fn snapshot(
+        &self,
+        printed_decimals: u8,
+        shape: &RecordShape,
+        removal: Option<TemperatureRemoval>,
+    ) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
-        let slope_counts = self.accumulator.slope_counts();
-        let sums: Vec<_> = self.accumulator.octaves().sums().map(|sum| self.detrended(sum)).collect();
+        let slope_of_temperature = removal.as_ref().map_or(0.0, TemperatureRemoval::slope_counts);
+        let slope_counts = self.accumulator.slope_counts().map(|slope| slope - slope_of_temperature);
+        let measured: Vec<_> = self.accumulator.octaves().sums().map(|sum| self.detrended(sum)).collect();
+        let removed_temperature = removal.map(|removal| RemovedTemperature::new(removal, &measured));
+        let sums = removed_temperature.as_ref().map_or_else(|| measured.clone(), |removed| removed.without(&measured));
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
         // an octave without windows has no number, and no slope to it counts
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
@@ -73,6 +88,7 @@ impl ChannelState {
             octaves: sums,
             points: Vec::new(),
             printed_decimals,
+            removed_temperature,
         }
     }
 
@@ -123,7 +139,7 @@ mod tests {
     fn an_angle_is_unwrapped() {
         let mut yaw = state(&VNYMR.channels[0], &Settings::default());
         yaw.push(&mut [179_990, -179_990, -179_970]);
-        let snapshot = yaw.snapshot(3, &shape(3));
+        let snapshot = yaw.snapshot(3, &shape(3), None);
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
     }
@@ -132,9 +148,10 @@ mod tests {
     fn a_slope_is_removed_where_asked_for() {
         let ramp: Vec<i32> = (0..640).collect();
         for detrend in [false, true] {
-            let mut channel = state(&VNYMR.channels[9], &Settings { detrend, ..Settings::default() });
+            let settings = Settings { detrend: detrend.then_some(Detrend::Line), ..Settings::default() };
+            let mut channel = state(&VNYMR.channels[9], &settings);
             channel.push(&mut ramp.clone());
-            let snapshot = channel.snapshot(6, &shape(640));
+            let snapshot = channel.snapshot(6, &shape(640), None);
             assert_eq!(snapshot.slope_counts, Some(1.0));
             let variance = snapshot.octaves.last().and_then(OctaveSum::variance_counts2);
             assert_eq!(variance.is_some_and(|variance| variance < 1e-6), detrend, "{variance:?}");
@@ -147,7 +164,7 @@ mod tests {
         channel.push(&mut [1, 2]);
         channel.gap(Some(32));
         channel.push(&mut [3, 4]);
-        let snapshot = channel.snapshot(6, &shape(36));
+        let snapshot = channel.snapshot(6, &shape(36), None);
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));

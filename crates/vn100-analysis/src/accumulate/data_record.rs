@@ -76,6 +76,11 @@ impl DataRecord {
                     self.break_segment(Some(0));
                 }
             }
+            MarkKind::Temperature(counts) => {
+                if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
+                    self.accumulators.push_reading(counts);
+                }
+            }
         }
     }
 
@@ -242,7 +247,7 @@ mod tests {
     fn terms(record: &DataRecord) -> u64 {
         let (estimator, deviation) = (record.settings.estimator, record.settings.deviation);
         let shape = RecordShape { samples: 10, interval_s: 0.025, estimator, deviation };
-        record.accumulators.settled().snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
+        record.accumulators.settled().snapshot(&shape, &[])[0].octaves.first().map_or(0, |octave| octave.terms)
     }
 
     #[test]

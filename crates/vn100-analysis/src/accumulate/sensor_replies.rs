@@ -100,6 +100,7 @@ impl SensorReplies {
                     signal: None,
                     branch_counts: 0,
                     printed_decimals: channel.decimals,
+                    removed_temperature: None,
                 },
             })
             .collect()

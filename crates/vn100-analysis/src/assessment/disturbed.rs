@@ -40,8 +40,11 @@ impl Disturbed {
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
-        let LevelFindings { change, detectable_step } = search.find(signal, interval_s, channel.decimals);
-        let block = signal.blocks().first().map_or(1, |block| block.length);
+        let blocks = signal.blocks();
+        let level = results.removed_temperature.as_ref().map(|removed| removed.removal.without(&blocks));
+        let level = level.as_deref().unwrap_or(&blocks);
+        let LevelFindings { change, detectable_step } = search.find_in(level, interval_s, channel.decimals);
+        let block = blocks.first().map_or(1, |block| block.length);
         let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
         let is_attitude = channel.quantity.is_attitude();
         let level_change = change.filter(|change| match change.shape {

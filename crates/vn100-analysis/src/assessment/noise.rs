@@ -9,10 +9,11 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-use super::{ChannelAssessment, Curve, Onboard, WhiteBudget};
+use super::{AxisTemperature, ChannelAssessment, Curve, Onboard, WhiteBudget};
 use crate::{
     in_parallel::in_parallel,
     sensor::sensor_of,
+    settings::Detrend,
     snapshot::{RateFrom, Snapshot},
 };
 
@@ -40,6 +41,9 @@ pub struct ChannelNoise {
     /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
     /// would be fitted to: they are no more than bounded.
     pub level_changes: bool,
+    /// How the bias follows the temperature of the sensor; `None` where the record does not have
+    /// it, and for magnetometers.
+    pub temperature: Option<AxisTemperature>,
 }
 
 /// Why a gyroscope has no grade.
@@ -114,7 +118,7 @@ impl ChannelNoise {
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
                 // a line that was taken out is no ramp to be found
-                let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
+                let slope_unit_s = curve.slope_unit_s.filter(|_| snapshot.detrended != Some(Detrend::Line));
                 let whole = model.fit(&ChannelCurve { slope_unit_s, ..evidence }, confidence);
                 let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
                 let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
@@ -141,6 +145,7 @@ impl ChannelNoise {
             long_taus,
             white_budget,
             level_changes: false,
+            temperature: None,
         })
     }
 
@@ -195,6 +200,12 @@ impl ChannelNoise {
         Some(curve_minimum(&white?, &bias?, &walk?))
     }
 
+    fn bound_slow_terms(&mut self) {
+        let is_estimated = |term: &Term| self.fit.parameter(*term).is_some_and(|p| p.status == Status::Estimated);
+        let estimated: Vec<Term> = SLOW.into_iter().filter(is_estimated).collect();
+        estimated.into_iter().for_each(|term| self.fit.not_proved(term));
+    }
+
     /// A message that lacks the bias lacks it all the same.
     pub(super) fn was_moved(&mut self) {
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
@@ -209,10 +220,17 @@ const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::Rate
 pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
     for ChannelAssessment { noise, disturbed, .. } in channels {
         if let Some(noise) = noise.as_mut().filter(|_| disturbed.level_poses_as_noise()) {
-            let is_estimated = |term: &Term| noise.fit.parameter(*term).is_some_and(|p| p.status == Status::Estimated);
-            let estimated: Vec<Term> = SLOW.into_iter().filter(is_estimated).collect();
-            estimated.into_iter().for_each(|term| noise.fit.not_proved(term));
+            noise.bound_slow_terms();
             noise.level_changes = true;
+        }
+    }
+}
+
+/// Bounds the slow terms where they would be fitted to what the temperature made.
+pub(super) fn withhold_what_temperature_made(channels: &mut [ChannelAssessment]) {
+    for noise in channels.iter_mut().filter_map(|channel| channel.noise.as_mut()) {
+        if noise.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) {
+            noise.bound_slow_terms();
         }
     }
 }

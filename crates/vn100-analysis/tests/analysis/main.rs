@@ -4,6 +4,7 @@
 
 mod held;
 mod link;
+mod temperature;
 
 use std::{sync::Arc, time::Duration};
 

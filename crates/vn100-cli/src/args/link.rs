@@ -5,7 +5,7 @@ use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
 use clap::Args;
 use vn100_driver::OutputSettings;
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES, OUTPUT_RATES_HZ};
-use vn100_sim::{Profile, fault::FaultPlan};
+use vn100_sim::{Profile, Thermal, fault::FaultPlan};
 
 use super::LogArgs;
 
@@ -103,10 +103,24 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
+    /// Temperature of the emulated sensor from power-up on, and the bias that follows it, as in
+    /// "gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900": deg/s and mg per degC, s, degC; also
+    /// heating, warm-up, age
+    #[arg(long, value_name = "TRUTH")]
+    pub(crate) thermal: Option<Thermal>,
+
     /// Faults to inject into the emulated link, as in "flip@1% unplug@20s+3s"; times count from
     /// power-up
     #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
+}
+
+impl SimSensorArgs {
+    /// The truth that is emulated.
+    pub(crate) fn truth(&self) -> Profile {
+        let thermal = self.thermal.unwrap_or(self.profile.thermal);
+        Profile { thermal, ..self.profile.clone() }
+    }
 }
 
 /// Settings of the sensor during the measurement, restored afterwards.

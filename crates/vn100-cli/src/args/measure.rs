@@ -7,7 +7,7 @@ use clap::{
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
 use imu_noise::{Deviation, Estimator};
-use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
+use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Detrend, Goal, NoiseFigure, Settings};
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
 use vn100_protocol::stream::ReadOptions;
@@ -57,9 +57,9 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
-    /// Remove a line from each channel before its deviation is taken; the longest taus then read
-    /// low
-    #[arg(long, value_enum)]
+    /// Remove from each channel before its deviation is taken: a line, and the longest taus read
+    /// low; or what follows the temperature, where the record proves that something does
+    #[arg(long, value_parser = one_of(&DETRENDS))]
     pub(crate) detrend: Option<Detrend>,
 
     /// Also fit Q, quantisation noise: of sensors that count angle or velocity steps. The rounding
@@ -84,7 +84,7 @@ impl MeasureArgs {
             deviation: self.deviation,
             skip: self.skip,
             duration: self.duration,
-            detrend: self.detrend.is_some(),
+            detrend: self.detrend,
             quantization: self.quantization,
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
@@ -149,19 +149,17 @@ const DEVIATIONS: [(&str, &str, Deviation); 2] = [
     ("hadamard", "Hadamard deviation, blind to a linear drift of the rate", Deviation::Hadamard),
 ];
 
+const DETRENDS: [(&str, &str, Detrend); 2] = [
+    ("linear", "The regression line over the record", Detrend::Line),
+    ("temperature", "What the bias of gyroscope and accelerometer follows of the temperature", Detrend::Temperature),
+];
+
 /// One of `choices` by its name.
 fn one_of<T: Copy + Send + Sync>(choices: &'static [(&str, &str, T)]) -> impl TypedValueParser<Value = T> {
     let described = choices.iter().map(|(name, help, _)| PossibleValue::new(*name).help(*help));
     PossibleValuesParser::new(described).try_map(|name| {
         choices.iter().find(|(known, ..)| *known == name).map(|(.., choice)| *choice).ok_or("there is no such choice")
     })
-}
-
-/// What is removed from a channel before its deviation is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Detrend {
-    /// The regression line over the record
-    Linear,
 }
 
 /// A time that something can be measured in.

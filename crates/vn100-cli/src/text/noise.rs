@@ -6,17 +6,18 @@ use std::fmt::{self, Write};
 
 use imu_noise::{
     Claim, Convention, Deviation, FitQuality, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict,
-    conventions,
+    conventions, temperature_conventions,
 };
 use vn100_analysis::{
-    Assessment, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion, Remedy,
-    StreamUnknown, Verdicts, letter,
+    Assessment, AxisTemperature, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion,
+    Remedy, StreamUnknown, Verdicts, letter,
 };
 use vn100_report::{
     names::{
         WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of, sentence, shown_in, verdict_name,
     },
     numbers::plain::{digits, four_digits, p_value, short},
+    temperature::{coefficient_parameter, lag_text, share_text},
     units::{ChannelValues, si_unit},
 };
 
@@ -68,6 +69,7 @@ pub(super) fn write_noise(
                 write_visible(out, group)?;
             }
         }
+        write_temperature(out, group)?;
         write_quality(out, group)?;
         write_classical(out, group, deviation)?;
         if let Some(reason) = reason(group[0].1.long_taus) {
@@ -165,6 +167,28 @@ fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
     row(out, &label, group, |(_, noise)| {
         noise.detectable_rrw.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
     })
+}
+
+/// How the bias follows the temperature, where the record has it.
+fn write_temperature(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+    let known = |(_, noise): &Axis<'_>| noise.temperature.clone();
+    let all: Vec<Option<AxisTemperature>> = group.iter().map(known).collect();
+    if all.iter().all(Option::is_none) {
+        return Ok(());
+    }
+    let parameters: Vec<Option<Parameter>> = all.iter().map(|axis| axis.as_ref().map(coefficient_parameter)).collect();
+    write_in_units(out, &parameters, temperature_conventions(group[0].1.sensor), "temperature coefficient")?;
+    let found = |axis: &Option<AxisTemperature>| axis.as_ref()?.coefficient.ok();
+    if all.iter().any(|axis| found(axis).is_some()) {
+        let cell = |text: Option<String>| text.unwrap_or_else(|| "-".into());
+        row(out, "  lag (s)", &all, |axis| cell(found(axis).as_ref().map(lag_text)))?;
+        row(out, "  p without it", &all, |axis| cell(found(axis).map(|found| p_value(found.p))))?;
+        row(out, "  largest share, %", &all, |axis| cell(axis.as_ref().and_then(share_text)))?;
+    }
+    match all.iter().find_map(|axis| axis.as_ref()?.coefficient.err()) {
+        Some(why) => writeln!(out, "{}", fill(&format!("no temperature coefficient: {why}"), "  ", "  ")),
+        None => Ok(()),
+    }
 }
 
 fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {

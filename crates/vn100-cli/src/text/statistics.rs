@@ -4,7 +4,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Estimator, STANDARD_GRAVITY_M_S2};
-use vn100_analysis::{LEAST_EDF, Snapshot};
+use vn100_analysis::{Detrend, LEAST_EDF, Snapshot};
 use vn100_protocol::Quantity;
 use vn100_report::{
     EARTH_RATE_RAD_S,
@@ -184,7 +184,11 @@ pub(super) fn write_deviations(
         Estimator::Full => "all overlaps",
         Estimator::Plain => "no overlap",
     };
-    let detrended = if snapshot.detrended { ", a line removed from each channel" } else { "" };
+    let detrended = match snapshot.detrended {
+        None => "",
+        Some(Detrend::Line) => ", a line removed from each channel",
+        Some(Detrend::Temperature) => ", what proves to follow the temperature removed from gyro and accel",
+    };
     writeln!(out, "\n{deviation}, {windows}{detrended}")?;
     let legend = format!(
         "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: averaging times share samples, \

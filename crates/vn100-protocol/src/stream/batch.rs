@@ -82,6 +82,9 @@ pub enum MarkKind {
     Rejected,
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),
+    /// The sensor answered with register 54: its temperature, in counts of that channel of
+    /// [`VNIMU`](crate::VNIMU).
+    Temperature(i32),
 }
 
 /// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no

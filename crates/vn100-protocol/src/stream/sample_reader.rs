@@ -7,7 +7,10 @@ use super::{
     Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
     StreamInput,
 };
-use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sample, Sentence, Tally};
+use crate::{
+    AsyncType, Channel, Decoder, Item, Layout, Options, PrintFormat, Quantity, Register, RegisterContents, Reply,
+    Sample, Sentence, Tally, VNIMU,
+};
 
 /// How a stream is read.
 #[derive(Debug, Clone, Copy, Default)]
@@ -203,6 +206,9 @@ impl Stream {
         self.diagnose(|| Diagnostic::Reply(sentence.raw.trim_ascii_end().into()));
         // one that says nothing is in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
+        if let Reply::Register(contents) = &reply {
+            self.mark_temperature(contents);
+        }
         match &reply {
             Reply::Register(contents) | Reply::Written(contents) => self.open.registers.push(contents.clone()),
             Reply::Question(_) => self.link.echoes += 1,
@@ -211,6 +217,17 @@ impl Stream {
         }
         if let Some(replies) = &mut self.replies {
             replies.push(reply);
+        }
+    }
+
+    fn mark_temperature(&mut self, contents: &RegisterContents) {
+        let is_temperature = |channel: &Channel| channel.quantity == Quantity::Temperature;
+        let place = VNIMU.channels.iter().position(is_temperature);
+        if contents.register == Register::IMU
+            && let (Ok(sample), Some(place)) = (Sample::from_contents(contents, &VNIMU), place)
+            && let Some(counts) = sample.counts().get(place)
+        {
+            self.mark(MarkKind::Temperature(*counts));
         }
     }
 

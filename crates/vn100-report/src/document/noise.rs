@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
+use vn100_analysis::{Aliasing, AxisTemperature, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
 
+use super::temperature::TemperatureDocument;
 use crate::{
     codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window},
     names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, sentence},
@@ -24,8 +25,12 @@ pub(crate) struct NoiseDocument {
     quantization: Option<ParameterDocument>,
     /// Where the record is too short for a random walk: the smallest a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
-    /// Why bias instability, random walk and ramp are no more than bounded: `level-change`.
+    /// Why bias instability, random walk and ramp are no more than bounded: `level-change` or
+    /// `temperature`.
     withheld: Option<&'static str>,
+    /// Of a record that has the temperature of the sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    temperature: Option<TemperatureDocument>,
     correlations: Vec<Correlation>,
     classical: Classical,
     /// Only where asked for.
@@ -171,7 +176,7 @@ struct Classical {
 }
 
 impl NoiseDocument {
-    pub(crate) fn new(noise: &ChannelNoise, samples: u64, models: Option<&FilterModels>) -> Self {
+    pub(crate) fn new(noise: &ChannelNoise, samples: u64, rate_hz: f64, models: Option<&FilterModels>) -> Self {
         let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
         let unit = |term| si_unit(noise.sensor, term);
         let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
@@ -202,7 +207,9 @@ impl NoiseDocument {
             rate_random_walk_seen_later: noise
                 .detectable_rrw
                 .map(|later| SeenLater { duration_s: later.duration_s, at_least: later.at_least }),
-            withheld: noise.level_changes.then_some("level-change"),
+            withheld: withheld(noise),
+            temperature: (noise.temperature.as_ref())
+                .map(|temperature| TemperatureDocument::new(temperature, noise.sensor, rate_hz)),
             correlations,
             classical: Classical {
                 white: noise.classical.white,
@@ -214,6 +221,14 @@ impl NoiseDocument {
             },
             filter_models: models.map(FilterModelsDocument::new),
         }
+    }
+}
+
+fn withheld(noise: &ChannelNoise) -> Option<&'static str> {
+    let follows_temperature = || noise.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise);
+    match noise.level_changes {
+        true => Some("level-change"),
+        false => follows_temperature().then_some("temperature"),
     }
 }
 

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Parameter, Term};
+use vn100_analysis::noise::{Parameter, Term, temperature_conventions};
 
 use crate::{
     codes::code_of_status,
     document::noise::term_name,
     measured::Record,
+    temperature::coefficient_parameter,
     units::{BlockValues, ChannelValues, Point, si_unit},
 };
 
@@ -108,6 +109,9 @@ fn parameters(record: &Record<'_>) -> String {
         for term in Term::ALL {
             row(term_name(term), noise.parameter(term), si_unit(noise.sensor, term));
         }
+        let of_temperature = noise.temperature.as_ref().map(coefficient_parameter);
+        let unit = temperature_conventions(noise.sensor)[0].unit;
+        row("temperature_coefficient", of_temperature, unit);
         row("curve_minimum", noise.curve_minimum(), si_unit(noise.sensor, Term::BiasInstability));
     }
     table.0

@@ -7,7 +7,7 @@ use vn100_analysis::protocol::{
     AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
-use vn100_analysis::{MissingFrom, RateFrom};
+use vn100_analysis::{Detrend, MissingFrom, RateFrom};
 
 use super::{PageOptions, Program};
 use crate::{
@@ -321,7 +321,16 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
                 Estimator::Plain => "no overlap (ADEV)",
             },
         ),
-        fact("Detrended", if snapshot.detrended { "a regression line was taken from each channel" } else { "no" }),
+        fact(
+            "Detrended",
+            match snapshot.detrended {
+                None => "no",
+                Some(Detrend::Line) => "a regression line was taken from each channel",
+                Some(Detrend::Temperature) => {
+                    "what proves to follow the temperature was taken from gyroscopes and accelerometers"
+                }
+            },
+        ),
         fact(
             "Confidence",
             format!(

@@ -2,7 +2,9 @@
 //! figures of the data sheet.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::{Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions};
+use vn100_analysis::noise::{
+    Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
+};
 use vn100_analysis::{
     ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };
@@ -14,6 +16,7 @@ use crate::{
     measured::Record,
     names::{QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_words, names_of, shown_in, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, p_value, trimmed, with_interval},
+    temperature::{coefficient_parameter, lag_text, share_text},
     units::ChannelValues,
 };
 
@@ -65,6 +68,7 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
                         }
                     }
                 }
+                @if axes.iter().any(|(_, noise)| noise.temperature.is_some()) { (temperature(axes, sensor)) }
                 tbody {
                     (row(axes, "fitted over τ", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
                     (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.quality.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
@@ -80,6 +84,26 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
                     }
                 }
                 @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
+            }
+        }
+    }
+}
+
+/// The coefficient of the bias, its lag, and how much of the deviation is the temperature's.
+fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
+    let found = |noise: &ChannelNoise| noise.temperature.as_ref()?.coefficient.ok();
+    let of = |noise: &ChannelNoise| noise.temperature.as_ref().map(coefficient_parameter);
+    let why = axes.iter().find_map(|(_, noise)| noise.temperature.as_ref()?.coefficient.err());
+    html! {
+        tbody {
+            (in_units(axes, temperature_conventions(sensor), html! { "temperature coefficient of the bias" }, of))
+            @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
+                (row(axes, "lag behind the temperature", "s", |noise| found(noise).as_ref().map(lag_text)))
+                (row(axes, "p of as much without it", "", |noise| found(noise).map(|found| p_value(found.p))))
+                (row(axes, "its largest share of the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
+            }
+            @if let Some(why) = why {
+                tr { th colspan=(axes.len() + 2) scope="rowgroup" { "No temperature coefficient: " (why.to_string()) } }
             }
         }
     }

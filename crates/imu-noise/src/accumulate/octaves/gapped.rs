@@ -69,6 +69,11 @@ impl Gapped {
         self.squares.map(|squares| squares as f64 / f64::from(1 << FRACTION_BITS))
     }
 
+    /// With squares so many times as large, rounded once.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self { squares: self.squares.map(|squares| (squares as f64 * factor).round() as u128), ..self }
+    }
+
     /// As it were without a line that adds `drift` counts to each z.
     pub(super) fn without_drift(self, drift: f64) -> Self {
         let terms = self.terms as f64 / f64::from(1 << FRACTION_BITS);

@@ -1,0 +1,313 @@
+//! Sums of the axes of a sensor and of its temperature, block by block.
+
+use super::piece::NotAppended;
+
+/// Most blocks of a record; once filled, half as many of twice the length hold it.
+pub(crate) const MOST_BLOCKS: u64 = 1024;
+
+/// Binary logarithm of the samples of the shortest block.
+const SHORTEST_LOG2: u32 = 5;
+
+/// What relates the axes of one sensor to its temperature: exact sums over at most 1024 blocks of
+/// equal length, the smallest power of two, from 32 samples up, with which the record fits. They
+/// lie on the grid of absolute sample indices: the same, bit by bit, however the samples were
+/// divided over calls or over pieces of the record. Holds 64 KiB of six axes at most.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TemperatureBlocks {
+    axes: usize,
+    length_log2: u32,
+    /// From absolute index 0 on.
+    blocks: Vec<Presence>,
+    /// Of each block the sums of all axes, in counts: exact for up to 2^32 samples in a block.
+    sums: Vec<i64>,
+    /// First sample, and behind the last one.
+    span: Option<(u64, u64)>,
+    begins_with_break: bool,
+}
+
+/// What is there of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Presence {
+    pub(crate) samples: u64,
+    /// Readings of the temperature, and their sum.
+    pub(crate) readings: u64,
+    pub(crate) temperature_counts: i64,
+    /// An unknown number of samples is missing in the block or behind it.
+    pub(crate) is_broken: bool,
+}
+
+impl TemperatureBlocks {
+    /// Blocks without samples of so many axes.
+    #[must_use]
+    pub const fn new(axes: usize) -> Self {
+        Self {
+            axes,
+            length_log2: SHORTEST_LOG2,
+            blocks: Vec::new(),
+            sums: Vec::new(),
+            span: None,
+            begins_with_break: false,
+        }
+    }
+
+    /// So many samples follow, the first with this absolute index: those of each axis are added by
+    /// [`push_axis`](Self::push_axis).
+    pub fn push_samples(&mut self, first: u64, samples: usize) {
+        let Some(last) = (first + samples as u64).checked_sub(1).filter(|_| samples > 0) else { return };
+        self.reach(last);
+        self.span = Some((self.span.map_or(first, |(start, _)| start), last + 1));
+        let mut at = first;
+        while at <= last {
+            let block = at >> self.length_log2;
+            let end = ((block + 1) << self.length_log2).min(last + 1);
+            self.blocks[block as usize].samples += end - at;
+            at = end;
+        }
+    }
+
+    /// Samples of one axis, numbered from 0 on, that [`push_samples`](Self::push_samples) announced.
+    pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
+        let (log2, axes) = (self.length_log2, self.axes);
+        in_blocks(log2, first, counts, |block, sum, _| {
+            if let Some(total) = self.sums.get_mut(block * axes + axis).filter(|_| axis < axes) {
+                *total += sum;
+            }
+        });
+    }
+
+    /// Readings of the temperature at successive samples, or a single one.
+    pub fn push_temperature(&mut self, first: u64, counts: &[i32]) {
+        let Some(last) = (first + counts.len() as u64).checked_sub(1).filter(|_| !counts.is_empty()) else { return };
+        self.reach(last);
+        let log2 = self.length_log2;
+        in_blocks(log2, first, counts, |block, sum, readings| {
+            let presence = &mut self.blocks[block];
+            presence.readings += readings;
+            presence.temperature_counts += sum;
+        });
+    }
+
+    /// An unknown number of samples is missing here: nothing is taken across.
+    pub fn part(&mut self) {
+        match self.span {
+            Some((_, end)) => self.blocks[((end - 1) >> self.length_log2) as usize].is_broken = true,
+            None => self.begins_with_break = true,
+        }
+    }
+
+    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
+    /// of all samples, in any order of appending neighbours.
+    ///
+    /// # Errors
+    /// Where `next` begins before this one ends, or has other axes: then nothing is appended.
+    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        if self.axes != next.axes {
+            return Err(NotAppended::OtherKind);
+        }
+        if let (Some((_, end)), Some((first_sample, _))) = (self.span, next.span)
+            && first_sample < end
+        {
+            return Err(NotAppended::Overlap { end, first_sample });
+        }
+        if next.begins_with_break {
+            self.part();
+        }
+        let mut next = next.clone();
+        while self.length_log2 < next.length_log2 {
+            self.merge_pairs();
+        }
+        while next.length_log2 < self.length_log2 {
+            next.merge_pairs();
+        }
+        self.resize(self.blocks.len().max(next.blocks.len()));
+        self.blocks.iter_mut().zip(&next.blocks).for_each(|(block, other)| block.add(other));
+        self.sums.iter_mut().zip(&next.sums).for_each(|(sum, other)| *sum += other);
+        self.span = match (self.span, next.span) {
+            (Some((start, _)), Some((_, end))) => Some((start, end)),
+            (one, other) => one.or(other),
+        };
+        Ok(())
+    }
+
+    pub(crate) const fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// Samples that a block has room for.
+    pub(crate) const fn length(&self) -> u64 {
+        1 << self.length_log2
+    }
+
+    /// From absolute index 0 on.
+    pub(crate) fn blocks(&self) -> &[Presence] {
+        &self.blocks
+    }
+
+    pub(crate) fn sum(&self, block: usize, axis: usize) -> i64 {
+        self.sums[block * self.axes + axis]
+    }
+
+    /// Halves the number of blocks.
+    pub(crate) fn merge_pairs(&mut self) {
+        let axes = self.axes;
+        for block in 0..self.blocks.len() {
+            let merged = block / 2;
+            let presence = self.blocks[block];
+            if block % 2 == 0 {
+                self.blocks[merged] = presence;
+                self.sums.copy_within(block * axes..(block + 1) * axes, merged * axes);
+            } else {
+                self.blocks[merged].add(&presence);
+                for axis in 0..axes {
+                    self.sums[merged * axes + axis] += self.sums[block * axes + axis];
+                }
+            }
+        }
+        let merged = self.blocks.len().div_ceil(2);
+        self.blocks.truncate(merged);
+        self.sums.truncate(merged * axes);
+        self.length_log2 += 1;
+    }
+
+    fn reach(&mut self, sample: u64) {
+        while sample >> self.length_log2 >= MOST_BLOCKS {
+            self.merge_pairs();
+        }
+        let blocks = (sample >> self.length_log2) as usize + 1;
+        if self.blocks.len() < blocks {
+            self.resize(blocks);
+        }
+    }
+
+    fn resize(&mut self, blocks: usize) {
+        self.blocks.resize(blocks, Presence::default());
+        self.sums.resize(blocks * self.axes, 0);
+    }
+}
+
+impl Presence {
+    const fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.readings += other.readings;
+        self.temperature_counts += other.temperature_counts;
+        self.is_broken |= other.is_broken;
+    }
+}
+
+/// The sum of the counts in each block, and how many they are.
+fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usize, i64, u64)) {
+    let mut at = first;
+    while !counts.is_empty() {
+        let block = at >> log2;
+        let room = usize::try_from(((block + 1) << log2) - at).unwrap_or(usize::MAX);
+        let (head, tail) = counts.split_at(room.min(counts.len()));
+        add(block as usize, head.iter().map(|&count| i64::from(count)).sum(), head.len() as u64);
+        at += head.len() as u64;
+        counts = tail;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+
+    /// What comes: samples of two axes and the temperature, one reading, a gap, a break.
+    #[derive(Clone, Debug)]
+    enum Step {
+        Samples(usize),
+        Reading,
+        Missing(u64),
+        Break,
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Step>> {
+        let step = prop_oneof![
+            4 => (0_usize..3000).prop_map(Step::Samples),
+            1 => Just(Step::Reading),
+            1 => (0_u64..40_000).prop_map(Step::Missing),
+            1 => Just(Step::Break),
+        ];
+        vec(step, 0..6)
+    }
+
+    fn value(axis: usize, index: u64) -> i32 {
+        (index as i32).wrapping_mul(2_654_435_7).wrapping_add(axis as i32 * 977)
+    }
+
+    /// In calls of at most `cut` samples; gives where it ends.
+    fn of(start: u64, steps: &[Step], cut: usize) -> (TemperatureBlocks, u64) {
+        let mut blocks = TemperatureBlocks::new(2);
+        let mut at = start;
+        for step in steps {
+            match step {
+                Step::Samples(samples) => {
+                    let indices: Vec<u64> = (at..at + *samples as u64).collect();
+                    for part in indices.chunks(cut.max(1)) {
+                        blocks.push_samples(part[0], part.len());
+                        for axis in 0..3 {
+                            let counts: Vec<i32> = part.iter().map(|index| value(axis, *index)).collect();
+                            match axis {
+                                2 => blocks.push_temperature(part[0], &counts),
+                                _ => blocks.push_axis(axis, part[0], &counts),
+                            }
+                        }
+                    }
+                    at += *samples as u64;
+                }
+                Step::Reading => blocks.push_temperature(at, &[215]),
+                Step::Missing(missing) => at += missing,
+                Step::Break => blocks.part(),
+            }
+        }
+        (blocks, at)
+    }
+
+    proptest! {
+        #[test]
+        fn pieces_append_to_the_whole_however_they_are_cut(
+            start in 0_u64..100,
+            pieces in vec(steps(), 1..6),
+            cut in 1_usize..400,
+            order in vec(any::<prop::sample::Index>(), 5),
+        ) {
+            let (whole, _) = of(start, &pieces.concat(), 10_000);
+            let mut at = start;
+            let mut parts = Vec::new();
+            for steps in &pieces {
+                let (part, end) = of(at, steps, cut);
+                parts.push(part);
+                at = end;
+            }
+            for place in order {
+                if parts.len() > 1 {
+                    let left = place.index(parts.len() - 1);
+                    let right = parts.remove(left + 1);
+                    parts[left].append(&right).unwrap();
+                }
+            }
+            prop_assert_eq!(&parts[0], &whole);
+            prop_assert!(whole.blocks.len() as u64 <= MOST_BLOCKS);
+        }
+    }
+
+    #[test]
+    fn sums_are_those_of_the_samples() {
+        let (blocks, _) = of(40, &[Step::Samples(100), Step::Missing(4), Step::Break, Step::Samples(40)], 7);
+        let samples: Vec<u64> = blocks.blocks().iter().map(|block| block.samples).collect();
+        assert_eq!(samples, [0, 24, 32, 32, 28, 24]);
+        assert_eq!(blocks.sum(2, 1), (64..96).map(|index| i64::from(value(1, index))).sum::<i64>());
+        let broken: Vec<bool> = blocks.blocks().iter().map(|block| block.is_broken).collect();
+        assert_eq!(broken, [false, false, false, false, true, false]);
+    }
+
+    #[test]
+    fn pieces_that_overlap_or_have_other_axes_are_not_appended() {
+        let (mut blocks, _) = of(0, &[Step::Samples(100)], 100);
+        let (other, _) = of(99, &[Step::Samples(10)], 100);
+        assert_eq!(blocks.append(&other), Err(NotAppended::Overlap { end: 100, first_sample: 99 }));
+        assert_eq!(blocks.append(&TemperatureBlocks::new(3)), Err(NotAppended::OtherKind));
+        assert_eq!(blocks, of(0, &[Step::Samples(100)], 100).0);
+    }
+}

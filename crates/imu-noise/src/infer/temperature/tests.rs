@@ -1,0 +1,204 @@
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::accumulate::{
+    blocks::Block,
+    record::{Deviation, Estimator},
+};
+use crate::{ChannelAccumulator, counts_to_unit};
+
+const INTERVAL_S: f64 = 0.025;
+
+/// Counts of an axis that are a hundredth of a unit; the temperature is in tenths of a degree.
+struct Record {
+    blocks: TemperatureBlocks,
+    axis: Vec<i32>,
+}
+
+/// White noise of 1 a sample, uniform, by a generator of congruences.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12_f64.sqrt()
+    }
+}
+
+impl Record {
+    /// An axis that follows `temperature_c` (of seconds) by `coefficient`, behind a lag.
+    fn new(seconds: usize, temperature_c: impl Fn(f64) -> f64, coefficient: f64, lag_s: f64, seed: u64) -> Self {
+        let samples = seconds * 40;
+        let mut noise = noise(seed);
+        let gain = if lag_s > 0.0 { -(-INTERVAL_S / lag_s).exp_m1() } else { 1.0 };
+        let mut lagged_c = temperature_c(0.0);
+        let (mut axis, mut temperature) = (Vec::new(), Vec::new());
+        for index in 0..samples {
+            let now_c = temperature_c(index as f64 * INTERVAL_S);
+            lagged_c += gain * (now_c - lagged_c);
+            axis.push((100.0 * (coefficient * lagged_c + noise())).round() as i32);
+            temperature.push((10.0 * now_c + 0.5 * noise()).round() as i32);
+        }
+        let mut blocks = TemperatureBlocks::new(1);
+        blocks.push_samples(0, samples);
+        blocks.push_axis(0, 0, &axis);
+        blocks.push_temperature(0, &temperature);
+        Self { blocks, axis }
+    }
+
+    fn search(&self) -> Result<TemperatureSearch, NoCoefficient> {
+        TemperatureSearch::new(&self.blocks, INTERVAL_S, 0.1)
+    }
+
+    fn coefficient(&self) -> TemperatureCoefficient {
+        self.search().unwrap().coefficient(0, 0.01, 0.95).unwrap()
+    }
+}
+
+fn cycle(time_s: f64) -> f64 {
+    25.0 + 2.0 * (TAU * time_s / 400.0).sin()
+}
+
+#[test]
+fn a_coefficient_is_found_with_its_lag() {
+    for lag_s in [0.0, 20.0, 60.0] {
+        let mut held = 0;
+        for seed in 1..=8 {
+            let found = Record::new(1800, cycle, 0.2, lag_s, seed).coefficient();
+            assert!((found.value - 0.2).abs() < 0.05 && found.p < 1e-6, "{found:?}");
+            held += usize::from(found.lower < 0.2 && 0.2 < found.upper);
+            let (shortest, longest) = found.lag_range_s;
+            assert!(shortest <= lag_s && lag_s <= longest && longest - shortest < 60.0, "{found:?}");
+        }
+        assert!(held >= 7, "{held} of 8 behind {lag_s} s");
+    }
+}
+
+#[test]
+fn an_axis_that_does_not_follow_has_an_interval_about_zero() {
+    let found: Vec<_> = (1..=20).map(|seed| Record::new(900, cycle, 0.0, 0.0, seed).coefficient()).collect();
+    assert!(found.iter().filter(|found| found.lower < 0.0 && 0.0 < found.upper).count() >= 18);
+    assert!(found.iter().filter(|found| found.p < 0.05).count() <= 3);
+}
+
+#[test]
+fn white_noise_alone_has_the_error_of_least_squares() {
+    let record = Record::new(1800, cycle, 0.2, 0.0, 3);
+    let search = record.search().unwrap();
+    let axis = search.mixture.axis(&search.series.axes[0]).unwrap();
+    // the first noise is white alone, the first lag is none
+    let of_white = noise_mixture::quantile(&axis.candidates(&search.bank[..1])[..1], 0.975).unwrap();
+    let (x, y) = (series::less_mean(&search.series.temperatures_c), series::less_mean(&search.series.axes[0]));
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let slope = product(&x, &y) / product(&x, &x);
+    let rest = product(&y, &y) - slope * product(&x, &y);
+    let dof = (x.len() - 2) as f64;
+    let quantile = crate::infer::chi_squared::student_two_sided(0.95, dof).unwrap();
+    let expected = slope + quantile * (rest / dof / product(&x, &x)).sqrt();
+    assert!((of_white / expected - 1.0).abs() < 1e-4, "{of_white}, not {expected}");
+}
+
+#[test]
+fn a_record_that_cannot_show_one_says_why() {
+    let why = |seconds, temperature_c: fn(f64) -> f64| Record::new(seconds, temperature_c, 0.2, 0.0, 1).search().err();
+    assert!(matches!(why(20, cycle), Some(NoCoefficient::TooShort { blocks: 25 })), "{:?}", why(20, cycle));
+    let little = |time_s: f64| 25.0 + 0.2 * (cycle(time_s) - 25.0) / 2.0;
+    let Some(NoCoefficient::Excursion { excursion_c }) = why(900, little) else { panic!() };
+    assert!((excursion_c - 0.4).abs() < 0.1, "{excursion_c}");
+    let Some(NoCoefficient::OneDirection { correlation }) = why(900, |time_s| 25.0 - time_s / 100.0) else { panic!() };
+    assert!(correlation < -0.99, "{correlation}");
+    let text = [
+        NoCoefficient::TooShort { blocks: 25 },
+        NoCoefficient::Excursion { excursion_c: 0.4 },
+        NoCoefficient::OneDirection { correlation: 0.97 },
+    ]
+    .map(|why| why.to_string());
+    assert!(text[0].starts_with("25 blocks") && text[0].ends_with("32 needed"));
+    assert_eq!(text[1], "the temperature changed by 0.4 °C, 1 °C needed");
+    assert_eq!(text[2], "only heating was seen (correlation with time +0.97), both are needed");
+    assert!(TemperatureSearch::new(&TemperatureBlocks::new(1), INTERVAL_S, 0.1).is_err());
+}
+
+#[test]
+fn an_axis_that_does_not_vary_has_none() {
+    let mut record = Record::new(900, cycle, 0.2, 0.0, 1);
+    let mut constant = TemperatureBlocks::new(2);
+    constant.push_samples(0, record.axis.len());
+    constant.push_axis(0, 0, &record.axis);
+    constant.push_axis(1, 0, &vec![7; record.axis.len()]);
+    for index in 0..record.axis.len() {
+        constant.push_temperature(index as u64, &[(10.0 * cycle(index as f64 * INTERVAL_S)).round() as i32]);
+    }
+    record.blocks = constant;
+    let search = record.search().unwrap();
+    assert!(search.coefficient(0, 0.01, 0.95).is_some());
+    assert!(search.coefficient(1, 0.01, 0.95).is_none() && search.coefficient(2, 0.01, 0.95).is_none());
+}
+
+#[test]
+fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
+    let all = Record::new(1800, cycle, 0.2, 0.0, 5);
+    let mut polled = TemperatureBlocks::new(1);
+    polled.push_samples(0, all.axis.len());
+    polled.push_axis(0, 0, &all.axis);
+    for reading in 0..180_u64 {
+        polled.push_temperature(400 * reading, &[(10.0 * cycle(reading as f64 * 10.0)).round() as i32]);
+    }
+    let search = TemperatureSearch::new(&polled, INTERVAL_S, 0.1).unwrap();
+    let (few, many) = (search.coefficient(0, 0.01, 0.95).unwrap(), all.coefficient());
+    assert!(few.lower < 0.2 && 0.2 < few.upper && (few.value / many.value - 1.0).abs() < 0.1, "{few:?} {many:?}");
+    assert!(search.series.block_s >= 10.0, "blocks as long as readings are apart: {}", search.series.block_s);
+
+    let mut broken = TemperatureBlocks::new(1);
+    let half = 1200 * 40;
+    broken.push_samples(0, half);
+    broken.push_axis(0, 0, &all.axis[..half]);
+    broken.part();
+    broken.push_samples(half as u64, all.axis.len() - half);
+    broken.push_axis(0, half as u64, &all.axis[half..]);
+    for index in 0..all.axis.len() {
+        broken.push_temperature(index as u64, &[(10.0 * cycle(index as f64 * INTERVAL_S)).round() as i32]);
+    }
+    let search = TemperatureSearch::new(&broken, INTERVAL_S, 0.1).unwrap();
+    let (start_s, end_s) = search.stretch_s();
+    assert!(start_s == 0.0 && (1190.0..=1200.0).contains(&end_s), "{start_s} to {end_s}");
+    assert!(search.removal(0, 20.0, 0.0).is_none(), "a third of the record is elsewhere");
+}
+
+#[test]
+fn what_is_removed_leaves_the_noise() {
+    let (with, without) = (Record::new(1800, cycle, 0.2, 0.0, 9), Record::new(1800, cycle, 0.0, 0.0, 9));
+    let removal = with.search().unwrap().removal(0, 20.0, 0.0).unwrap();
+    let sums = |record: &Record| {
+        let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+        channel.push(&record.axis);
+        channel.octaves().sums().filter_map(|sum| Some((sum.m, sum.variance_counts2()?))).collect::<Vec<_>>()
+    };
+    let measured = sums(&with);
+    let of_block = measured.iter().find(|(m, _)| *m == removal.block_length()).unwrap().1;
+    for ((m, variance), (_, clean)) in measured.iter().zip(sums(&without)) {
+        let left = removal.variance_without(Deviation::Allan, *m, *variance, of_block);
+        // half of the range of the longest octave is one window
+        assert!((left / clean - 1.0).abs() < 0.15, "{m}: {variance} to {left}, not {clean}");
+    }
+    let most = measured.iter().zip(sums(&without)).map(|((_, with), (_, without))| with / without).fold(0.0, f64::max);
+    assert!(most > 100.0, "{most}");
+    // the level of each block, and a slope that is not there
+    assert!(removal.slope_counts().abs() * 72_000.0 < 40.0, "{}", removal.slope_counts());
+    let block = |first: u64| Block {
+        first_sample: first,
+        length: 1024,
+        count: 1024,
+        mean_counts: 100.0 * 0.2 * cycle((first + 512) as f64 * INTERVAL_S),
+        std_counts: None,
+        min_counts: 0,
+        max_counts: 0,
+    };
+    let blocks: Vec<Block> = (0..70).map(|i| block(1024 * i)).collect();
+    let level = removal.without(&blocks);
+    let spread = |blocks: &[Block]| {
+        let means: Vec<f64> = blocks.iter().map(|block| block.mean_counts).collect();
+        means.iter().fold(f64::MIN, |a, b| a.max(*b)) - means.iter().fold(f64::MAX, |a, b| a.min(*b))
+    };
+    assert!(spread(&level) < 0.05 * spread(&blocks), "{} of {}", spread(&level), spread(&blocks));
+    assert!(counts_to_unit(spread(&blocks), 2) > 0.7);
+}

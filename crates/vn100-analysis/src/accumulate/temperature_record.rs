@@ -1,0 +1,103 @@
+//! The axes of a sensor beside its temperature, as the stream has it or as it was asked for.
+
+use imu_noise::{NoCoefficient, Sensor, TemperatureBlocks, TemperatureSearch};
+use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
+
+use crate::sensor::sensor_of;
+
+/// What relates the angular rates and accelerations of a record to the temperature of the sensor.
+#[derive(Debug, Clone)]
+pub struct TemperatureRecord {
+    blocks: TemperatureBlocks,
+    /// Of each channel of the layout.
+    parts: Vec<Part>,
+    degrees_per_count: f64,
+    is_polled: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Part {
+    None,
+    Temperature,
+    Axis(usize),
+}
+
+impl TemperatureRecord {
+    /// By the first channel that is one; `None` without a temperature or an axis.
+    pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
+        let temperature = layout.channels.iter().position(is_temperature)?;
+        let mut record = Self::new(layout, &layout.channels[temperature], false)?;
+        record.parts[temperature] = Part::Temperature;
+        Some(record)
+    }
+
+    /// By readings of register 54 between the rows.
+    pub(crate) fn polled(layout: &Layout) -> Option<Self> {
+        Self::new(layout, VNIMU.channels.iter().find(|channel| is_temperature(channel))?, true)
+    }
+
+    fn new(layout: &Layout, temperature: &Channel, is_polled: bool) -> Option<Self> {
+        let mut axes = 0;
+        let part = |channel: &Channel| match sensor_of(channel.quantity) {
+            Some(Sensor::Gyroscope | Sensor::Accelerometer) => {
+                axes += 1;
+                Part::Axis(axes - 1)
+            }
+            Some(Sensor::Magnetometer) | None => Part::None,
+        };
+        let parts: Vec<Part> = layout.channels.iter().map(part).collect();
+        (axes > 0).then(|| Self {
+            blocks: TemperatureBlocks::new(axes),
+            parts,
+            degrees_per_count: temperature.in_unit(1.0),
+            is_polled,
+        })
+    }
+
+    pub(crate) fn push_samples(&mut self, first: u64, samples: usize) {
+        self.blocks.push_samples(first, samples);
+    }
+
+    /// Samples of the channel at this place of the layout.
+    pub(crate) fn push(&mut self, place: usize, first: u64, counts: &[i32]) {
+        match self.parts.get(place) {
+            Some(Part::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
+            Some(Part::Temperature) => self.blocks.push_temperature(first, counts),
+            Some(Part::None) | None => {}
+        }
+    }
+
+    /// A reading at the sample with this index; unused where the stream has the temperature itself.
+    pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
+        if self.is_polled {
+            self.blocks.push_temperature(index, &[counts]);
+        }
+    }
+
+    pub(crate) fn part(&mut self) {
+        self.blocks.part();
+    }
+
+    /// Whether the temperature was asked for between the rows, and is no channel of the stream.
+    #[must_use]
+    pub const fn is_polled(&self) -> bool {
+        self.is_polled
+    }
+
+    /// The search for the coefficients of all axes.
+    pub(crate) fn search(&self, interval_s: f64) -> Result<TemperatureSearch, NoCoefficient> {
+        TemperatureSearch::new(&self.blocks, interval_s, self.degrees_per_count)
+    }
+
+    /// The number of the axis at this place of the layout, where there is one.
+    pub(crate) fn axis(&self, place: usize) -> Option<usize> {
+        match self.parts.get(place) {
+            Some(Part::Axis(axis)) => Some(*axis),
+            _ => None,
+        }
+    }
+}
+
+fn is_temperature(channel: &Channel) -> bool {
+    channel.quantity == Quantity::Temperature
+}

@@ -1,0 +1,265 @@
+//! How the bias of each axis follows the temperature of the sensor.
+
+use std::fmt;
+
+use imu_noise::{
+    NoCoefficient, OctaveSum, PROVED_P, Sensor, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch, holm,
+};
+use vn100_protocol::Channel;
+
+use super::{ChannelAssessment, ChannelNoise, LongTauValidity, Motion};
+use crate::{
+    in_parallel::in_parallel,
+    remedy::{Remedy, Text},
+    sensor::sensor_of,
+    settings::DEFAULT_CONFIDENCE,
+    snapshot::{RemovedTemperature, Snapshot},
+    warning::{Warning, WarningKind},
+};
+
+/// Share of the temperature in the variance of some octave from which on it would be taken for
+/// noise.
+const POSES_AS_NOISE: f64 = 0.1;
+
+/// How the bias of one axis follows the temperature of the sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisTemperature {
+    /// From the lowest to the highest mean of a block, in °C; `None` where there were too few.
+    pub excursion_c: Option<f64>,
+    /// Of the temperature with time, -1 to 1; likewise.
+    pub correlation_with_time: Option<f64>,
+    /// The temperature was asked for between the rows.
+    pub is_polled: bool,
+    /// In the unit of the channel per °C, or why there is none.
+    pub coefficient: Result<TemperatureCoefficient, WhyNoCoefficient>,
+    /// The axes of the record together (Holm) prove that this one follows the temperature.
+    pub is_proved: bool,
+    /// It was removed from the deviations and all that was fitted to them.
+    pub is_removed: bool,
+    /// Of a proved coefficient the deviation of each octave, before and after it is removed; none
+    /// where gaps leave less than nine tenths of the record in one stretch.
+    pub deviations: Vec<BeforeAndAfter>,
+}
+
+/// The deviation of an octave, in the unit of the channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeforeAndAfter {
+    /// Averaging factor.
+    pub m: u64,
+    /// As measured.
+    pub before: f64,
+    /// Without what the temperature made.
+    pub after: f64,
+}
+
+/// Why an axis has no temperature coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WhyNoCoefficient {
+    /// The sensor was moved.
+    Moved,
+    /// The stream does not carry the bias of the axis.
+    BiasNotInStream,
+    /// The values do not vary.
+    Constant,
+    /// Too few blocks with samples and temperature lie behind one another.
+    TooShort {
+        /// How many in the longest stretch.
+        blocks: usize,
+    },
+    /// The temperature changed too little.
+    Excursion {
+        /// From the lowest to the highest block mean, in °C.
+        excursion_c: f64,
+    },
+    /// The temperature only rose, or only fell.
+    OneDirection {
+        /// Of temperature and time.
+        correlation: f64,
+    },
+}
+
+impl From<NoCoefficient> for WhyNoCoefficient {
+    fn from(why: NoCoefficient) -> Self {
+        match why {
+            NoCoefficient::TooShort { blocks } => Self::TooShort { blocks },
+            NoCoefficient::Excursion { excursion_c } => Self::Excursion { excursion_c },
+            NoCoefficient::OneDirection { correlation } => Self::OneDirection { correlation },
+        }
+    }
+}
+
+impl WhyNoCoefficient {
+    /// All of them, with numbers of no record.
+    pub const ALL: [Self; 6] = [
+        Self::Moved,
+        Self::BiasNotInStream,
+        Self::Constant,
+        Self::TooShort { blocks: 0 },
+        Self::Excursion { excursion_c: 0.0 },
+        Self::OneDirection { correlation: 1.0 },
+    ];
+}
+
+impl fmt::Display for WhyNoCoefficient {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Moved => f.write_str("the sensor was moved"),
+            Self::BiasNotInStream => f.write_str("the bias is not in the stream"),
+            Self::Constant => f.write_str("the values do not vary"),
+            Self::TooShort { blocks } => NoCoefficient::TooShort { blocks }.fmt(f),
+            Self::Excursion { excursion_c } => NoCoefficient::Excursion { excursion_c }.fmt(f),
+            Self::OneDirection { correlation } => NoCoefficient::OneDirection { correlation }.fmt(f),
+        }
+    }
+}
+
+impl AxisTemperature {
+    /// Bias instability, random walk and ramp would be fitted to what the temperature made: they
+    /// are no more than bounded. Not where it has less than a tenth of the variance of any octave.
+    #[must_use]
+    pub fn poses_as_noise(&self) -> bool {
+        self.is_proved && !self.is_removed && (self.deviations.is_empty() || self.largest_share() > POSES_AS_NOISE)
+    }
+
+    /// The most that the temperature has in the variance of an octave, 0 to 1.
+    #[must_use]
+    pub fn largest_share(&self) -> f64 {
+        let share = |BeforeAndAfter { before, after, .. }: &BeforeAndAfter| 1.0 - (after / before).powi(2);
+        self.deviations.iter().map(share).fold(0.0, f64::max)
+    }
+}
+
+/// By place of the channel.
+type Coefficients = Vec<Option<(Result<TemperatureCoefficient, WhyNoCoefficient>, bool)>>;
+
+/// Of the axes that `why_none` does not exclude, and whether they are proved.
+fn coefficients(
+    snapshot: &Snapshot,
+    search: &Result<TemperatureSearch, NoCoefficient>,
+    confidence: f64,
+    why_none: impl Fn(usize, &Channel) -> Option<WhyNoCoefficient> + Sync,
+) -> Coefficients {
+    let axis = |place: usize| snapshot.temperature.as_ref().and_then(|temperature| temperature.axis(place));
+    let found = in_parallel(snapshot.layout_channels().iter().enumerate(), |(place, channel)| {
+        let axis = axis(place)?;
+        Some(match (why_none(place, channel), search) {
+            (Some(why), _) => Err(why),
+            (None, Err(why)) => Err((*why).into()),
+            (None, Ok(search)) => {
+                search.coefficient(axis, channel.in_unit(1.0), confidence).ok_or(WhyNoCoefficient::Constant)
+            }
+        })
+    });
+    let p = |found: &Option<Result<TemperatureCoefficient, _>>| Some(found.as_ref()?.as_ref().ok()?.p);
+    let mut corrected = holm(&found.iter().filter_map(p).collect::<Vec<_>>()).into_iter();
+    let proved = |found: &Option<Result<TemperatureCoefficient, WhyNoCoefficient>>| {
+        p(found).and_then(|_| corrected.next()).is_some_and(|p| p <= PROVED_P)
+    };
+    let are_proved: Vec<bool> = found.iter().map(proved).collect();
+    found.into_iter().zip(are_proved).map(|(found, is_proved)| Some((found?, is_proved))).collect()
+}
+
+/// What is to be removed from each channel of a snapshot of which nothing has been removed.
+pub(crate) fn removals(snapshot: &Snapshot) -> Vec<Option<TemperatureRemoval>> {
+    let Some(temperature) = snapshot.temperature.as_ref().filter(|_| Motion::of(snapshot).is_none()) else {
+        return Vec::new();
+    };
+    let search = temperature.search(snapshot.shape().interval_s);
+    let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+    let why_none = |_, channel: &Channel| {
+        let has_no_bias = compensated && sensor_of(channel.quantity) == Some(Sensor::Gyroscope);
+        has_no_bias.then_some(WhyNoCoefficient::BiasNotInStream)
+    };
+    let found = coefficients(snapshot, &search, DEFAULT_CONFIDENCE, why_none);
+    let removal = |(place, (found, channel)): (usize, (_, &Channel))| match found {
+        Some((Ok(coefficient), true)) => {
+            removal(temperature.axis(place)?, search.as_ref().ok()?, &coefficient, channel)
+        }
+        _ => None,
+    };
+    found.into_iter().zip(snapshot.layout_channels()).enumerate().map(removal).collect()
+}
+
+fn removal(
+    axis: usize,
+    search: &TemperatureSearch,
+    coefficient: &TemperatureCoefficient,
+    channel: &Channel,
+) -> Option<TemperatureRemoval> {
+    search.removal(axis, coefficient.value / channel.in_unit(1.0), coefficient.lag_s)
+}
+
+/// The axes that the temperature makes look noisier than they are.
+pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Option<Warning> {
+    let following = |(channel, _, assessed)| -> Option<(&Channel, f64)> {
+        let assessed: &ChannelAssessment = assessed;
+        let temperature = assessed.noise.as_ref()?.temperature.as_ref()?;
+        temperature.poses_as_noise().then(|| (channel, temperature.largest_share()))
+    };
+    let axes: Vec<(&Channel, f64)> = snapshot.assessed(channels).filter_map(following).collect();
+    let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let names: Vec<String> = axes.iter().map(|(channel, _)| channel.name.to_string()).collect();
+    let made = match *share > 0.0 {
+        true => format!(
+            ", which makes up to {:.0} % of the variance of {} at one averaging time",
+            100.0 * share,
+            worst.name
+        ),
+        false => String::new(),
+    };
+    let text = format!(
+        "the bias of {} follows the temperature of the sensor{made}: B, K and ramp are bounds only there. Keep the temperature even, or \
+         remove what follows it with ",
+        names.join(" ")
+    );
+    let text = Text::from(text).remedy(Remedy::RemoveTemperature);
+    Some(Warning::new(WarningKind::FollowsTemperature, names, text))
+}
+
+/// Adds to the noise of each axis how it follows the temperature.
+pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channels: &mut [ChannelAssessment]) {
+    let Some(temperature) = &snapshot.temperature else { return };
+    let search = temperature.search(snapshot.shape().interval_s);
+    let why_none = |place: usize, _: &Channel| {
+        let noise = channels.get(place).and_then(|channel| channel.noise.as_ref());
+        match noise.map(|noise| noise.long_taus) {
+            _ if was_moved => Some(WhyNoCoefficient::Moved),
+            Some(LongTauValidity::Sensor) => None,
+            _ => Some(WhyNoCoefficient::BiasNotInStream),
+        }
+    };
+    let found = coefficients(snapshot, &search, confidence, why_none);
+    let search = search.as_ref().ok();
+    for (place, (found, (channel, results))) in found.into_iter().zip(snapshot.measured()).enumerate() {
+        let Some((coefficient, is_proved)) = found else { continue };
+        let removed = results.removed_temperature.as_ref();
+        let deviations = match (&coefficient, removed, search, temperature.axis(place)) {
+            (Ok(_), Some(removed), ..) => before_and_after(channel, &removed.octaves, &results.octaves),
+            (Ok(coefficient), None, Some(search), Some(axis)) if is_proved => {
+                let removal = removal(axis, search, coefficient, channel);
+                let after =
+                    removal.map(|removal| RemovedTemperature::new(removal, &results.octaves).without(&results.octaves));
+                after.map_or_else(Vec::new, |after| before_and_after(channel, &results.octaves, &after))
+            }
+            _ => Vec::new(),
+        };
+        let noise: Option<&mut ChannelNoise> = channels.get_mut(place).and_then(|channel| channel.noise.as_mut());
+        if let Some(noise) = noise {
+            noise.temperature = Some(AxisTemperature {
+                excursion_c: search.map(TemperatureSearch::excursion_c),
+                correlation_with_time: search.map(TemperatureSearch::correlation_with_time),
+                is_polled: temperature.is_polled(),
+                coefficient,
+                is_proved,
+                is_removed: removed.is_some(),
+                deviations,
+            });
+        }
+    }
+}
+
+fn before_and_after(channel: &Channel, before: &[OctaveSum], after: &[OctaveSum]) -> Vec<BeforeAndAfter> {
+    let of = |sum: &OctaveSum| sum.deviation_counts().map(|counts| channel.in_unit(counts).abs());
+    let pairs = before.iter().zip(after);
+    pairs.filter_map(|(a, b)| Some(BeforeAndAfter { m: a.m, before: of(a)?, after: of(b)? })).collect()
+}
