@@ -65,7 +65,8 @@ impl TemperatureBlocks {
         }
     }
 
-    /// Samples of one axis, numbered from 0 on, that [`push_samples`](Self::push_samples) announced.
+    /// Samples of one axis, numbered from 0 on, that [`push_samples`](Self::push_samples)
+    /// announced.
     pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
         let (log2, axes) = (self.length_log2, self.axes);
         in_blocks(log2, first, counts, |block, sum, _| {

@@ -17,7 +17,7 @@ pub const LEAST_EXCURSION_C: f64 = 1.0;
 /// Least correlation of the temperature with time that counts as one direction only.
 pub const ONE_DIRECTION: f64 = 0.9;
 
-/// Fewest blocks: the noise is told from them too.
+/// Fewest blocks: they must show the noise, too.
 pub const LEAST_BLOCKS: usize = 32;
 
 /// Lags that are searched at a time, without lag included.
@@ -167,7 +167,7 @@ impl TemperatureSearch {
         let first = axis.candidates(&self.bank);
         let p = self.bank.iter().map(|regressor| noise_mixture::two_sided(&first, regressor.lag_s));
         let p = (p.fold(1.0, f64::min) * self.bank.len() as f64).min(1.0);
-        // between the lags of the bank, as long as the record tells them apart
+        // between the lags of the bank, as long as the record distinguishes them
         let (mut regressors_now, mut candidates) = (self.bank.clone(), first);
         for _ in 0..MOST_REFINEMENTS {
             let weights = noise_mixture::weights_of_lags(&candidates, &regressors_now);

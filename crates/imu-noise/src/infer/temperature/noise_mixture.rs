@@ -18,8 +18,11 @@ const CROSSINGS_APART: f64 = 2.5;
 /// coverage where a walk is there but looks much like flicker noise (the benchmark `cells`).
 const WALK_WEIGHT: f64 = 1.5;
 
-/// Noises with less of the weight of the likeliest one are left out.
-const NEGLIGIBLE: f64 = 1e-5;
+/// Regressions with less of the weight of the likeliest one are excluded.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Halvings of the range in which a quantile lies: to less than a thousandth of an error.
+const HALVINGS: usize = 22;
 
 #[derive(Clone)]
 pub(super) struct NoiseMixture {
@@ -127,7 +130,7 @@ impl NoiseMixture {
         weighted.iter().all(|(.., squares)| *squares > 0.0).then_some(Axis { mixture: self, weighted, likeliest })
     }
 
-    /// From the first on: that of the level is left out.
+    /// From the first on, without that of the level.
     fn cosine_coefficients(&self, values: &[f64]) -> Vec<f64> {
         let blocks = self.blocks;
         let mut mirrored: Vec<f64> = values.iter().chain(values.iter().rev()).copied().collect();
@@ -220,7 +223,7 @@ pub(super) fn quantile(candidates: &[Candidate], p: f64) -> Option<f64> {
     let ends = |sign: f64| matter.iter().map(move |(_, candidate)| candidate.value + sign * 40.0 * candidate.error);
     let mut low = ends(-1.0).reduce(f64::min)?;
     let mut high = ends(1.0).reduce(f64::max)?;
-    for _ in 0..44 {
+    for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);
         if above(middle) > 1.0 - p { low = middle } else { high = middle }
     }

@@ -32,7 +32,7 @@ impl TemperatureRemoval {
         })
     }
 
-    /// Samples of a block: variances at this averaging factor tell what lies within one.
+    /// Samples of a block.
     #[must_use]
     pub const fn block_length(&self) -> u64 {
         self.length
