@@ -203,12 +203,14 @@ impl Spectrum {
     /// full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
         let Powers { segment_samples, powers, .. } = self.powers().filter(|powers| powers.segments >= 4)?;
+        // a power of two, so that a mask is the remainder
+        let last = segment_samples - 1;
         let step = std::f64::consts::TAU / segment_samples as f64;
         let cosines: Vec<_> = (0..segment_samples).map(|i| (step * i as f64).cos()).collect();
         let covariance = |lag: usize| {
             let both_sides = powers.iter().enumerate().skip(1).map(|(k, power)| {
                 let sides = if 2 * k == segment_samples { 1.0 } else { 2.0 };
-                sides * power * cosines[lag * k % segment_samples]
+                sides * power * cosines[lag * k & last]
             });
             both_sides.sum::<f64>() / segment_samples as f64
         };

@@ -52,10 +52,16 @@ pub(super) struct Fit {
 }
 
 /// Everything that a search in series of one length has in common.
+///
+/// Even coefficients are those of what is symmetric about the middle of the series, odd ones those
+/// of what is antisymmetric: half of the blocks say each, and the even ones are kept first.
 #[derive(Clone, Debug)]
 pub(super) struct LevelNoise {
-    /// By coefficient and block.
+    blocks: usize,
+    /// Cosines by block of the first half, the middle one included, and by coefficient.
     cosines: Vec<Vec<f64>>,
+    /// How many of them are even.
+    even: usize,
     shapes: Vec<Shaped>,
     noises: Vec<Noise>,
 }
@@ -63,9 +69,18 @@ pub(super) struct LevelNoise {
 #[derive(Clone, Debug)]
 struct Shaped {
     shape: Shape,
-    /// Cosine coefficients; of a cycle those of a cosine and of a sine.
-    first: Vec<f64>,
-    second: Option<Vec<f64>>,
+    levels: Levels,
+}
+
+/// A shape, by block.
+#[derive(Clone, Debug)]
+enum Levels {
+    /// Of every block.
+    Each(Vec<f64>),
+    /// 1 behind this block, and this much in it.
+    Behind(usize, f64),
+    /// A cosine and a sine about the middle, of the first half.
+    Cycle(Vec<f64>, Vec<f64>),
 }
 
 #[derive(Clone, Debug)]
@@ -76,8 +91,43 @@ struct Noise {
     mean_variance: f64,
     /// Variance of the highest coefficient.
     last: f64,
-    /// By shape: the weighted squares of the coefficients and their product.
-    squares: Vec<[f64; 3]>,
+    /// By shape: the weighted square of its coefficients; of a cycle those of the cosine and of the
+    /// sine, whose product is 0.
+    squares: Vec<[f64; 2]>,
+}
+
+/// What the weighted coefficients of a series are by block: a shape's product with it is that of
+/// the coefficients.
+#[derive(Default)]
+struct Weighted {
+    each: Vec<f64>,
+    /// Sums of this block and all behind it.
+    behind: Vec<f64>,
+    /// By block of the first half: symmetric and antisymmetric part.
+    even: Vec<f64>,
+    odd: Vec<f64>,
+}
+
+/// The cosines of all blocks behind one, by coefficient: from one block to those before it what
+/// lies between is added.
+struct SumsBehind {
+    block: usize,
+    sums: Vec<f64>,
+}
+
+impl SumsBehind {
+    fn new(noise: &LevelNoise) -> Self {
+        Self { block: noise.blocks - 1, sums: vec![0.0; noise.blocks - 1] }
+    }
+
+    /// `block` is none behind the last one asked for.
+    fn behind(&mut self, block: usize, noise: &LevelNoise) -> &[f64] {
+        while self.block > block {
+            self.sums.iter_mut().zip(noise.cosines_of(self.block)).for_each(|(sum, cosine)| *sum += cosine);
+            self.block -= 1;
+        }
+        &self.sums
+    }
 }
 
 impl LevelNoise {
@@ -86,45 +136,115 @@ impl LevelNoise {
         // cos(πk(2i + 1)/2n) repeats after 4n
         let table: Vec<f64> = (0..4 * blocks).map(|i| (PI * i as f64 / (2 * blocks) as f64).cos()).collect();
         let scale = (2.0 / blocks as f64).sqrt();
+        let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();
         let cosine = |k: usize, i: usize| scale * table[k * (2 * i + 1) % (4 * blocks)];
-        let cosines: Vec<Vec<f64>> = (1..blocks).map(|k| (0..blocks).map(|i| cosine(k, i)).collect()).collect();
-        let shapes = shapes(blocks, &cosines);
-        let noises = spectra(blocks).into_iter().map(|variances| Noise::new(&variances, &shapes)).collect();
-        Self { cosines, shapes, noises }
+        let cosines = (0..blocks.div_ceil(2)).map(|i| numbers.iter().map(|k| cosine(*k, i)).collect()).collect();
+        let even = numbers.iter().filter(|k| **k % 2 == 0).count();
+        let mut search = Self { blocks, cosines, even, shapes: shapes(blocks), noises: Vec::new() };
+        let mut sums = SumsBehind::new(&search);
+        let of_shape = |shaped: &Shaped| search.of_levels(&shaped.levels, &mut sums);
+        let coefficients: Vec<_> = search.shapes.iter().map(of_shape).collect();
+        let spectra = spectra(blocks, &numbers);
+        search.noises = spectra.iter().map(|variances| Noise::new(variances, &coefficients)).collect();
+        search
     }
 
     pub(super) fn blocks(&self) -> usize {
-        self.cosines.len() + 1
+        self.blocks
+    }
+
+    /// The cosine coefficients of `values`, one of each block.
+    fn coefficients(&self, values: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.blocks - 1];
+        let (even, odd) = sums.split_at_mut(self.even);
+        let mirrored = values.iter().rev();
+        for (place, ((cosines, value), mirror)) in self.cosines.iter().zip(values).zip(mirrored).enumerate() {
+            let mirror = if 2 * place + 1 == self.blocks { 0.0 } else { *mirror };
+            let (of_even, of_odd) = cosines.split_at(self.even);
+            even.iter_mut().zip(of_even).for_each(|(sum, cosine)| *sum += cosine * (value + mirror));
+            odd.iter_mut().zip(of_odd).for_each(|(sum, cosine)| *sum += cosine * (value - mirror));
+        }
+        sums
+    }
+
+    /// Of one block, by coefficient.
+    fn cosines_of(&self, block: usize) -> impl Iterator<Item = f64> {
+        let mirror = self.blocks - 1 - block;
+        let (place, sign) = if mirror < block { (mirror, -1.0) } else { (block, 1.0) };
+        let (even, odd) = self.cosines[place].split_at(self.even);
+        even.iter().copied().chain(odd.iter().map(move |cosine| sign * cosine))
+    }
+
+    /// Of a cycle those of the cosine and those of the sine.
+    fn of_levels(&self, levels: &Levels, sums: &mut SumsBehind) -> [Vec<f64>; 2] {
+        match levels {
+            Levels::Each(values) => [self.coefficients(values), Vec::new()],
+            Levels::Behind(at, part) => {
+                let sums = sums.behind(*at, self);
+                [sums.iter().zip(self.cosines_of(*at)).map(|(sum, cosine)| sum + part * cosine).collect(), Vec::new()]
+            }
+            Levels::Cycle(cosine, sine) => [(cosine, 1.0), (sine, -1.0)].map(|(half, sign)| {
+                let mirrored = half.iter().take(self.blocks / 2).rev().map(|value| sign * value);
+                self.coefficients(&half.iter().copied().chain(mirrored).collect::<Vec<_>>())
+            }),
+        }
+    }
+
+    /// By block, what the coefficients `weighted` are.
+    fn weigh(&self, weighted: &[f64], by_block: &mut Weighted) {
+        let (of_even, of_odd) = weighted.split_at(self.even);
+        by_block.each.resize(self.blocks, 0.0);
+        by_block.even.clear();
+        by_block.odd.clear();
+        for (place, cosines) in self.cosines.iter().enumerate() {
+            let (even, odd) = cosines.split_at(self.even);
+            let (even, odd) = (dot(even, of_even), dot(odd, of_odd));
+            let mirror = self.blocks - 1 - place;
+            by_block.each[mirror] = even - odd;
+            by_block.each[place] = even + odd;
+            let both = if mirror == place { 1.0 } else { 2.0 };
+            by_block.even.push(both * even);
+            by_block.odd.push(both * odd);
+        }
+        by_block.behind.clone_from(&by_block.each);
+        let mut sum = 0.0;
+        for value in by_block.behind.iter_mut().rev() {
+            sum += *value;
+            *value = sum;
+        }
     }
 
     /// For every shape its likeliest fit; nothing where a shape is all there is.
     pub(super) fn fits(&self, means: &[f64]) -> Vec<Fit> {
-        let series: Vec<f64> = self.cosines.iter().map(|cosines| dot(cosines, means)).collect();
+        let series = self.coefficients(means);
         let count = series.len() as f64;
         // By noise: the profile likelihood is a falling function of the residual times the mean variance.
         let mut without = f64::INFINITY;
-        let mut best = vec![(f64::INFINITY, 0, 0.0, 0.0); self.shapes.len()];
+        let mut best = vec![(f64::INFINITY, 0, [0.0; 2], 0.0); self.shapes.len()];
         let mut weighted = vec![0.0; series.len()];
+        let mut by_block = Weighted::default();
         for (place, noise) in self.noises.iter().enumerate() {
             for ((weighted, value), weight) in weighted.iter_mut().zip(&series).zip(&noise.weights) {
                 *weighted = value * weight;
             }
             let residual = dot(&weighted, &series);
             without = without.min(residual * noise.mean_variance);
-            for ((shaped, squares), best) in self.shapes.iter().zip(&noise.squares).zip(&mut best) {
-                let (gain, amplitude) = shaped.gain(&weighted, squares);
+            self.weigh(&weighted, &mut by_block);
+            for ((shaped, [first, second]), best) in self.shapes.iter().zip(&noise.squares).zip(&mut best) {
+                let [a, b] = shaped.products(&by_block);
+                let gain = a * a / first + b * b / second;
                 let with = (residual - gain) * noise.mean_variance;
                 if with < best.0 {
-                    *best = (with, place, amplitude, residual - gain);
+                    *best = (with, place, [a / first, b / second], residual - gain);
                 }
             }
         }
-        let fit = |(shaped, (with, place, amplitude, residual)): (&Shaped, (f64, usize, f64, f64))| {
+        let fit = |(shaped, (with, place, [a, b], residual)): (&Shaped, (f64, usize, [f64; 2], f64))| {
             let noise: &Noise = self.noises.get(place)?;
             let variance = residual / count;
             (with > 0.0 && without.is_finite() && variance > 0.0).then(|| Fit {
                 shape: shaped.shape,
-                amplitude,
+                amplitude: if matches!(shaped.shape, Shape::Cycle(_)) { a.hypot(b) } else { a },
                 noise: (place, variance),
                 evidence: count * (without / with).ln(),
                 short_std: (variance * noise.last).sqrt(),
@@ -140,10 +260,11 @@ impl LevelNoise {
     pub(super) fn detectable(&self, shape: Shape, fit: &Fit, evidence: f64) -> Option<f64> {
         let shaped = self.shapes.iter().find(|shaped| shaped.shape == shape)?;
         let (noise, variance) = (self.noises.get(fit.noise.0)?, fit.noise.1);
-        let count = shaped.first.len() as f64;
+        let [coefficients, _] = self.of_levels(&shaped.levels, &mut SumsBehind::new(self));
+        let count = coefficients.len() as f64;
         let expected = |amplitude: f64| {
             let power = |(weight, x): (&f64, &f64)| variance / weight + (amplitude * x).powi(2);
-            let powers: Vec<f64> = noise.weights.iter().zip(&shaped.first).map(power).collect();
+            let powers: Vec<f64> = noise.weights.iter().zip(&coefficients).map(power).collect();
             let residuals = self.noises.iter().map(|other| dot(&other.weights, &powers) * other.mean_variance);
             let without = residuals.fold(f64::INFINITY, f64::min);
             count * (without / (count * variance * noise.mean_variance)).ln()
@@ -165,67 +286,59 @@ impl LevelNoise {
 }
 
 impl Noise {
-    fn new(variances: &[f64], shapes: &[Shaped]) -> Self {
+    /// By shape its coefficients; of a cycle both.
+    fn new(variances: &[f64], shapes: &[[Vec<f64>; 2]]) -> Self {
         let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
-        let product =
-            |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).zip(&weights).map(|((a, b), w)| a * b * w).sum() };
-        let squares = shapes.iter().map(|Shaped { first, second, .. }| match second {
-            None => [product(first, first), 0.0, 0.0],
-            Some(second) => [product(first, first), product(second, second), product(first, second)],
-        });
+        let mut weighted = vec![0.0; weights.len()];
+        let mut square = |values: &Vec<f64>| {
+            if values.is_empty() {
+                return f64::INFINITY;
+            }
+            for ((weighted, value), weight) in weighted.iter_mut().zip(values).zip(&weights) {
+                *weighted = value * weight;
+            }
+            dot(&weighted, values)
+        };
+        let squares = shapes.iter().map(|[first, second]| [square(first), square(second)]).collect();
         Self {
-            squares: squares.collect(),
+            squares,
             mean_variance: (variances.iter().map(|variance| variance.ln()).sum::<f64>() / variances.len() as f64).exp(),
-            last: variances.last().copied().unwrap_or(1.0),
+            last: variances.iter().copied().fold(f64::INFINITY, f64::min),
             weights,
         }
     }
 }
 
 impl Shaped {
-    /// By how much the weighted squares fall with the shape, and its amplitude.
-    fn gain(&self, weighted: &[f64], squares: &[f64; 3]) -> (f64, f64) {
-        let a = dot(&self.first, weighted);
-        let [aa, bb, ab] = *squares;
-        match &self.second {
-            None => (a * a / aa, a / aa),
-            Some(second) => {
-                let b = dot(second, weighted);
-                let determinant = aa * bb - ab * ab;
-                let (x, y) = ((bb * a - ab * b) / determinant, (aa * b - ab * a) / determinant);
-                (a * x + b * y, x.hypot(y))
-            }
+    /// With a series by block; of a cycle those of the cosine and of the sine.
+    fn products(&self, series: &Weighted) -> [f64; 2] {
+        match &self.levels {
+            Levels::Each(values) => [dot(values, &series.each), 0.0],
+            Levels::Behind(at, part) => [series.behind[*at] - (1.0 - part) * series.each[*at], 0.0],
+            Levels::Cycle(cosine, sine) => [dot(cosine, &series.even), dot(sine, &series.odd)],
         }
     }
 }
 
-fn shapes(blocks: usize, cosines: &[Vec<f64>]) -> Vec<Shaped> {
-    let transform = |values: &[f64]| -> Vec<f64> { cosines.iter().map(|cosines| dot(cosines, values)).collect() };
-    let of = |value: &dyn Fn(f64) -> f64| transform(&(0..blocks).map(|i| value(i as f64)).collect::<Vec<_>>());
+fn shapes(blocks: usize) -> Vec<Shaped> {
+    let each = |value: &dyn Fn(f64) -> f64| Levels::Each((0..blocks).map(|i| value(i as f64)).collect());
     let mut shapes = Vec::new();
     // means over blocks
-    let relaxation = |time: f64| of(&|i| (-i / time).exp() * time * -(-1.0 / time).exp_m1());
+    let relaxation = |time: f64| each(&|i| (-i / time).exp() * time * -(-1.0 / time).exp_m1());
     let times = (0..).map(|k| f64::from(1 << k)).take_while(|time| *time <= blocks as f64);
-    shapes.extend(times.map(|time| Shaped { shape: Shape::Relaxation(time), first: relaxation(time), second: None }));
-    let ramp = of(&|i| i / blocks as f64);
-    shapes.push(Shaped { shape: Shape::Ramp, first: ramp, second: None });
-    // from one half of a block to the next, by what a step at the end of each block adds to that at its beginning
-    let mut behind = vec![0.0; cosines.len()];
-    for block in (STEP_MARGIN..blocks).rev() {
-        let half: Vec<f64> = behind.iter().zip(cosines).map(|(sum, cosines)| sum + 0.5 * cosines[block]).collect();
-        behind.iter_mut().zip(cosines).for_each(|(sum, cosines)| *sum += cosines[block]);
-        if block <= blocks - STEP_MARGIN {
-            let step = |at, first| Shaped { shape: Shape::Step(at), first, second: None };
-            shapes.push(step(block as f64 + 0.5, half));
-            shapes.push(step(block as f64, behind.clone()));
-        }
+    shapes.extend(times.map(|time| Shaped { shape: Shape::Relaxation(time), levels: relaxation(time) }));
+    shapes.push(Shaped { shape: Shape::Ramp, levels: each(&|i| i / blocks as f64) });
+    for block in (STEP_MARGIN..=blocks - STEP_MARGIN).rev() {
+        let step = |at, part| Shaped { shape: Shape::Step(at), levels: Levels::Behind(block, part) };
+        shapes.push(step(block as f64 + 0.5, 0.5));
+        shapes.push(step(block as f64, 1.0));
     }
     let mut cycles = FEWEST_CYCLES;
     while cycles <= MOST_PER_BLOCK * blocks as f64 {
         let frequency = cycles / blocks as f64;
-        let first = of(&|i| (TAU * frequency * i).cos());
-        let second = Some(of(&|i| (TAU * frequency * i).sin()));
-        shapes.push(Shaped { shape: Shape::Cycle(frequency), first, second });
+        let angles = (0..blocks.div_ceil(2)).map(|i| TAU * frequency * (i as f64 - 0.5 * (blocks - 1) as f64));
+        let levels = Levels::Cycle(angles.clone().map(f64::cos).collect(), angles.map(f64::sin).collect());
+        shapes.push(Shaped { shape: Shape::Cycle(frequency), levels });
         cycles += CYCLE_SPACING;
     }
     shapes
@@ -245,10 +358,10 @@ pub(super) fn walk_variance(k: usize, blocks: usize) -> f64 {
     (3.0 - 2.0 * square) / (12.0 * square)
 }
 
-/// Variances of the coefficients 1 to n - 1 in every noise.
-fn spectra(blocks: usize) -> Vec<Vec<f64>> {
-    let flicker: Vec<f64> = (1..blocks).map(|k| flicker_variance(k, blocks)).collect();
-    let walk: Vec<f64> = (1..blocks).map(|k| walk_variance(k, blocks)).collect();
+/// Variances of the coefficients of these `numbers` in every noise.
+fn spectra(blocks: usize, numbers: &[usize]) -> Vec<Vec<f64>> {
+    let flicker: Vec<f64> = numbers.iter().map(|k| flicker_variance(*k, blocks)).collect();
+    let walk: Vec<f64> = numbers.iter().map(|k| walk_variance(*k, blocks)).collect();
     let mixed = |white: f64, f: f64, w: f64| -> Vec<f64> {
         flicker.iter().zip(&walk).map(|(flicker, walk)| white + f * flicker + w * walk).collect()
     };
@@ -295,10 +408,12 @@ mod tests {
         // with the matrix of the means says the same.
         let blocks = 20;
         let search = LevelNoise::new(blocks);
-        let variances = &spectra(blocks)[3];
+        let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();
+        let variances = &spectra(blocks, &numbers)[3];
+        let one =
+            |at: usize| search.coefficients(&(0..blocks).map(|i| f64::from(u8::from(i == at))).collect::<Vec<_>>());
         let covariance = |i: usize, j: usize| -> f64 {
-            let all = search.cosines.iter().zip(variances);
-            all.map(|(cosines, variance)| cosines[i] * cosines[j] * variance).sum()
+            one(i).iter().zip(one(j)).zip(variances).map(|((a, b), variance)| a * b * variance).sum()
         };
         // a walk through the middles of the blocks has a step variance of 0.6, and differences 2/3 and 1/6 of it
         let difference = |i: usize, j: usize| {
@@ -306,6 +421,19 @@ mod tests {
         };
         assert!((difference(9, 9) - (2.0 + 0.6 * 2.0 / 3.0)).abs() < 0.02, "{}", difference(9, 9));
         assert!((difference(9, 10) - (-1.0 + 0.6 / 6.0)).abs() < 0.02, "{}", difference(9, 10));
+    }
+
+    #[test]
+    fn steps_have_the_coefficients_of_their_blocks() {
+        for blocks in [16, 17, 70] {
+            let search = LevelNoise::new(blocks);
+            for (at, part) in [(4, 1.0), (4, 0.5), (blocks - 4, 0.5), (blocks - 4, 1.0)] {
+                let level = |block: usize| if block == at { part } else { f64::from(u8::from(block > at)) };
+                let by_block = search.coefficients(&(0..blocks).map(level).collect::<Vec<_>>());
+                let [step, _] = search.of_levels(&Levels::Behind(at, part), &mut SumsBehind::new(&search));
+                assert!(step.iter().zip(&by_block).all(|(a, b)| (a - b).abs() < 1e-12), "{blocks} {at} {part}");
+            }
+        }
     }
 
     #[test]

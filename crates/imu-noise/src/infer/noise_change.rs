@@ -200,10 +200,9 @@ impl BlockNoise {
         chi_squared::student_two_sided(1.0 - FALSE_ALARM / CHANNELS / stretches, freedom)
     }
 
-    /// Without `without` of the pairs, whose values are `excluded` together.
-    fn variance(&self, without: usize, excluded: f64) -> f64 {
-        let sum: f64 = self.pairs.iter().sum();
-        ((sum - excluded).max(0.0) / (self.pairs.len() - without) as f64).max(self.variance_within)
+    /// Of the `pairs` whose values are together this, all of them but `without`.
+    fn variance(&self, without: usize, sum: f64) -> f64 {
+        (sum.max(0.0) / (self.pairs.len() - without) as f64).max(self.variance_within)
     }
 
     /// The stretch that differs most.
@@ -216,6 +215,7 @@ impl BlockNoise {
             sums.push((all + windows, sum + windows * log));
         }
         let total = sums[blocks].1;
+        let all_pairs: f64 = self.pairs.iter().sum();
         let mut most: Option<Stretch> = None;
         // One from the start on is that of the rest behind it.
         for first in 1..blocks {
@@ -227,9 +227,9 @@ impl BlockNoise {
                 }
                 let change = sum / windows - (total - sum) / rest;
                 let edges = [Some(first - 1), (behind < blocks).then_some(behind - 1)].into_iter().flatten();
-                let (without, excluded) =
-                    edges.fold((0, 0.0), |(count, sum), edge| (count + 1, sum + self.pairs[edge]));
-                let error = (self.variance(without, excluded) * (1.0 / windows + 1.0 / rest)).sqrt();
+                let (without, sum_of_pairs) =
+                    edges.fold((0, all_pairs), |(count, sum), edge| (count + 1, sum - self.pairs[edge]));
+                let error = (self.variance(without, sum_of_pairs) * (1.0 / windows + 1.0 / rest)).sqrt();
                 let sigmas = change.abs() / error;
                 if most.is_none_or(|most| sigmas > most.sigmas) {
                     most = Some(Stretch { first, behind, change, sigmas });
@@ -270,7 +270,7 @@ impl BlockNoise {
     }
 
     fn detectable(&self) -> Option<f64> {
-        let error = (self.variance(0, 0.0) * 4.0 / self.windows).sqrt();
+        let error = (self.variance(0, self.pairs.iter().sum()) * 4.0 / self.windows).sqrt();
         let change = (self.threshold()? + POWER_SIGMAS) * error;
         Some((change.max(LEAST_CHANGE) / 2.0).exp2())
     }

@@ -92,11 +92,13 @@ impl ChannelSignal {
         if slow_share > MAX_SLOW_SHARE {
             return Err(NotJudged::Wandering { slow_share, allowed: MAX_SLOW_SHARE });
         }
-        let sum_of_powers = |power: i32| {
-            let lags: f64 = autocovariances.iter().skip(1).map(|covariance| (covariance / within).powi(power)).sum();
-            1.0 + 2.0 * lags
-        };
-        let effective_samples = n / sum_of_powers(3).max(1.0);
+        // sums of the third and the fourth powers over all lags
+        let (thirds, fourths) = autocovariances.iter().skip(1).fold((1.0, 1.0), |(thirds, fourths), covariance| {
+            let autocorrelation = covariance / within;
+            let third = autocorrelation * autocorrelation * autocorrelation;
+            (thirds + 2.0 * third, fourths + 2.0 * third * autocorrelation)
+        });
+        let effective_samples = n / f64::max(thirds, 1.0);
         if effective_samples < MIN_EFFECTIVE {
             return Err(too_short(effective_samples));
         }
@@ -108,7 +110,7 @@ impl ChannelSignal {
             skewness: skewness * magnified.powf(1.5),
             skewness_error: (6.0 / effective_samples).sqrt() * magnified.powf(1.5),
             excess_kurtosis: fourth_cumulant / (before_rounding * before_rounding),
-            excess_kurtosis_error: (24.0 * sum_of_powers(4).max(1.0) / n).sqrt() * magnified.powi(2),
+            excess_kurtosis_error: (24.0 * f64::max(fourths, 1.0) / n).sqrt() * magnified.powi(2),
             effective_samples,
         })
     }
