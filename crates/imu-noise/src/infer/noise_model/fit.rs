@@ -22,6 +22,10 @@ const LEAST_P: f64 = 0.01;
 /// for the coverage of N beside weak processes (the benchmark `cells`).
 const PROCESS: f64 = 8.0;
 
+/// By so much it falls where such processes can neither be said to be there nor to be absent: the
+/// interval of N covers both.
+const PERHAPS_A_PROCESS: f64 = 3.0;
+
 /// Lines with a power of their own in the fit.
 const MOST_LINES: usize = 5;
 
@@ -113,6 +117,15 @@ impl NoiseFit {
         }
     }
 
+    /// Lets the interval of `term` cover that of another fit that explains the record as well.
+    fn widen(&mut self, term: Term, other: &Self) {
+        let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else { return };
+        if ours.status == Status::Estimated {
+            ours.lower = ours.lower.zip(theirs.lower).map(|(ours, theirs)| ours.min(theirs)).or(ours.lower);
+        }
+        ours.upper = ours.upper.zip(theirs.upper).map(|(ours, theirs)| ours.max(theirs)).or(ours.upper);
+    }
+
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
     /// of noises; `None` for octaves that do not follow the model and below two windows.
     #[must_use]
@@ -171,7 +184,8 @@ impl NoiseModel {
     /// spectrum is a term of its own, with its frequency known and its power free. Where that does
     /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
     /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
-    /// the terms. Where that does not hold either, or the lower end of N lies above what the curve
+    /// the terms; where it falls by 3 to 8, the interval of N covers the values with and without
+    /// them. Where that does not hold either, or the lower end of N lies above what the curve
     /// itself leaves, the model is rejected, and N is bounded by the curve. It is bounded by the
     /// fit where lines cover more than half of the frequencies.
     ///
@@ -258,12 +272,19 @@ impl NoiseModel {
             let found = ranges.clone().find_map(|range| {
                 let without = solve(model, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
                 // χ² cannot fall by more than all of it
-                let with = (without.1.chi2 > PROCESS).then(|| solve(&with_processes, range.clone())).flatten();
-                let is_better = |(_, with): &(Solution, FitQuality)| without.1.chi2 - with.chi2 > PROCESS;
-                match with.filter(is_better) {
-                    Some(with) => read_out(&with_processes, range, with),
-                    None => read_out(model, range, without),
+                let possible = without.1.chi2 > PERHAPS_A_PROCESS;
+                let with = possible.then(|| solve(&with_processes, range.clone())).flatten();
+                let fall = with.as_ref().map_or(0.0, |(_, with)| without.1.chi2 - with.chi2);
+                let with = with.filter(|_| fall > PERHAPS_A_PROCESS);
+                let with = with.and_then(|with| read_out(&with_processes, range.clone(), with));
+                if fall > PROCESS {
+                    return with;
                 }
+                let mut fit = read_out(model, range, without)?;
+                if let Some(with) = with {
+                    fit.widen(Term::White, &with);
+                }
+                Some(fit)
             });
             found.or_else(|| {
                 ranges.clone().find_map(|range| {
