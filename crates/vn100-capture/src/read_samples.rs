@@ -14,21 +14,26 @@ pub const WAITING_BATCHES: usize = 4;
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every event is a batch, and one is moved for each read")]
 pub enum Event {
     /// What one read brought.
-    Batch(Batch),
+    Batch(Box<Batch>),
     /// A change of the link, live or recorded. The counts of the batch before it contain it.
     Link(LinkEvent),
     /// The stream is over; nothing follows.
     End(End),
 }
 
+impl From<Batch> for Event {
+    fn from(batch: Batch) -> Self {
+        Self::Batch(Box::new(batch))
+    }
+}
+
 impl Event {
     /// The events that follow from what a source delivered.
     pub fn from_input(reader: &mut SampleReader, input: StreamInput) -> impl Iterator<Item = Self> + use<> {
         let link_event = reader.take_input(input);
-        reader.take_batches().into_iter().map(Self::Batch).chain(link_event.map(Self::Link))
+        reader.take_batches().into_iter().map(Self::from).chain(link_event.map(Self::Link))
     }
 }
 
@@ -39,13 +44,6 @@ pub struct End {
     pub error: Option<io::Error>,
     /// What became of the lines, where the source is a CSV file.
     pub csv: Option<CsvReport>,
-}
-
-/// Batches of one line that may wait: as many lines as a read brings.
-const WAITING_LINES: usize = 256;
-
-fn waiting(options: &ReadOptions) -> usize {
-    if options.line_by_line { WAITING_LINES } else { WAITING_BATCHES }
 }
 
 /// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
@@ -61,7 +59,7 @@ fn waiting(options: &ReadOptions) -> usize {
 /// Outside a tokio runtime.
 #[must_use]
 pub fn read_samples(source: impl Source, options: ReadOptions, stop: CancellationToken) -> mpsc::Receiver<Event> {
-    let (events, inbox) = mpsc::channel(waiting(&options));
+    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
     // ends with the source, with `stop`, or when the inbox is dropped
     tokio::spawn(read(source, options, events, stop));
     inbox
@@ -89,7 +87,7 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
     };
     for batch in reader.finish() {
         // a receiver that left has no use for the end either
-        let _ = events.send(Event::Batch(batch)).await;
+        let _ = events.send(batch.into()).await;
     }
     let _ = events.send(Event::End(End { error, csv: None })).await;
 }
@@ -124,7 +122,7 @@ pub(crate) fn read_file(mut file: impl FileReader, stop: CancellationToken) -> i
             }
         };
         let (batches, csv) = file.finish();
-        for event in batches.into_iter().map(Event::Batch).chain([Event::End(End { error, csv })]) {
+        for event in batches.into_iter().map(Event::from).chain([Event::End(End { error, csv })]) {
             // a receiver that left has no use for the end either
             let _ = events.blocking_send(event);
         }

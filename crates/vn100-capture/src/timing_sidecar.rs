@@ -171,7 +171,7 @@ impl<R: Read + Send + 'static> FileReader for TimedReader<R> {
             return Ok(Some(Vec::new()));
         }
         self.unsent = 0;
-        Ok(Some(self.samples.take_batches().into_iter().map(Event::Batch).collect()))
+        Ok(Some(self.samples.take_batches().into_iter().map(Event::from).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {

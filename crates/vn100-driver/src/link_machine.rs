@@ -470,7 +470,7 @@ impl LinkMachine {
 
     fn end(&mut self, error: Option<LinkError>) {
         self.phase = Phase::Closed;
-        let batches = self.context.reader.finish().into_iter().map(StreamEvent::Batch);
+        let batches = self.context.reader.finish().into_iter().map(StreamEvent::from);
         let error = error.map(|error| io::Error::other(self.text(&error)));
         let last = batches.chain([StreamEvent::End(End { error, csv: None })]);
         self.context.events.extend(last.map(LinkOutput::Stream));

@@ -11,6 +11,7 @@
 //! latest one and misses those between.
 
 use std::{
+    collections::VecDeque,
     future, io,
     sync::{
         Arc,
@@ -24,7 +25,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::CsvReport;
+use vn100_analysis::protocol::stream::{Batch, CsvReport};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
@@ -149,7 +150,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
         state.recording = latest(&mut recording);
     });
     source.publish(channels);
-    let mut held = None;
+    let mut held = VecDeque::new();
     loop {
         tokio::select! {
             // a command that came in time counts
@@ -184,12 +185,24 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
 }
 
 /// Dropping the future loses nothing: what was received waits in `held`.
-async fn next_due(events: &mut mpsc::Receiver<Event>, held: &mut Option<Event>, pace: Option<&Pace>) -> Option<Event> {
+async fn next_due(
+    events: &mut mpsc::Receiver<Event>,
+    held: &mut VecDeque<Event>,
+    pace: Option<&Pace>,
+) -> Option<Event> {
     let Some(pace) = pace else { return events.recv().await };
-    if held.is_none() {
-        *held = events.recv().await;
+    if held.is_empty() {
+        match events.recv().await? {
+            Event::Batch(batch) => {
+                let mut lines = batch.lines();
+                while let Some(line) = lines.next_line() {
+                    held.push_back(line.clone().into());
+                }
+            }
+            event => held.push_back(event),
+        }
     }
-    if let Some(Event::Batch(batch)) = held
+    if let Some(Event::Batch(batch)) = held.front()
         && batch.row_count() > 0
     {
         match pace.due() {
@@ -198,7 +211,7 @@ async fn next_due(events: &mut mpsc::Receiver<Event>, held: &mut Option<Event>, 
             Due::Never => future::pending().await,
         }
     }
-    held.take()
+    held.pop_front()
 }
 
 /// Waits until a watched value changes; for ever where there is none, or it never will again.
@@ -243,14 +256,23 @@ impl Measuring {
             self.end = Some((EndReason::SourceFailed(error), None));
             return;
         };
+        let event = match event {
+            Event::Batch(batch) if !batch.tallies.is_empty() => {
+                let mut lines = batch.lines();
+                while let (Some(line), None) = (lines.next_line(), &self.end) {
+                    if channels.observer.is_some() {
+                        channels.observe(&line.clone().into());
+                    }
+                    self.absorb(line);
+                    self.look(channels).await;
+                }
+                return;
+            }
+            event => event,
+        };
         channels.observe(&event);
         match event {
-            Event::Batch(batch) => {
-                self.analysis.absorb(&batch);
-                if let Some(pace) = &mut self.pace {
-                    pace.advance(batch.row_count() as u64, Instant::now());
-                }
-            }
+            Event::Batch(batch) => self.absorb(&batch),
             // a lost link releases the lines that waited for others
             Event::Link(event) => self.analysis.take_link_event(&event),
             Event::End(end) => {
@@ -263,6 +285,18 @@ impl Measuring {
                 return;
             }
         }
+        self.look(channels).await;
+    }
+
+    fn absorb(&mut self, batch: &Batch) {
+        self.analysis.absorb(batch);
+        if let Some(pace) = &mut self.pace {
+            pace.advance(batch.row_count() as u64, Instant::now());
+        }
+    }
+
+    /// Whether what came ends the measurement, or a second of it.
+    async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
             self.end = Some((EndReason::DurationReached, None));
@@ -429,7 +463,7 @@ mod tests {
 
     fn row() -> Event {
         let layout = Arc::new(VNYMR.clone());
-        Event::Batch(Batch { counts: vec![0; layout.channels.len()], layout: Some(layout), ..Batch::default() })
+        Batch { counts: vec![0; layout.channels.len()], layout: Some(layout), ..Batch::default() }.into()
     }
 
     #[tokio::test(start_paused = true)]

@@ -17,7 +17,7 @@ const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.90
 
 fn rows(count: usize) -> Event {
     let layout = Arc::new(VNYMR.clone());
-    Event::Batch(Batch { counts: vec![0; count * layout.channels.len()], layout: Some(layout), ..Batch::default() })
+    Batch { counts: vec![0; count * layout.channels.len()], layout: Some(layout), ..Batch::default() }.into()
 }
 
 fn end() -> Event {

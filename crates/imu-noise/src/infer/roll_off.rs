@@ -74,7 +74,8 @@ impl ChannelSignal {
         let mut low: Vec<f64> = points.iter().take_while(|k| **k <= last / 8).map(|k| powers.powers[*k]).collect();
         let middle = low.len() / 2;
         let plateau = *low.get_mut(..).filter(|low| !low.is_empty())?.select_nth_unstable_by(middle, f64::total_cmp).1;
-        Some(RollOff { correlation_samples: (plateau / mean).max(1.0) })
+        // a hump of some frequencies falls towards higher ones, but not from a plateau
+        (plateau > mean).then_some(RollOff { correlation_samples: plateau / mean })
     }
 }
 

@@ -69,23 +69,28 @@ struct Found {
 }
 
 pub(crate) fn measure(arguments: &Arguments) {
+    let duration_s = 60.0 * DISTURBED_MIN as f64;
+    let white = families::Cell { duration_s, ..families::clean() };
+    beside(arguments, "white noise", &white);
+    beside(arguments, "white noise and flicker noise crossing at 5 s", &families::disturbed(duration_s));
+}
+
+/// In noise like that of `cell`.
+fn beside(arguments: &Arguments, noise: &str, cell: &families::Cell) {
     let records = arguments.records;
-    println!(
-        "### Disturbed records, {DISTURBED_MIN} min, white noise and flicker noise crossing at 5 s, {records} records\n"
-    );
+    println!("### Disturbed records, {DISTURBED_MIN} min, {noise}, {records} records\n");
     println!("One of six channels is disturbed.\n");
     println!("| disturbance | found % | 95 % limits | K estimated % | B missed % | as, records |");
     println!("|---|---:|---:|---:|---:|---|");
-    let cell = families::disturbed(60.0 * DISTURBED_MIN as f64);
     let truth = cell.truth().bias_instability / (cell.step * record::counts_per_unit());
     let flicker = Flicker::new(cell.samples());
     for (name, disturbance) in DISTURBANCES {
         let found = in_parallel(arguments.threads, records, |number| {
             let mut random = Random::of_record(arguments.seed, name, cell.samples(), number);
-            let mut record = Record::of(&cell, &flicker, &mut random);
+            let mut record = Record::of(cell, &flicker, &mut random);
             let (place, channel) = record::scored().nth(number % record::SCORED).unwrap();
-            record.series[number % record::SCORED] = disturbance.series(&cell, &flicker, &mut random);
-            let assessed = record.assess(&cell, &mut random);
+            record.series[number % record::SCORED] = disturbance.series(cell, &flicker, &mut random);
+            let assessed = record.assess(cell, &mut random);
             let parameter = |term| {
                 let noise = assessed.assessment.channels[place].noise.as_ref()?;
                 noise.parameter(term).filter(|parameter| parameter.status == Status::Estimated)

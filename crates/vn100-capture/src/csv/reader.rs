@@ -86,7 +86,7 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
             }
         }
         batches.extend(content.take_batches(parser));
-        Ok(Some(batches.into_iter().map(Event::Batch).collect()))
+        Ok(Some(batches.into_iter().map(Event::from).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {

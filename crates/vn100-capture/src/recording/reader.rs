@@ -370,7 +370,7 @@ impl<R: Read + Send + 'static> FileReader for Replay<R> {
             None => return Ok(None),
             Some(Some(event)) => Event::from_input(samples, StreamInput::Link(event)).collect(),
             Some(None) if *unsent >= source::READ_BYTES => {
-                samples.take_batches().into_iter().map(Event::Batch).collect()
+                samples.take_batches().into_iter().map(Event::from).collect()
             }
             Some(None) => return Ok(Some(Vec::new())),
         };

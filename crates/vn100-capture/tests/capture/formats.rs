@@ -30,7 +30,7 @@ fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) {
         let mut batches = Vec::new();
         loop {
             match events.recv().await.unwrap() {
-                Event::Batch(batch) => batches.push(batch),
+                Event::Batch(batch) => batches.push(*batch),
                 Event::Link(event) => panic!("{event:?}"),
                 Event::End(end) => return (batches, end),
             }

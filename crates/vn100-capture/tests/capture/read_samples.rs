@@ -192,23 +192,27 @@ fn stop_ends_the_stream_with_an_end() {
 
 #[test]
 fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
-    let bytes = [YMR, DAMAGED, YMR].concat();
+    let bytes = [YMR, YMR, DAMAGED, YMR].concat();
     for piece in [1, 60, 121, 1000] {
         let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
         let seen = block_on(async {
             let mut events = read_samples(Script::new(bytes.as_bytes(), piece), options, CancellationToken::new());
-            let mut seen = Vec::new();
+            let (mut seen, mut marks) = (Vec::new(), 0);
             while let Some(event) = events.recv().await {
-                if let Event::Batch(batch) = event
-                    && batch.rows().len() > 0
-                {
-                    seen.push((batch.rows().len(), batch.link.tally.bytes(), batch.link.tally.rejected.total()));
+                let Event::Batch(batch) = event else { continue };
+                let mut lines = batch.lines();
+                while let Some(line) = lines.next_line() {
+                    marks += line.marks.len();
+                    if line.row_count() > 0 {
+                        let tally = line.link.tally;
+                        seen.push((line.row_count(), tally.bytes(), tally.rejected.total(), marks));
+                    }
                 }
             }
             seen
         });
-        // through the check digits; the line end comes with the next batch
-        assert_eq!(seen, [(1, 120, 0), (1, 364, 1)], "pieces of {piece}");
+        // through the check digits; the line end comes with the next batch, and the first row tells how it is printed
+        assert_eq!(seen, [(1, 120, 0, 1), (1, 242, 0, 1), (1, 486, 1, 2)], "pieces of {piece}");
     }
 }
 

@@ -1,10 +1,10 @@
 //! Batches: what one read completed.
 
 use alloc::{boxed::Box, string::String, sync::Arc, vec::Vec};
-use core::fmt;
+use core::{fmt, mem};
 
 use super::StreamCounts;
-use crate::{Layout, PrintFormat, RegisterContents};
+use crate::{Layout, PrintFormat, RegisterContents, Tally};
 
 /// Everything that one read completed: samples, and between them the places where something else
 /// was.
@@ -31,6 +31,10 @@ pub struct Batch {
     pub diagnostics: Vec<Diagnostic>,
     /// All that the stream has carried from its beginning to the end of this batch.
     pub link: StreamCounts,
+    /// What the parser had counted at the end of each row, where
+    /// [`ReadOptions`](super::ReadOptions) ask for it and there are two rows or more. Marks,
+    /// registers and diagnostics are those before the first row then.
+    pub tallies: Vec<Tally>,
 }
 
 impl Batch {
@@ -44,6 +48,59 @@ impl Batch {
     #[must_use]
     pub fn row_count(&self) -> usize {
         self.rows().len()
+    }
+
+    /// Its rows, each as a batch of its own where there are [`tallies`](Self::tallies) of each;
+    /// else all in one.
+    #[must_use]
+    pub fn lines(mut self) -> Lines {
+        let line = match self.tallies.is_empty() {
+            true => Self::default(),
+            false => Self {
+                layout: self.layout.clone(),
+                marks: mem::take(&mut self.marks),
+                registers: mem::take(&mut self.registers),
+                diagnostics: mem::take(&mut self.diagnostics),
+                link: self.link,
+                ..Self::default()
+            },
+        };
+        Lines { batch: self, next: 0, line }
+    }
+}
+
+/// The rows of a [`Batch`] one by one.
+#[derive(Debug)]
+pub struct Lines {
+    batch: Batch,
+    next: usize,
+    line: Batch,
+}
+
+impl Lines {
+    /// The next one; `None` behind the last.
+    pub fn next_line(&mut self) -> Option<&Batch> {
+        let (batch, line, row) = (&self.batch, &mut self.line, self.next);
+        self.next += 1;
+        if batch.tallies.is_empty() {
+            return (row == 0).then_some(batch);
+        }
+        line.link.tally = *batch.tallies.get(row)?;
+        if row > 0 {
+            line.marks.clear();
+            line.registers.clear();
+            line.diagnostics.clear();
+        }
+        let width = batch.layout.as_ref()?.channels.len();
+        line.counts.clear();
+        line.counts.extend_from_slice(&batch.counts[row * width..(row + 1) * width]);
+        line.arrivals.clear();
+        let arrived = batch.arrivals.iter().rfind(|arrival| arrival.from_row <= row);
+        line.arrivals.extend(arrived.map(|arrival| Arrival { from_row: 0, ..*arrival }));
+        line.counters.clear();
+        let counter = batch.counters.binary_search_by_key(&row, |counter| counter.row);
+        line.counters.extend(counter.ok().map(|place| RowCounter { row: 0, ..batch.counters[place] }));
+        Some(line)
     }
 }
 

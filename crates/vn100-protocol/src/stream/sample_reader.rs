@@ -17,9 +17,9 @@ use crate::{
 pub struct ReadOptions {
     /// Take lines that carry no checksum. Nothing then protects a value but its own grammar.
     pub accept_unchecked: bool,
-    /// Give every sample a batch of its own, whose counts end with its line: what was known at each
-    /// sample is then the same however the bytes were cut into reads. Costs a channel send per
-    /// sample.
+    /// Give batches what was counted at the end of every row, so that their
+    /// [lines](Batch::lines) can be taken one by one: what was known at each sample is then the
+    /// same however the bytes were cut into reads.
     pub line_by_line: bool,
     /// Keep commands, answers and refused lines in the batches, as
     /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not
@@ -158,11 +158,16 @@ impl SampleReader {
             let (consumed, item) = self.decoder.next(&self.waiting[at..], end);
             at += consumed;
             let Some(item) = item else { break };
+            if !self.stream.is_one_more_row(&item) {
+                self.stream.seal_rows();
+            }
+            let rows = self.stream.row();
             self.stream.put(item);
-            if !self.stream.open.counts.is_empty() {
-                self.stream.seal(self.decoder.tally());
+            if self.stream.row() > rows {
+                self.stream.open.tallies.push(self.decoder.tally());
             }
         }
+        self.stream.seal_rows();
         self.waiting.drain(..at);
     }
 
@@ -278,6 +283,24 @@ impl Stream {
     /// The number of the next row in the open batch.
     fn row(&self) -> usize {
         self.layout.as_ref().map_or(0, |layout| self.open.counts.len() / layout.channels.len())
+    }
+
+    /// Whether the item is a row like that before it, with nothing else to be said.
+    fn is_one_more_row(&self, item: &Item<'_>) -> bool {
+        let Item::Sample(sample) = item else { return false };
+        let is_ours = self.layout.as_ref().is_some_and(|layout| layout.message == sample.layout.message);
+        is_ours && self.printed == Some(sample.print_format)
+    }
+
+    /// Ends the batch with its last row, if it has any.
+    fn seal_rows(&mut self) {
+        if let Some(tally) = self.open.tallies.last() {
+            let tally = *tally;
+            if self.open.tallies.len() == 1 {
+                self.open.tallies.clear();
+            }
+            self.seal(tally);
+        }
     }
 
     fn seal(&mut self, tally: Tally) {
