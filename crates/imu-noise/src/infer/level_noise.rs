@@ -53,15 +53,15 @@ pub(super) struct Fit {
 
 /// Everything that a search in series of one length has in common.
 ///
-/// Even coefficients are those of what is symmetric about the middle of the series, odd ones those
-/// of what is antisymmetric: half of the blocks say each, and the even ones are kept first.
+/// Coefficients of even number are those of what is symmetric about the middle of the series, the
+/// others those of what is antisymmetric: half of the blocks say each. The even ones come first.
 #[derive(Clone, Debug)]
 pub(super) struct LevelNoise {
     blocks: usize,
     /// Cosines by block of the first half, the middle one included, and by coefficient.
     cosines: Vec<Vec<f64>>,
-    /// How many of them are even.
-    even: usize,
+    /// How many coefficients are of what is symmetric.
+    symmetric: usize,
     shapes: Vec<Shaped>,
     noises: Vec<Noise>,
 }
@@ -104,8 +104,8 @@ struct Weighted {
     /// Sums of this block and all behind it.
     behind: Vec<f64>,
     /// By block of the first half: symmetric and antisymmetric part.
-    even: Vec<f64>,
-    odd: Vec<f64>,
+    symmetric: Vec<f64>,
+    antisymmetric: Vec<f64>,
 }
 
 /// The cosines of all blocks behind one, by coefficient: from one block to those before it what
@@ -139,8 +139,8 @@ impl LevelNoise {
         let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();
         let cosine = |k: usize, i: usize| scale * table[k * (2 * i + 1) % (4 * blocks)];
         let cosines = (0..blocks.div_ceil(2)).map(|i| numbers.iter().map(|k| cosine(*k, i)).collect()).collect();
-        let even = numbers.iter().filter(|k| **k % 2 == 0).count();
-        let mut search = Self { blocks, cosines, even, shapes: shapes(blocks), noises: Vec::new() };
+        let symmetric = numbers.iter().filter(|k| **k % 2 == 0).count();
+        let mut search = Self { blocks, cosines, symmetric, shapes: shapes(blocks), noises: Vec::new() };
         let mut sums = SumsBehind::new(&search);
         let of_shape = |shaped: &Shaped| search.of_levels(&shaped.levels, &mut sums);
         let coefficients: Vec<_> = search.shapes.iter().map(of_shape).collect();
@@ -156,13 +156,13 @@ impl LevelNoise {
     /// The cosine coefficients of `values`, one of each block.
     fn coefficients(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.blocks - 1];
-        let (even, odd) = sums.split_at_mut(self.even);
+        let (symmetric, antisymmetric) = sums.split_at_mut(self.symmetric);
         let mirrored = values.iter().rev();
         for (place, ((cosines, value), mirror)) in self.cosines.iter().zip(values).zip(mirrored).enumerate() {
             let mirror = if 2 * place + 1 == self.blocks { 0.0 } else { *mirror };
-            let (of_even, of_odd) = cosines.split_at(self.even);
-            even.iter_mut().zip(of_even).for_each(|(sum, cosine)| *sum += cosine * (value + mirror));
-            odd.iter_mut().zip(of_odd).for_each(|(sum, cosine)| *sum += cosine * (value - mirror));
+            let (of_symmetric, of_antisymmetric) = cosines.split_at(self.symmetric);
+            symmetric.iter_mut().zip(of_symmetric).for_each(|(sum, cosine)| *sum += cosine * (value + mirror));
+            antisymmetric.iter_mut().zip(of_antisymmetric).for_each(|(sum, cosine)| *sum += cosine * (value - mirror));
         }
         sums
     }
@@ -171,8 +171,8 @@ impl LevelNoise {
     fn cosines_of(&self, block: usize) -> impl Iterator<Item = f64> {
         let mirror = self.blocks - 1 - block;
         let (place, sign) = if mirror < block { (mirror, -1.0) } else { (block, 1.0) };
-        let (even, odd) = self.cosines[place].split_at(self.even);
-        even.iter().copied().chain(odd.iter().map(move |cosine| sign * cosine))
+        let (symmetric, antisymmetric) = self.cosines[place].split_at(self.symmetric);
+        symmetric.iter().copied().chain(antisymmetric.iter().map(move |cosine| sign * cosine))
     }
 
     /// Of a cycle those of the cosine and those of the sine.
@@ -192,19 +192,19 @@ impl LevelNoise {
 
     /// By block, what the coefficients `weighted` are.
     fn weigh(&self, weighted: &[f64], by_block: &mut Weighted) {
-        let (of_even, of_odd) = weighted.split_at(self.even);
+        let (of_symmetric, of_antisymmetric) = weighted.split_at(self.symmetric);
         by_block.each.resize(self.blocks, 0.0);
-        by_block.even.clear();
-        by_block.odd.clear();
+        by_block.symmetric.clear();
+        by_block.antisymmetric.clear();
         for (place, cosines) in self.cosines.iter().enumerate() {
-            let (even, odd) = cosines.split_at(self.even);
-            let (even, odd) = (dot(even, of_even), dot(odd, of_odd));
+            let (symmetric, antisymmetric) = cosines.split_at(self.symmetric);
+            let (symmetric, antisymmetric) = (dot(symmetric, of_symmetric), dot(antisymmetric, of_antisymmetric));
             let mirror = self.blocks - 1 - place;
-            by_block.each[mirror] = even - odd;
-            by_block.each[place] = even + odd;
+            by_block.each[mirror] = symmetric - antisymmetric;
+            by_block.each[place] = symmetric + antisymmetric;
             let both = if mirror == place { 1.0 } else { 2.0 };
-            by_block.even.push(both * even);
-            by_block.odd.push(both * odd);
+            by_block.symmetric.push(both * symmetric);
+            by_block.antisymmetric.push(both * antisymmetric);
         }
         by_block.behind.clone_from(&by_block.each);
         let mut sum = 0.0;
@@ -315,7 +315,7 @@ impl Shaped {
         match &self.levels {
             Levels::Each(values) => [dot(values, &series.each), 0.0],
             Levels::Behind(at, part) => [series.behind[*at] - (1.0 - part) * series.each[*at], 0.0],
-            Levels::Cycle(cosine, sine) => [dot(cosine, &series.even), dot(sine, &series.odd)],
+            Levels::Cycle(cosine, sine) => [dot(cosine, &series.symmetric), dot(sine, &series.antisymmetric)],
         }
     }
 }
