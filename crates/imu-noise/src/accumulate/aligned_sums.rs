@@ -74,8 +74,8 @@ impl AlignedSums {
         }
     }
 
-    /// `None` for an unknown number of missing samples, which starts a new grid; a block that is
-    /// parted is none.
+    /// `None` for an unknown number of missing samples, which takes no place; a block that is parted
+    /// is none.
     pub(crate) fn gap(&mut self, missing: Option<u64>, mut complete: impl FnMut(AlignedBlock)) {
         match missing.map(|missing| self.piece.room_for(missing)) {
             Some(missing) if missing > 0 => {
@@ -85,8 +85,8 @@ impl AlignedSums {
                     complete_with(self.end_block(), &mut complete);
                 }
             }
-            missing => {
-                self.piece.part(missing.is_none());
+            _ => {
+                self.piece.part();
                 self.begin_block();
                 self.begun = self.piece.end.is_multiple_of(self.block);
             }
@@ -391,13 +391,13 @@ pub(crate) struct Trend {
     grids: Grids,
 }
 
-/// The grids that a piece of a record lies on.
+/// Whether the places of the blocks are those of the samples, but for a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Grids {
     One,
-    /// A new one began before the first block.
+    /// A gap of unknown length stands before the first block.
     LastOf,
-    /// Blocks lie on several.
+    /// Such gaps stand between blocks.
     Several,
 }
 
@@ -444,7 +444,7 @@ impl Trend {
         self.blocks += next.blocks;
     }
 
-    /// Change per sample, in counts; `None` below three blocks and where the grid was lost.
+    /// Change per sample, in counts; `None` below three blocks and across a gap of unknown length.
     pub(crate) fn slope_counts(&self) -> Option<f64> {
         if self.blocks < 3 || self.grids == Grids::Several {
             return None;

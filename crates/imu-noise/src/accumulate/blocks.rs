@@ -78,6 +78,19 @@ impl Blocks {
         self.sums[block].add(sums);
     }
 
+    /// The blocks of another stretch of the same record.
+    pub(crate) fn append(&mut self, other: &Self) {
+        while self.length_log2 < other.length_log2 {
+            self.merge_pairs();
+        }
+        let mut other = other.clone();
+        while other.length_log2 < self.length_log2 {
+            other.merge_pairs();
+        }
+        self.sums.resize(self.sums.len().max(other.sums.len()), Sums::EMPTY);
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sums, more)| sums.add(more));
+    }
+
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
         let length = 1_u64 << self.length_log2;
         let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);

@@ -152,7 +152,7 @@ mod tests {
                 }
                 Err(missing) => {
                     channel.gap(*missing);
-                    end = missing.map_or(0, |missing| end + missing);
+                    end += missing.unwrap_or(0);
                 }
             }
         }

@@ -103,10 +103,9 @@ impl Octaves {
     }
 
     /// Samples are missing here. `Some(missing)`: the absolute index of the next sample is higher
-    /// by
-    /// `missing`, and windows reach across where half of each cluster is present (0: a break
+    /// by `missing`, and windows reach across where half of each cluster is present (0: a break
     /// without loss, across which none reaches). `None`, an unknown number: no window reaches
-    /// across, and their grid starts anew with the next sample.
+    /// across, and in the index it counts as none.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// No gap reaches beyond, whatever it claims: two million years at 800 Hz, with room behind for all
 /// samples there will ever be.
-pub(crate) const FARTHEST: u64 = 1 << 56;
+const FARTHEST: u64 = 1 << 56;
 
 /// The places of a piece, present or missing. A break parts it into runs; the first and the last
 /// one may continue in the pieces before and behind.
@@ -12,7 +12,7 @@ pub(crate) const FARTHEST: u64 = 1 << 56;
 pub(crate) struct Piece {
     /// Absolute index of the first place.
     pub(crate) start: u64,
-    /// Absolute index behind the last place, on the grid of the last run.
+    /// Absolute index behind the last place.
     pub(crate) end: u64,
     /// Where the first run ended, if it has.
     first_break: Option<u64>,
@@ -28,12 +28,9 @@ impl Piece {
         missing.min(FARTHEST.saturating_sub(self.end))
     }
 
-    /// Ends the run; the next one lies on this grid or begins a new one.
-    pub(crate) fn part(&mut self, new_grid: bool) {
+    /// Ends the run.
+    pub(crate) fn part(&mut self) {
         self.first_break.get_or_insert(self.end);
-        if new_grid {
-            self.end = 0;
-        }
     }
 
     pub(crate) const fn is_parted(&self) -> bool {
@@ -67,6 +64,13 @@ pub enum NotAppended {
         /// Absolute index of the first sample of the piece to be appended.
         first_sample: u64,
     },
+    /// It was begun behind another number of samples.
+    OtherSamples {
+        /// Samples up to the end of the piece before.
+        samples: u64,
+        /// Samples that the piece to be appended was begun behind.
+        samples_before: u64,
+    },
     /// It was accumulated with another estimator, deviation, or choice of what is kept.
     OtherKind,
 }
@@ -78,6 +82,10 @@ impl fmt::Display for NotAppended {
                 f,
                 "the piece begins at sample {first_sample}, the one before ends at sample {end}: append pieces in \
                  the order of time, each once"
+            ),
+            Self::OtherSamples { samples, samples_before } => write!(
+                f,
+                "the piece was begun behind {samples_before} samples, and {samples} come before it: begin it with those"
             ),
             Self::OtherKind => write!(
                 f,

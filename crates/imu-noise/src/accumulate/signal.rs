@@ -1,7 +1,9 @@
 //! Spectra, blocks and windows of one channel: what may invalidate its deviation.
 
+use std::mem;
+
 use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
-use super::piece::FARTHEST;
+use super::piece::{NotAppended, Piece};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 
@@ -29,7 +31,13 @@ pub struct ChannelSignal {
     slow_spectrum: Spectrum<i64>,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
-    next: u64,
+    piece: Piece,
+    /// Samples of the record before the piece, and up to its end.
+    samples_before: u64,
+    samples: u64,
+    /// The end of a window, all of it, where the piece begins within one.
+    head: Option<Vec<i32>>,
+    /// The last samples, without a gap between them, of the window that is not full.
     window: Vec<i32>,
 }
 
@@ -38,44 +46,98 @@ impl ChannelSignal {
     #[must_use]
     pub fn new(plan: &SpectrumPlan) -> Self {
         Self {
-            spectrum: Spectrum::new(plan),
-            slow_spectrum: Spectrum::new(plan),
+            spectrum: Spectrum::new(plan, false),
+            slow_spectrum: Spectrum::new(plan, true),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
-            next: 0,
+            piece: Piece::starting_at(0),
+            samples_before: 0,
+            samples: 0,
+            head: None,
             window: Vec::with_capacity(WINDOW),
         }
+    }
+
+    /// A piece of a record that begins with the sample at this absolute index, and before which the
+    /// record has so many samples, missing ones not counted. Before any sample.
+    #[must_use]
+    pub fn starting_at(mut self, index: u64, samples_before: u64) -> Self {
+        self.piece = Piece::starting_at(index);
+        (self.samples_before, self.samples) = (samples_before, samples_before);
+        self.spectrum.start_at(index, samples_before);
+        let window = index.div_ceil(WINDOW as u64);
+        self.slow_spectrum.start_at(window, window);
+        self
     }
 
     /// Adds the next samples, in time order.
     pub fn push(&mut self, mut counts: &[i32]) {
         self.spectrum.push(counts);
+        self.samples += counts.len() as u64;
         while !counts.is_empty() {
-            let room = WINDOW - (self.next % WINDOW as u64) as usize;
-            let (head, tail) = counts.split_at(room.min(counts.len()));
-            if head.len() == WINDOW {
-                self.add_window(head);
+            let room = WINDOW - (self.piece.end % WINDOW as u64) as usize;
+            let (now, later) = counts.split_at(room.min(counts.len()));
+            if now.len() == WINDOW {
+                self.add_window(now);
             } else {
-                self.window.extend_from_slice(head);
-                if head.len() == room {
-                    self.end_window();
+                self.window.extend_from_slice(now);
+                if now.len() == room {
+                    self.end_window(true);
                 }
             }
-            self.next += head.len() as u64;
-            counts = tail;
+            self.piece.end += now.len() as u64;
+            counts = later;
         }
     }
 
     /// Samples are missing here: `Some(missing)`, or an unknown number, which counts as none.
-    /// Seconds of data continue; no segment of the spectrum and no window for disturbances reaches
-    /// across.
+    /// Seconds of data continue. No segment of the spectrum and no window for disturbances that
+    /// lacks a sample is used, and none reaches across a break, `Some(0)` or an unknown number.
     pub fn gap(&mut self, missing: Option<u64>) {
-        self.spectrum.gap();
-        self.slow_spectrum.gap();
-        self.end_window();
-        self.windows.gap();
-        let beyond = self.next.saturating_add(missing.unwrap_or(0));
-        self.next = self.next.max(beyond.min(FARTHEST));
+        let missing = self.piece.room_for(missing.unwrap_or(0));
+        self.end_window(false);
+        self.spectrum.gap(missing);
+        self.piece.end += missing;
+        if missing == 0 {
+            self.piece.part();
+            self.slow_spectrum.gap(0);
+            self.windows.part();
+        }
+    }
+
+    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
+    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    ///
+    /// # Errors
+    /// Where `next` begins before this one ends, or was begun behind another number of samples:
+    /// then nothing is appended.
+    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        self.piece.check_follows(&next.piece)?;
+        if next.samples_before != self.samples {
+            return Err(NotAppended::OtherSamples { samples: self.samples, samples_before: next.samples_before });
+        }
+        match next.piece.start.saturating_sub(self.piece.end) {
+            0 => {}
+            between => self.gap(Some(between)),
+        }
+        if let Some(head) = &next.head {
+            self.window.extend_from_slice(head);
+            self.end_window(true);
+        } else if next.is_within_window() {
+            self.window.extend_from_slice(&next.window);
+        } else {
+            self.end_window(false);
+        }
+        if !next.is_within_window() {
+            self.window.clone_from(&next.window);
+        }
+        self.spectrum.append(&next.spectrum);
+        self.slow_spectrum.append(&next.slow_spectrum);
+        self.blocks.append(&next.blocks);
+        self.windows.append(&next.windows);
+        self.samples = next.samples;
+        self.piece.append(&next.piece);
+        Ok(())
     }
 
     /// The power spectral density and its lines.
@@ -94,8 +156,11 @@ impl ChannelSignal {
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();
-        if let (Some(sample), false) = (self.next.checked_sub(1), self.window.is_empty()) {
-            blocks.add(sample, &Sums::of(&self.window).0);
+        if let Some(head) = &self.head {
+            blocks.add(self.piece.start, &Sums::of(head).0);
+        }
+        if let (Some(place), false) = (self.piece.end.checked_sub(1), self.window.is_empty()) {
+            blocks.add(place, &Sums::of(&self.window).0);
         }
         blocks.iter().collect()
     }
@@ -105,21 +170,39 @@ impl ChannelSignal {
         self.blocks.spreads().map(|(first, length, spreads)| (first, length, *spreads)).collect()
     }
 
-    fn end_window(&mut self) {
-        if self.window.is_empty() {
+    /// Of a piece that ends in the window that it begins in, no sample missing.
+    fn is_within_window(&self) -> bool {
+        let places = self.piece.end - self.piece.start;
+        self.head.is_none() && !self.piece.is_parted() && self.window.len() as u64 == places
+    }
+
+    /// Ends the window of the place behind the last one, at its end or because samples are missing.
+    fn end_window(&mut self, is_at_end: bool) {
+        let window = mem::take(&mut self.window);
+        let end = (self.piece.end / WINDOW as u64 + 1) * WINDOW as u64;
+        let is_part = window.len() < WINDOW && window.len() as u64 == end - self.piece.start;
+        if is_at_end && is_part && !self.piece.is_parted() {
+            self.head = Some(window);
             return;
         }
-        let window = std::mem::take(&mut self.window);
-        self.add_window(&window);
+        if !window.is_empty() {
+            self.add_window(&window);
+        }
         self.window = window;
         self.window.clear();
     }
 
+    /// The samples of the window of the place behind the last one.
     fn add_window(&mut self, window: &[i32]) {
         let (sums, spread) = Sums::of(window);
-        self.blocks.add(self.next, &sums);
+        self.blocks.add(self.piece.end, &sums);
         if window.len() == WINDOW {
-            self.windows.push(self.next / WINDOW as u64, &sums, spread);
+            let number = self.piece.end / WINDOW as u64;
+            self.windows.push(number, &sums, spread);
+            match number.saturating_sub(self.slow_spectrum.end()) {
+                0 => {}
+                missing => self.slow_spectrum.gap(missing),
+            }
             self.slow_spectrum.push(&[sums.sum]);
         }
     }

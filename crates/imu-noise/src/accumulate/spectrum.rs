@@ -1,44 +1,51 @@
 //! Streaming power spectral density by Welch's method.
 
-use std::{fmt, sync::Arc};
+mod power_sums;
+mod segments;
 
-use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
+use std::sync::Arc;
+
+use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
+use power_sums::{PowerSums, Transform};
+use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
 const LONG: usize = 512;
 
 /// Samples of a segment of records too short to average over long ones.
 const SHORT: usize = 128;
 
-/// Fewest averages of long segments; below, the short ones are read out.
-const MIN_LONG_SEGMENTS: u64 = 8;
-
-/// Samples within which every segment is taken.
-const DENSE_SAMPLES: u64 = 32_768;
-
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
-/// their mean, half overlapping; of 128 samples for a record shorter than 8 segments (2304 samples
-/// without gap). A gap restarts the segment.
+/// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
+/// record with fewer than 8 segments (2304 samples without gap). A segment that misses samples, or
+/// that a break parts, has no part but the short ones in it that do not.
 ///
 /// Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second
 /// up to twice that length, every fourth up to four times, and so on, each with a weight of as many
 /// as it stands for. So the cost grows with the logarithm of the length, and the
-/// [averages](Density::averages) stay above 120. Sums are single precision: densities are good to
-/// 1e-5 of the largest, and the same bits in any division over calls.
+/// [averages](Density::averages) stay above 120.
+///
+/// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
+/// once, to multiples of 2^-12 counts², and depends on the samples of its segment alone: the sums
+/// are the same bits in any division over calls and pieces, on processors with the same vector
+/// instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
-    segment: Vec<T>,
-    samples: u64,
-    /// Where the next segment may start; where `segment` starts when it is not empty.
-    start: u64,
+    segments: Segments<T>,
+    sums: Sums,
+}
+
+#[derive(Clone, Debug)]
+struct Sums {
     long: PowerSums<LONG>,
+    /// Of the segments in which samples are missing, and of the first ones.
     short: PowerSums<SHORT>,
 }
 
 /// A whole number of counts: a sample, or a sum of samples below 2^53.
-pub trait Count: Copy + Into<i64> {
+pub trait Count: Copy + Default + Into<i64> {
     /// The same number.
     fn as_f64(self) -> f64;
 }
@@ -56,81 +63,68 @@ impl Count for i64 {
 }
 
 impl<T: Count> Spectrum<T> {
-    pub(crate) fn new(plan: &SpectrumPlan) -> Self {
-        Self {
-            plan: plan.clone(),
-            segment: Vec::with_capacity(LONG),
-            samples: 0,
-            start: 0,
-            long: PowerSums::new(),
-            short: PowerSums::new(),
+    /// `counts_missing`: missing samples count where segments are spread.
+    pub(crate) fn new(plan: &SpectrumPlan, counts_missing: bool) -> Self {
+        let sums = Sums { long: PowerSums::new(), short: PowerSums::new() };
+        Self { plan: plan.clone(), segments: Segments::new(counts_missing), sums }
+    }
+
+    /// A piece that begins at this absolute index, with so many samples of the record before it.
+    pub(crate) fn start_at(&mut self, index: u64, samples: u64) {
+        self.segments.start_at(index, samples);
+    }
+
+    /// Absolute index behind the last place.
+    pub(crate) const fn end(&self) -> u64 {
+        self.segments.end()
+    }
+
+    pub(crate) fn push(&mut self, counts: &[T]) {
+        let Self { plan, segments, sums } = self;
+        segments.push(counts, |places, segment| sums.add(plan, places, segment));
+    }
+
+    /// Samples are missing here; none for a break.
+    pub(crate) fn gap(&mut self, missing: u64) {
+        let Self { plan, segments, sums } = self;
+        match missing {
+            0 => segments.part(|places, segment| sums.add(plan, places, segment)),
+            _ => segments.gap(missing, |places, segment| sums.add(plan, places, segment)),
         }
     }
 
-    pub(crate) fn push(&mut self, mut counts: &[T]) {
-        while !counts.is_empty() {
-            if self.segment.is_empty() {
-                let skipped = self.start.saturating_sub(self.samples).min(counts.len() as u64) as usize;
-                counts = &counts[skipped..];
-                self.samples += skipped as u64;
-                if counts.is_empty() {
-                    return;
-                }
-                self.start = self.samples;
-            }
-            // In steps of half a short segment, whose ends fall on the same places in any division.
-            let step = SHORT / 2 - self.segment.len() % (SHORT / 2);
-            let (head, tail) = counts.split_at(step.min(counts.len()));
-            self.segment.extend_from_slice(head);
-            counts = tail;
-            self.samples += head.len() as u64;
-            if head.len() == step {
-                self.step_filled();
-            }
-        }
-    }
-
-    pub(crate) fn gap(&mut self) {
-        self.segment.clear();
+    /// Continues with a piece that begins at the end of this one, or behind it.
+    pub(crate) fn append(&mut self, next: &Self) {
+        let Self { plan, segments, sums } = self;
+        segments.append(&next.segments, |places, segment| sums.add(plan, places, segment));
+        sums.long.append(&next.sums.long);
+        sums.short.append(&next.sums.short);
     }
 
     pub(crate) fn powers(&self) -> Option<Powers> {
-        if self.long.segments >= MIN_LONG_SEGMENTS {
-            Some(self.long.powers())
-        } else {
-            (self.short.segments > 0).then(|| self.short.powers())
+        if self.sums.long.segments >= MIN_LONG_SEGMENTS {
+            return Some(self.sums.long.powers());
         }
-    }
-
-    fn step_filled(&mut self) {
-        if self.long.segments < MIN_LONG_SEGMENTS
-            && let Some(last) = self.segment.last_chunk()
-        {
-            // Gaps may keep every long segment from filling: the short ones must not grow without bound either.
-            let stands_for = stands_for(self.samples);
-            if (self.samples / (SHORT / 2) as u64).is_multiple_of(stands_for) {
-                self.short.add(&self.plan.short, last, stands_for);
-            }
-        }
-        if let Some(segment) = self.segment.first_chunk() {
-            let stands_for = stands_for(self.start);
-            self.long.add(&self.plan.long, segment, stands_for);
-            self.start += (LONG / 2) as u64 * stands_for;
-            if stands_for == 1 {
-                self.segment.copy_within(LONG / 2.., 0);
-                self.segment.truncate(LONG / 2);
-            } else {
-                self.segment.clear();
-            }
-        }
+        let mut sums = self.sums.clone();
+        let (open, places) = self.segments.open();
+        open.iter().for_each(|segment| sums.add(&self.plan, places, segment));
+        (sums.short.segments > 0).then(|| sums.short.powers())
     }
 }
 
-/// Segments in place of which one at this number of samples is taken: 1, 2, 4, ...
-fn stands_for(samples: u64) -> u64 {
-    match (samples / DENSE_SAMPLES).checked_ilog2() {
-        None => 1,
-        Some(octave) => 2 << octave,
+impl Sums {
+    fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {
+        let whole = places.whole(segment.start);
+        if let Some(values) = whole {
+            self.long.add(&plan.long, values, segment.stands_for);
+        }
+        if whole.is_none() || segment.is_early {
+            for start in (segment.start..).step_by(SHORT / 2).take(LONG / SHORT) {
+                if let Some(values) = places.whole(start) {
+                    self.short.add(&plan.short, values, segment.stands_for);
+                }
+            }
+        }
     }
 }
 
@@ -237,72 +231,5 @@ impl SpectrumPlan {
 impl Default for SpectrumPlan {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-struct Transform<const N: usize> {
-    fft: Arc<dyn RealToComplex<f32>>,
-    /// Hann: periodic, and scaled to a mean square of 1.
-    window: [f32; N],
-}
-
-impl<const N: usize> Transform<N> {
-    fn new(planner: &mut RealFftPlanner<f32>) -> Self {
-        // The mean square of (1 - cos)/2 over whole periods is 3/8.
-        let scale = (8.0_f64 / 3.0).sqrt() / 2.0;
-        let hann = |i: usize| scale * (1.0 - (std::f64::consts::TAU * i as f64 / N as f64).cos());
-        Self { fft: planner.plan_fft_forward(N), window: std::array::from_fn(|i| hann(i) as f32) }
-    }
-}
-
-impl<const N: usize> fmt::Debug for Transform<N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Transform").field("samples", &N).finish_non_exhaustive()
-    }
-}
-
-#[derive(Clone, Debug)]
-struct PowerSums<const N: usize> {
-    /// For k = 0..=N/2, in counts².
-    squares: Vec<f32>,
-    segments: u64,
-    weight: f64,
-    weight_squares: f64,
-}
-
-impl<const N: usize> PowerSums<N> {
-    fn new() -> Self {
-        Self { squares: vec![0.0; N / 2 + 1], segments: 0, weight: 0.0, weight_squares: 0.0 }
-    }
-
-    fn add<T: Count>(&mut self, transform: &Transform<N>, segment: &[T; N], stands_for: u64) {
-        let sum: i64 = segment.iter().map(|&count| count.into()).sum();
-        let mean = sum as f64 / N as f64;
-        let mut input = transform.window;
-        for (value, &count) in input.iter_mut().zip(segment) {
-            *value *= (count.as_f64() - mean) as f32;
-        }
-        let weight = stands_for as f64;
-        // One place more than N/2 + 1, since a length cannot be computed from N here.
-        let mut output = [Complex::new(0.0, 0.0); N];
-        let output = &mut output[..=N / 2];
-        // Fails for other lengths than the planned one only. Does not allocate: powers of two need no scratch room.
-        if transform.fft.process(&mut input, output).is_ok() {
-            for (sum, value) in self.squares.iter_mut().zip(&*output) {
-                *sum += weight as f32 * value.norm_sqr();
-            }
-        }
-        self.segments += 1;
-        self.weight += weight;
-        self.weight_squares += weight * weight;
-    }
-
-    fn powers(&self) -> Powers {
-        // The squares of a Gaussian process in half overlapping Hann segments correlate by 1/36 (Welch 1967).
-        let equal_weights = self.weight * self.weight / self.weight_squares;
-        let averages = if self.segments < 2 { equal_weights } else { (equal_weights / (1.0 + 2.0 / 36.0)).max(1.0) };
-        let divisor = self.weight * N as f64;
-        let powers = self.squares.iter().map(|&sum| f64::from(sum) / divisor).collect();
-        Powers { segment_samples: N, segments: self.segments, averages, powers }
     }
 }

@@ -17,6 +17,8 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unwrap {
     turn_counts: i64,
+    /// The first wrapped count, and the continuous one minus that.
+    first: Option<(i64, i64)>,
     /// The last wrapped count, and the continuous one minus that, a multiple of a turn.
     last: Option<(i64, i64)>,
 }
@@ -30,7 +32,7 @@ impl Unwrap {
     #[must_use]
     pub fn new(turn_counts: i32) -> Self {
         assert!(turn_counts > 0, "a turn has {turn_counts} counts, it needs at least 1");
-        Self { turn_counts: turn_counts.into(), last: None }
+        Self { turn_counts: turn_counts.into(), first: None, last: None }
     }
 
     /// Replaces the counts by the continuous series and returns how many belong together: fewer
@@ -51,8 +53,24 @@ impl Unwrap {
             };
             *count = continuous;
             self.last = Some((wrapped, offset));
+            self.first.get_or_insert((wrapped, offset));
         }
         counts.len()
+    }
+
+    /// The whole turns, in counts, by which the continuous series of `next`, the samples behind
+    /// these, lies lower than if it went on with this one. 0 where there is none.
+    #[must_use]
+    pub fn counts_to(&self, next: &Self) -> i64 {
+        let Some(((last, offset), (wrapped, theirs))) = self.last.zip(next.first) else { return 0 };
+        offset - self.turns(wrapped - last) * self.turn_counts - theirs
+    }
+
+    /// Continues with `next`, whose series lies on the same branch: see
+    /// [`counts_to`](Self::counts_to).
+    pub fn append(&mut self, next: &Self) {
+        self.first = self.first.or(next.first);
+        self.last = next.last.or(self.last);
     }
 
     /// The whole turns, in counts, that bring a mean of the continuous series to the principal

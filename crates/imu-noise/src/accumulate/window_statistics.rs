@@ -5,7 +5,11 @@ use super::blocks::Sums;
 /// Bits of the fraction of a float that count: 8 bins an octave.
 const FRACTION_BITS: u32 = 3;
 
-const KEPT: usize = 8;
+/// Cells of which the highest numbers are kept.
+const KEPT: usize = 16;
+
+/// Windows of a cell, at a multiple of as many: a stretch of high numbers is cut where it ends.
+const CELL: u64 = 16;
 
 /// Change of mean from window to window and spread within windows of 32 samples: the same all the
 /// time for white, flicker and random-walk noise.
@@ -15,8 +19,18 @@ pub(crate) struct WindowStatistics {
     pub(crate) changes: Magnitudes,
     /// n Σd² - (Σd)² of each window.
     pub(crate) spreads: Magnitudes,
-    /// The last full window, its sum and its spread.
-    last: Option<(u64, i64, f64)>,
+    /// The first full window of the piece, unless a break came before, and the last one of the run.
+    first: Option<Window>,
+    last: Option<Window>,
+    parted: bool,
+}
+
+/// A full window.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    number: u64,
+    sum: i64,
+    spread: f64,
 }
 
 /// A change of mean below this share of the standard deviation in its windows is no peak: one
@@ -25,24 +39,49 @@ const LEAST_CHANGE: f64 = 0.5;
 
 impl WindowStatistics {
     pub(crate) const fn new() -> Self {
-        Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), last: None }
+        Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), first: None, last: None, parted: false }
     }
 
-    pub(crate) fn push(&mut self, window: u64, sums: &Sums, spread: f64) {
-        if let Some((last, sum, spread_before)) = self.last
-            && last + 1 == window
-        {
-            let change = (sums.sum - sum).unsigned_abs() as f64;
-            let least = LEAST_CHANGE * LEAST_CHANGE * spread.max(spread_before);
-            self.changes.push(window, change, || if change * change < least { 0.0 } else { change });
+    pub(crate) fn push(&mut self, number: u64, sums: &Sums, spread: f64) {
+        let window = Window { number, sum: sums.sum, spread };
+        if let Some(last) = self.last.replace(window) {
+            self.add_change(&last, &window);
+        } else if !self.parted && self.first.is_none() {
+            self.first = Some(window);
         }
-        self.last = Some((window, sums.sum, spread));
         // One sample far out is a matter of the tails: a disturbance has more.
-        self.spreads.push(window, spread, || sums.spread_without_farthest(spread));
+        self.spreads.push(number, spread, || sums.spread_without_farthest(spread));
     }
 
-    pub(crate) const fn gap(&mut self) {
+    /// No change is seen across a break.
+    pub(crate) const fn part(&mut self) {
         self.last = None;
+        self.parted = true;
+    }
+
+    /// Goes on with the next piece; the window that the two share, if they do, is the last one here.
+    pub(crate) fn append(&mut self, next: &Self) {
+        if let (Some(last), Some(first)) = (self.last, next.first) {
+            self.add_change(&last, &first);
+        }
+        self.changes.append(&next.changes);
+        self.spreads.append(&next.spreads);
+        if self.first.is_none() && !self.parted {
+            self.first = next.first;
+        }
+        if next.parted || next.last.is_some() {
+            self.last = next.last;
+        }
+        self.parted |= next.parted;
+    }
+
+    /// Of neighbours.
+    fn add_change(&mut self, last: &Window, window: &Window) {
+        if last.number + 1 == window.number {
+            let change = (window.sum - last.sum).unsigned_abs() as f64;
+            let least = LEAST_CHANGE * LEAST_CHANGE * window.spread.max(last.spread);
+            self.changes.push(window.number, change, || if change * change < least { 0.0 } else { change });
+        }
     }
 }
 
@@ -53,14 +92,23 @@ pub(crate) struct Magnitudes {
     first: u16,
     frequencies: Vec<u32>,
     pub(crate) total: u32,
-    current: Option<PeakWindows>,
-    /// Rising peaks.
+    /// The first cell and the last one, which pieces before and behind may have a part of.
+    ends: Vec<Cell>,
+    /// Rising peaks of the cells between.
     highest: Vec<PeakWindows>,
-    /// Half of the lowest peak once all are kept: no smaller number is part of a higher one.
+    /// The lowest of these once all are kept.
     least: f64,
 }
 
-/// Windows in a row whose numbers are at least half of the highest.
+/// What the windows of a cell count for, 0 where that is too low to matter.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    number: u64,
+    highest: f64,
+    peaks: [f64; CELL as usize],
+}
+
+/// Windows in a row, of one cell, whose numbers are at least half of the highest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PeakWindows {
     pub(crate) first_window: u64,
@@ -70,40 +118,58 @@ pub(crate) struct PeakWindows {
 
 impl Magnitudes {
     pub(crate) const fn new() -> Self {
-        Self { first: 0, frequencies: Vec::new(), total: 0, current: None, highest: Vec::new(), least: 0.0 }
+        Self { first: 0, frequencies: Vec::new(), total: 0, ends: Vec::new(), highest: Vec::new(), least: 0.0 }
     }
 
     /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is what it
     /// counts for among the highest.
     pub(crate) fn push(&mut self, window: u64, number: f64, peak: impl FnOnce() -> f64) {
-        self.count(number);
-        // Most numbers are part of no stretch that would be kept.
-        if number >= self.least || self.current.is_some() {
-            self.stretch(window, peak());
+        self.count(bin_of(number), 1);
+        // No number below half of the lowest is part of a higher one.
+        if number >= self.least / 2.0 {
+            let number = window / CELL;
+            if self.ends.last().is_none_or(|last| last.number != number) {
+                self.end_cell(Cell { number, highest: 0.0, peaks: [0.0; CELL as usize] });
+            }
+            if let Some(last) = self.ends.last_mut() {
+                let peak = peak();
+                last.peaks[(window % CELL) as usize] = peak;
+                last.highest = last.highest.max(peak);
+            }
         }
     }
 
-    fn stretch(&mut self, window: u64, number: f64) {
-        if let Some(current) = &mut self.current {
-            let follows = current.last_window + 1 == window;
-            if follows && number >= current.peak / 2.0 {
-                if current.peak < number / 2.0 {
-                    current.first_window = window;
+    /// The numbers of later windows.
+    pub(crate) fn append(&mut self, next: &Self) {
+        for (bin, frequency) in (next.first..).zip(&next.frequencies).filter(|(_, frequency)| **frequency > 0) {
+            self.count(bin, *frequency);
+        }
+        for cell in &next.ends {
+            match self.ends.last_mut() {
+                Some(last) if last.number == cell.number => {
+                    last.peaks.iter_mut().zip(cell.peaks).for_each(|(ours, theirs)| *ours = ours.max(theirs));
+                    last.highest = last.highest.max(cell.highest);
                 }
-                current.last_window = window;
-                current.peak = current.peak.max(number);
-                return;
-            }
-            let ended = *current;
-            self.keep(ended);
-            self.current = None;
-            if follows {
-                // The tail of a high stretch, which is not to take the place of another.
-                return;
+                _ => self.end_cell(*cell),
             }
         }
-        if number >= self.least {
-            self.current = Some(PeakWindows { first_window: window, last_window: window, peak: number });
+        next.highest.iter().for_each(|stretch| self.keep(*stretch));
+    }
+
+    fn end_cell(&mut self, next: Cell) {
+        if self.ends.len() == 2
+            && let Some(ended) = self.ends.pop().filter(|ended| ended.highest >= self.least)
+            && let Some(stretch) = ended.stretch()
+        {
+            self.keep(stretch);
+        }
+        self.ends.push(next);
+    }
+
+    fn keep(&mut self, stretch: PeakWindows) {
+        keep(&mut self.highest, stretch);
+        if self.highest.len() == KEPT {
+            self.least = self.highest[0].peak;
         }
     }
 
@@ -121,13 +187,14 @@ impl Magnitudes {
         None
     }
 
-    /// At most 9.
-    pub(crate) fn highest(&self) -> impl Iterator<Item = &PeakWindows> {
-        self.highest.iter().chain(&self.current)
+    /// At most 16, in rising order of their peaks; those of neighbouring cells may be parts of one.
+    pub(crate) fn highest(&self) -> Vec<PeakWindows> {
+        let mut highest = self.highest.clone();
+        self.ends.iter().filter_map(Cell::stretch).for_each(|stretch| keep(&mut highest, stretch));
+        highest
     }
 
-    fn count(&mut self, number: f64) {
-        let bin = bin_of(number);
+    fn count(&mut self, bin: u16, windows: u32) {
         if self.frequencies.is_empty() {
             self.first = bin;
         }
@@ -140,22 +207,35 @@ impl Magnitudes {
         if self.frequencies.len() <= place {
             self.frequencies.resize(place + 1, 0);
         }
-        self.frequencies[place] = self.frequencies[place].saturating_add(1);
-        self.total = self.total.saturating_add(1);
+        self.frequencies[place] = self.frequencies[place].saturating_add(windows);
+        self.total = self.total.saturating_add(windows);
     }
+}
 
-    fn keep(&mut self, stretch: PeakWindows) {
-        if self.highest.len() == KEPT {
-            if stretch.peak <= self.highest[0].peak {
-                return;
-            }
-            self.highest.remove(0);
-        }
-        let place = self.highest.partition_point(|kept| kept.peak < stretch.peak);
-        self.highest.insert(place, stretch);
-        if self.highest.len() == KEPT {
-            self.least = self.highest[0].peak / 2.0;
-        }
+/// Of equal peaks the first ones.
+fn keep(highest: &mut Vec<PeakWindows>, stretch: PeakWindows) {
+    let is_below = |kept: &PeakWindows| {
+        let order = kept.peak.total_cmp(&stretch.peak).then(stretch.first_window.cmp(&kept.first_window));
+        order.is_lt()
+    };
+    let place = highest.partition_point(is_below);
+    highest.insert(place, stretch);
+    if highest.len() > KEPT {
+        highest.remove(0);
+    }
+}
+
+impl Cell {
+    /// Around its highest number, the first of equal ones; `None` without any.
+    fn stretch(&self) -> Option<PeakWindows> {
+        let highest = |best: usize, (place, peak): (usize, &f64)| if *peak > self.peaks[best] { place } else { best };
+        let place = self.peaks.iter().enumerate().fold(0, highest);
+        let peak = self.peaks[place];
+        let is_part = |number: &&f64| **number >= peak / 2.0;
+        let before = self.peaks[..place].iter().rev().take_while(is_part).count() as u64;
+        let behind = self.peaks[place + 1..].iter().take_while(is_part).count() as u64;
+        let window = self.number * CELL + place as u64;
+        (peak > 0.0).then_some(PeakWindows { first_window: window - before, last_window: window + behind, peak })
     }
 }
 
@@ -196,26 +276,16 @@ mod tests {
         }
 
         #[test]
-        fn the_highest_numbers_are_the_peaks_of_the_highest_stretches(
-            numbers in vec((0.0..6_f64).prop_map(f64::exp2), 1..400),
+        fn the_highest_numbers_are_those_of_the_highest_cells(
+            numbers in vec((0.0..6_f64).prop_map(f64::exp2), 1..900),
         ) {
-            // All stretches: each ends with the number below half of its peak, which is part of none.
-            let mut stretches: Vec<f64> = Vec::new();
-            let mut peak = 0.0_f64;
-            for &number in &numbers {
-                if peak > 0.0 && number < peak / 2.0 {
-                    stretches.push(peak);
-                    peak = 0.0;
-                } else {
-                    peak = peak.max(number);
-                }
-            }
-            stretches.extend((peak > 0.0).then_some(peak));
-            stretches.sort_by(|a, b| b.total_cmp(a));
-            let mut kept: Vec<_> = of(&numbers).highest().map(|stretch| stretch.peak).collect();
+            let cells = numbers.chunks(CELL as usize).map(|cell| cell.iter().copied().fold(0.0, f64::max));
+            let mut cells: Vec<f64> = cells.collect();
+            cells.sort_by(|a, b| b.total_cmp(a));
+            let mut kept: Vec<_> = of(&numbers).highest().iter().map(|stretch| stretch.peak).collect();
             kept.sort_by(|a, b| b.total_cmp(a));
-            let places = stretches.len().min(KEPT);
-            prop_assert_eq!(&kept[..places], &stretches[..places]);
+            let places = cells.len().min(KEPT);
+            prop_assert_eq!(&kept[..places], &cells[..places]);
         }
     }
 
@@ -224,8 +294,8 @@ mod tests {
         let mut numbers = vec![1.0; 100];
         numbers[40..46].copy_from_slice(&[3.0, 4.0, 9.0, 20.0, 11.0, 9.0]);
         let magnitudes = of(&numbers);
-        let highest = magnitudes.highest().max_by(|a, b| a.peak.total_cmp(&b.peak)).unwrap();
-        assert_eq!(*highest, PeakWindows { first_window: 43, last_window: 44, peak: 20.0 });
+        let highest = magnitudes.highest().pop().unwrap();
+        assert_eq!(highest, PeakWindows { first_window: 43, last_window: 44, peak: 20.0 });
     }
 
     #[test]

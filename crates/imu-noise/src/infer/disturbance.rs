@@ -44,7 +44,7 @@ pub struct Disturbance {
 }
 
 impl ChannelSignal {
-    /// Short intervals that the rest of the record does not explain, in time order, at most 18: see
+    /// Short intervals that the rest of the record does not explain, in time order, at most 32: see
     /// [`Disturbance`]. Empty below 64 windows of 32 samples.
     #[must_use]
     pub fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
@@ -114,8 +114,8 @@ fn outliers(
     threshold: Option<f64>,
     sigmas: impl Fn(f64) -> Option<f64>,
 ) -> impl Iterator<Item = (PeakWindows, f64)> {
-    magnitudes.highest().filter_map(move |stretch| {
+    magnitudes.highest().into_iter().filter_map(move |stretch| {
         let sigmas = sigmas(stretch.peak)?;
-        (sigmas > threshold?).then_some((*stretch, sigmas))
+        (sigmas > threshold?).then_some((stretch, sigmas))
     })
 }

@@ -35,7 +35,7 @@ impl Definition {
                 Step::Push(counts) => run.extend(counts.iter().copied().map(Some)),
                 Step::Gap(Some(missing)) if *missing == 0 || gaps_part => runs.push((end + *missing as usize, vec![])),
                 Step::Gap(Some(missing)) => run.resize(run.len() + *missing as usize, None),
-                Step::Gap(None) => runs.push((0, Vec::new())),
+                Step::Gap(None) => runs.push((end, Vec::new())),
             }
         }
         Self { runs }
@@ -174,7 +174,7 @@ proptest! {
             let piece = run(kind().starting_at(*end), steps);
             *end = steps.iter().fold(*end, |end, step| match step {
                 Step::Push(counts) => end + counts.len() as u64,
-                Step::Gap(missing) => missing.map_or(0, |missing| end + missing),
+                Step::Gap(missing) => end + missing.unwrap_or(0),
             });
             Some(piece)
         }).collect();

@@ -1,5 +1,7 @@
 //! A channel's blocks are exact, and nothing depends on the division of its samples over calls.
 
+use std::collections::VecDeque;
+
 use imu_noise::{
     ChannelSignal, Histogram, LevelFindings, LevelSearch, MAX_BLOCKS, Moments, NoiseChanges, Sides, SpectrumPlan,
 };
@@ -22,24 +24,120 @@ fn divided(stretches: &Stretches, part: usize) -> ChannelSignal {
     signal
 }
 
+/// Noise with single samples far out, and now and then a sensor that hangs.
+fn disturbed() -> impl Strategy<Value = Stretches> {
+    let noise = vec(prop_oneof![40 => -90..90, 1 => -90_000..90_000], 0..1500);
+    let counts = prop_oneof![4 => noise, 1 => (-90..90, 0_usize..900).prop_map(|(count, len)| vec![count; len])];
+    let missing = prop_oneof![1 => Just(None), 3 => (0_u64..200).prop_map(Some), 1 => Just(Some(10_000))];
+    vec((counts, missing), 1..9)
+}
+
+/// Samples, or how many are missing.
+type Step = Result<Vec<i32>, Option<u64>>;
+
+fn places(step: &Step) -> u64 {
+    step.as_ref().map_or_else(|missing| missing.unwrap_or(0), |counts| counts.len() as u64)
+}
+
+/// The record in pieces that begin behind so many samples or missing ones.
+fn cut(stretches: &Stretches, mut starts: Vec<u64>) -> Vec<Vec<Step>> {
+    let steps = stretches.iter().flat_map(|(counts, missing)| [Ok(counts.clone()), Err(*missing)]);
+    let mut steps: VecDeque<Step> = steps.collect();
+    starts.sort_unstable();
+    let (mut pieces, mut at) = (Vec::new(), 0);
+    for start in starts {
+        let mut piece = Vec::new();
+        while let Some(step) = steps.pop_front() {
+            let room = start - at;
+            if places(&step) <= room {
+                at += places(&step);
+                piece.push(step);
+                continue;
+            }
+            let (now, later) = match step {
+                Ok(counts) => (Ok(counts[..room as usize].to_vec()), Ok(counts[room as usize..].to_vec())),
+                Err(missing) => (Err(Some(room)), Err(missing.map(|missing| missing - room))),
+            };
+            piece.extend((room > 0).then_some(now));
+            steps.push_front(later);
+            at = start;
+            break;
+        }
+        pieces.push(piece);
+    }
+    pieces.push(steps.into());
+    pieces
+}
+
+fn fed(mut signal: ChannelSignal, steps: &[Step]) -> ChannelSignal {
+    for step in steps {
+        match step {
+            Ok(counts) => signal.push(counts),
+            Err(missing) => signal.gap(*missing),
+        }
+    }
+    signal
+}
+
+fn assert_same(one: &ChannelSignal, other: &ChannelSignal) -> Result<(), TestCaseError> {
+    for sides in [Sides::One, Sides::Two] {
+        prop_assert_eq!(one.spectrum().density(sides, 0.025, 3), other.spectrum().density(sides, 0.025, 3));
+    }
+    prop_assert_eq!(one.spectrum().lines(0.025, 3), other.spectrum().lines(0.025, 3));
+    prop_assert_eq!(one.narrow_bands(0.001), other.narrow_bands(0.001));
+    prop_assert_eq!(one.blocks(), other.blocks());
+    prop_assert_eq!(one.disturbances(0.025), other.disturbances(0.025));
+    let level = |signal: &ChannelSignal| LevelSearch::of([signal]).find(signal, 0.025, 3);
+    prop_assert_eq!(level(one), level(other));
+    let noise = |signal: &ChannelSignal| signal.noise_changes(&Histogram::new(), 0.025);
+    prop_assert_eq!(noise(one), noise(other));
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
+    fn pieces_append_to_the_whole(
+        stretches in disturbed(),
+        (start, before) in prop_oneof![Just((0_u64, 0_u64)), (0_u64..2000, 0_u64..40_000)],
+        cuts in vec(0_u64..12_000, 1..9),
+        order in vec(any::<prop::sample::Index>(), 9),
+    ) {
+        let new = |start, before| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, before);
+        let pieces = cut(&stretches, cuts);
+        let (mut end, mut samples) = (start, before);
+        let mut parts = Vec::new();
+        for steps in &pieces {
+            parts.push(fed(new(end, samples), steps));
+            end += steps.iter().map(places).sum::<u64>();
+            samples += steps.iter().flatten().map(|counts| counts.len() as u64).sum::<u64>();
+        }
+        for place in order {
+            if parts.len() > 1 {
+                let left = place.index(parts.len() - 1);
+                let right = parts.remove(left + 1);
+                parts[left].append(&right).unwrap();
+            }
+        }
+        let mut joined = parts.remove(0);
+        prop_assert!(parts.is_empty());
+        let mut whole = fed(new(start, before), &pieces.concat());
+        // they are the same, and go on alike
+        for more in [0, 1, 700, 40_000] {
+            let counts: Vec<_> = (0..more).map(|i| i * i % 91).collect();
+            joined.push(&counts);
+            whole.push(&counts);
+            assert_same(&whole, &joined)?;
+        }
+    }
+
+    #[test]
     fn any_division_gives_the_same_bits(stretches in stretches(-9000..9000), part in 1_usize..700) {
         let (whole, parts) = (divided(&stretches, usize::MAX), divided(&stretches, part));
+        assert_same(&whole, &parts)?;
         let mut moments = Moments::new();
         stretches.iter().for_each(|(counts, _)| moments.push(counts));
-        for sides in [Sides::One, Sides::Two] {
-            prop_assert_eq!(whole.spectrum().density(sides, 0.025, 3), parts.spectrum().density(sides, 0.025, 3));
-        }
-        prop_assert_eq!(whole.spectrum().lines(0.025, 3), parts.spectrum().lines(0.025, 3));
-        prop_assert_eq!(whole.blocks(), parts.blocks());
-        prop_assert_eq!(whole.disturbances(0.025), parts.disturbances(0.025));
-        let level = |signal: &ChannelSignal| LevelSearch::of([signal]).find(signal, 0.025, 3);
-        prop_assert_eq!(level(&whole), level(&parts));
-        let noise = |signal: &ChannelSignal| signal.noise_changes(&Histogram::new(), 0.025);
-        prop_assert_eq!(noise(&whole), noise(&parts));
         prop_assert_eq!(whole.normality(&moments), parts.normality(&moments));
     }
 

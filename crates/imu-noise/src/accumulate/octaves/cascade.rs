@@ -124,8 +124,8 @@ impl Cascade {
     pub(super) fn gap(&mut self, missing: Option<u64>) {
         match missing.map(|missing| self.piece.room_for(missing)) {
             Some(missing) if missing > 0 => self.advance(&mut Blocks::new(), missing),
-            missing => {
-                self.piece.part(missing.is_none());
+            _ => {
+                self.piece.part();
                 self.levels.iter_mut().for_each(Level::forget);
             }
         }

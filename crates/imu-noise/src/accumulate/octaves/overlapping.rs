@@ -48,7 +48,7 @@ impl Overlapping {
     pub(super) fn gap(&mut self, missing: Option<u64>) {
         let run = mem::take(&mut self.prefix);
         self.keep_run(run);
-        self.piece.part(missing.is_none());
+        self.piece.part();
         self.piece.end += missing.map_or(0, |missing| self.piece.room_for(missing));
     }
 
