@@ -11,6 +11,8 @@ mod gaps;
 pub(crate) mod magnitude;
 mod measured_span;
 mod pending_rows;
+pub(crate) mod piece;
+mod printed;
 mod quaternion;
 pub(crate) mod rate_authority;
 pub(crate) mod recent;

@@ -33,6 +33,7 @@ pub use accumulate::{
     analysis::Analysis,
     fingerprint::{Fingerprint, SharedRows},
     magnitude::Magnitude,
+    piece::{NotAppended, PieceStart},
     recent::{Recent, Slot},
     temperature_record::TemperatureRecord,
 };

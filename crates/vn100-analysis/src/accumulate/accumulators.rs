@@ -3,12 +3,14 @@
 use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
-use vn100_protocol::{Layout, PrintFormat};
+use vn100_protocol::Layout;
 
 use super::{
     channel_state::ChannelState,
     fingerprint::Fingerprint,
     magnitude::Magnitude,
+    piece::{NotAppended, PieceStart},
+    printed::Printed,
     quaternion::QuaternionSign,
     recent::Recent,
     repeats::{self, Repeats},
@@ -38,9 +40,7 @@ pub(crate) struct Accumulators {
     column: Vec<i32>,
     repeats: Repeats,
     pub(super) fingerprint: Fingerprint,
-    printed: Option<PrintFormat>,
-    coarsest: PrintFormat,
-    print_changes: u64,
+    pub(super) printed: Printed,
     /// Rows that came few at a time and are not in the sums yet: adding one alone costs as much as
     /// many together. Every reading is of [`settled`](Self::settled) sums.
     held: Vec<i32>,
@@ -61,10 +61,11 @@ struct Rows {
 }
 
 impl Accumulators {
-    /// Begins the channels of this message anew.
-    pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
+    /// Begins the channels of this message anew, at this place of the record.
+    pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings, start: PieceStart) {
         let plan = SpectrumPlan::new();
-        self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
+        let new = |channel| ChannelState::new(channel, settings, start, &plan);
+        self.channels = layout.channels.iter().map(new).collect();
         self.magnitudes = Magnitude::all(&layout);
         self.temperature = TemperatureRecord::of_stream(&layout);
         self.quaternion = QuaternionSign::of(&layout);
@@ -176,14 +177,28 @@ impl Accumulators {
         }
     }
 
-    /// Whether that is a change: values of another resolution are not comparable in the last digit.
-    pub(crate) fn set_print_format(&mut self, format: PrintFormat) -> bool {
-        if format != PrintFormat::Current {
-            self.coarsest = format;
+    /// Continues with a piece of the same message that begins at the end of this one, or behind it.
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        self.settle();
+        let next = &*next.settled();
+        let pairs = || self.channels.iter().zip(&next.channels);
+        if let Some(channel) = pairs().position(|(state, next)| !state.can_append(next)) {
+            return Err(NotAppended::Turned { channel });
         }
-        let has_changed = self.printed.replace(format).is_some();
-        self.print_changes += u64::from(has_changed);
-        has_changed
+        for (state, next) in self.channels.iter_mut().zip(&next.channels) {
+            state.append(next)?;
+        }
+        for (magnitude, next) in self.magnitudes.iter_mut().zip(&next.magnitudes) {
+            magnitude.moments.append(&next.moments);
+        }
+        if let Some((ours, theirs)) = self.temperature.as_mut().zip(next.temperature.as_ref()) {
+            ours.append(theirs)?;
+        }
+        self.end = next.end;
+        self.fingerprint.append(&next.fingerprint);
+        self.repeats.append(&next.repeats);
+        self.recent.clone_from(&next.recent);
+        Ok(())
     }
 
     /// Without what the temperature made of some channels, by their places.
@@ -193,9 +208,10 @@ impl Accumulators {
         removals: &[Option<TemperatureRemoval>],
     ) -> Vec<ChannelSnapshot> {
         let removal = |place: usize| removals.get(place).cloned().flatten();
+        let coarsest = self.printed.coarsest;
         let states = self.states().enumerate();
         states
-            .map(|(place, (state, channel))| state.snapshot(self.coarsest.decimals(channel), shape, removal(place)))
+            .map(|(place, (state, channel))| state.snapshot(coarsest.decimals(channel), shape, removal(place)))
             .collect()
     }
 
@@ -213,7 +229,7 @@ impl Accumulators {
         let restarted = self.states().filter(|(state, _)| state.restarted);
         StreamFindings {
             repeated_lines: self.repeats.repeated(),
-            print_changes: self.print_changes,
+            print_changes: self.printed.changes,
             restarted: restarted.map(|(_, channel)| channel.name.to_string()).collect(),
         }
     }
@@ -226,7 +242,7 @@ impl Accumulators {
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
-    use vn100_protocol::VNYMR;
+    use vn100_protocol::{PrintFormat, VNYMR};
 
     use super::*;
 
@@ -234,7 +250,7 @@ mod tests {
     fn of(channels: usize) -> Accumulators {
         let mut accumulators = Accumulators::default();
         let layout = Layout { channels: VNYMR.channels[..channels].to_vec().into(), ..VNYMR.clone() };
-        accumulators.begin(Arc::new(layout), &Settings::default());
+        accumulators.begin(Arc::new(layout), &Settings::default(), PieceStart::default());
         accumulators
     }
 
@@ -320,7 +336,7 @@ mod tests {
     fn the_coarsest_print_format_is_that_of_the_channels() {
         let mut accumulators = of(12);
         let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
-        assert_eq!(formats.map(|format| accumulators.set_print_format(format)), [false, true, true]);
+        assert_eq!(formats.map(|format| accumulators.printed.push(format)), [false, true, true]);
         assert_eq!(accumulators.settled().findings().print_changes, 2);
         assert_eq!(accumulators.settled().snapshot(&shape(), &[])[0].printed_decimals, 2);
     }
@@ -332,7 +348,7 @@ mod tests {
         accumulators.push(&turning.collect::<Vec<_>>(), 0, 40.0, false);
         assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
         let layout = accumulators.layout.clone().into_iter();
-        layout.for_each(|layout| accumulators.begin(layout, &Settings::default()));
+        layout.for_each(|layout| accumulators.begin(layout, &Settings::default(), PieceStart::default()));
         assert_eq!(
             (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
             (0, 0)

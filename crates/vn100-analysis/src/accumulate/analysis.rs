@@ -6,7 +6,12 @@ use imu_noise::GapDetector;
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
-use super::{data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect};
+use super::{
+    data_record::DataRecord,
+    pending_rows::PendingRows,
+    piece::{NotAppended, PieceStart},
+    rate_authority::RateEffect,
+};
 use crate::{
     assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
@@ -40,6 +45,47 @@ impl Analysis {
             outages: Outages::default(),
             last_row_ns: None,
         }
+    }
+
+    /// An analysis of a piece of a record, before its first batch. Append it to the pieces before.
+    #[must_use]
+    pub fn starting_at(mut self, start: PieceStart) -> Self {
+        self.record.span.start_at(start);
+        self
+    }
+
+    /// Where the next piece begins if no sample is missing between: with as many more of `index`
+    /// and `places` as are.
+    #[must_use]
+    pub const fn end(&self) -> PieceStart {
+        self.record.span.so_far()
+    }
+
+    /// Appends the piece of the record that follows this one, in any order of appending neighbours:
+    /// what a snapshot then says is the same, bit by bit, as of one analysis of all samples. Rows
+    /// of both that are pending are decided first.
+    ///
+    /// Not known across pieces is whether later ones repeat the first as a loop; of the last
+    /// minutes, those of the later piece are kept. What the link carried is that of both.
+    ///
+    /// # Errors
+    /// Where the pieces do not belong together, and where the place of samples depends on all
+    /// arrival times before: then nothing is appended.
+    pub fn append(&mut self, mut next: Self) -> Result<(), NotAppended> {
+        self.finish();
+        next.finish();
+        if self.is_timed() || next.is_timed() {
+            return Err(NotAppended::ByArrival);
+        }
+        self.record.append(&next.record)?;
+        self.link.append(&next.link);
+        self.pending = next.pending.or(self.pending.take());
+        Ok(())
+    }
+
+    /// Rows had arrival times, or the link was lost.
+    fn is_timed(&self) -> bool {
+        self.last_row_ns.is_some() || self.outages.times > 0
     }
 
     /// Takes what one read brought.

@@ -3,6 +3,7 @@
 use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap};
 use vn100_protocol::{Channel, Quantity};
 
+use super::piece::{NotAppended, PieceStart};
 use crate::{
     averaging_times::AveragingTimes,
     settings::{Detrend, Settings},
@@ -22,16 +23,16 @@ pub(crate) struct ChannelState {
 }
 
 impl ChannelState {
-    /// `plan` is shared by all channels.
-    pub(crate) fn new(channel: &Channel, settings: &Settings, plan: &SpectrumPlan) -> Self {
-        let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
+    /// Of a piece that begins at `start`; `plan` is shared by all channels.
+    pub(crate) fn new(channel: &Channel, settings: &Settings, start: PieceStart, plan: &SpectrumPlan) -> Self {
+        let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation).starting_at(start.places);
         let detrend = settings.detrend == Some(Detrend::Line);
         let accumulator = if detrend { accumulator.keeping_slope() } else { accumulator };
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             detrend,
-            signal: ChannelSignal::new(plan),
+            signal: ChannelSignal::new(plan).starting_at(start.places, start.samples),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
@@ -41,6 +42,23 @@ impl ChannelState {
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.accumulator.gap(missing);
         self.signal.gap(missing);
+    }
+
+    /// Whether the next piece of an angle lies on the same branch.
+    pub(crate) fn can_append(&self, next: &Self) -> bool {
+        let unwraps = self.unwrap.as_ref().zip(next.unwrap.as_ref());
+        unwraps.is_none_or(|(ours, theirs)| ours.counts_to(theirs) == 0)
+    }
+
+    /// Continues with a piece that begins where this one ends, or behind it.
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        self.accumulator.append(&next.accumulator)?;
+        self.signal.append(&next.signal)?;
+        self.restarted |= next.restarted;
+        if let Some((ours, theirs)) = self.unwrap.as_mut().zip(next.unwrap.as_ref()) {
+            ours.append(theirs);
+        }
+        Ok(())
     }
 
     /// Takes samples in time order; unwraps them in place.
@@ -120,7 +138,7 @@ mod tests {
     use super::*;
 
     fn state(channel: &Channel, settings: &Settings) -> ChannelState {
-        ChannelState::new(channel, settings, &SpectrumPlan::new())
+        ChannelState::new(channel, settings, PieceStart::default(), &SpectrumPlan::new())
     }
 
     fn shape(samples: u64) -> RecordShape {

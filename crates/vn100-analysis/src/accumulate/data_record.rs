@@ -10,8 +10,10 @@ use super::{
     gaps::Gaps,
     measured_span::MeasuredSpan,
     pending_rows::Resolved,
+    piece::NotAppended,
     rate_authority::{RateAuthority, RateEffect},
     sensor_replies::SensorReplies,
+    temperature_record::TemperatureRecord,
 };
 use crate::{settings::Settings, snapshot::Timing};
 
@@ -24,6 +26,15 @@ pub(crate) struct DataRecord {
     pub(crate) gaps: Gaps,
     pub(crate) replies: SensorReplies,
     pub(crate) accumulators: Accumulators,
+    /// The sensor was asked for its temperature between the rows.
+    has_readings: bool,
+}
+
+/// Samples missing between two pieces: of the data time, and of these those that count.
+#[derive(Default)]
+struct Between {
+    data: u64,
+    counted: u64,
 }
 
 impl DataRecord {
@@ -34,6 +45,7 @@ impl DataRecord {
             gaps: Gaps::default(),
             replies: SensorReplies::default(),
             accumulators: Accumulators::default(),
+            has_readings: false,
             settings,
         }
     }
@@ -42,8 +54,64 @@ impl DataRecord {
     pub(crate) fn set_layout(&mut self, layout: &Arc<Layout>) {
         if self.accumulators.layout.is_none() {
             self.rate.set_layout(layout);
-            self.accumulators.begin(Arc::clone(layout), &self.settings);
+            self.accumulators.begin(Arc::clone(layout), &self.settings, self.span.start);
         }
+    }
+
+    /// Continues with the next piece of the record; on an error nothing is appended.
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        let between = self.check_follows(next)?;
+        let breaks = self.accumulators.printed.changes_to(&next.accumulators.printed);
+        let mut printed = self.accumulators.printed.clone();
+        printed.append(&next.accumulators.printed);
+        if !self.span.has_rows() {
+            (self.span, self.accumulators) = (next.span.clone(), next.accumulators.clone());
+        } else if next.span.has_rows() {
+            let mut accumulators = self.accumulators.clone();
+            if breaks {
+                accumulators.gap(Some(0));
+            }
+            accumulators.append(&next.accumulators)?;
+            self.accumulators = accumulators;
+            if breaks {
+                self.span.break_segment();
+            }
+            self.span.gap(between.data, self.rate.hz(), false);
+            self.span.append(&next.span);
+        } else if breaks || next.span.begins_anew {
+            self.break_segment(if breaks { Some(0) } else { None });
+        }
+        self.accumulators.printed = printed;
+        self.gaps.append(&next.gaps, between.counted);
+        self.replies.append(&next.replies);
+        self.rate.append(&next.rate);
+        Ok(())
+    }
+
+    /// As the stream does not have the temperature itself.
+    fn relies_on_readings(&self) -> bool {
+        self.has_readings && self.accumulators.temperature.as_ref().is_none_or(TemperatureRecord::is_polled)
+    }
+
+    /// What is missing between the two, if they are neighbours.
+    fn check_follows(&self, next: &Self) -> Result<Between, NotAppended> {
+        let layouts = self.accumulators.layout.as_ref().zip(next.accumulators.layout.as_ref());
+        let (hz, next_hz) = (self.rate.hz(), next.rate.hz());
+        match () {
+            () if self.settings != next.settings => return Err(NotAppended::OtherSettings),
+            () if layouts.is_some_and(|(ours, theirs)| ours != theirs) => return Err(NotAppended::OtherMessage),
+            () if !self.rate.is_steady() || !next.rate.is_steady() => return Err(NotAppended::RateChanged),
+            () if self.relies_on_readings() || next.relies_on_readings() => return Err(NotAppended::PolledTemperature),
+            () if !self.span.has_rows() || !next.span.has_rows() => return Ok(Between::default()),
+            () if hz != next_hz => return Err(NotAppended::OtherRate { hz, next_hz }),
+            () => {}
+        }
+        let (end, start) = (self.span.so_far(), next.span.start);
+        let other_place = NotAppended::OtherPlace { end, next: start };
+        let data = start.index.checked_sub(end.index).ok_or(other_place)?;
+        let mut span = self.span.clone();
+        let counted = span.gap(data, hz, false);
+        if span.so_far() == start { Ok(Between { data, counted }) } else { Err(other_place) }
     }
 
     pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
@@ -72,11 +140,12 @@ impl DataRecord {
         match mark {
             MarkKind::Rejected => self.gaps.push_rejected_row(),
             MarkKind::Printed(format) => {
-                if self.accumulators.set_print_format(format) {
+                if self.accumulators.printed.push(format) {
                     self.break_segment(Some(0));
                 }
             }
             MarkKind::Temperature(counts) => {
+                self.has_readings = true;
                 if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
                     self.accumulators.push_reading(counts);
                 }
@@ -115,7 +184,7 @@ impl DataRecord {
         now: impl Fn() -> Option<TimebaseSummary>,
     ) -> RateEffect {
         let is_excluded = self.rate.is_excluding();
-        self.replies.push(reply, self.span.samples, is_excluded);
+        self.replies.push(reply, self.span.so_far().samples, is_excluded);
         match self.replies.rate_hz().filter(|_| !is_excluded) {
             Some(device_hz) => self.rate.take_device_rate(device_hz, now, &self.span),
             None => RateEffect::None,
@@ -198,7 +267,7 @@ impl DataRecord {
 
     /// No window of a statistic spans this place; `missing` is `None` for an unknown number.
     fn break_segment(&mut self, missing: Option<u64>) {
-        if self.span.samples > 0 {
+        if self.span.has_begun() {
             self.span.break_segment();
             self.accumulators.gap(missing);
         }
@@ -208,7 +277,7 @@ impl DataRecord {
         self.span.discard();
         self.gaps.discard();
         if let Some(layout) = self.accumulators.layout.clone() {
-            self.accumulators.begin(layout, &self.settings);
+            self.accumulators.begin(layout, &self.settings, self.span.start);
         }
     }
 }

@@ -32,6 +32,18 @@ impl Fingerprint {
             return;
         }
         self.hashes.push(hash);
+        self.thin_out();
+    }
+
+    /// Adds the rows behind these.
+    pub(crate) fn append(&mut self, next: &Self) {
+        self.zeros = self.zeros.max(next.zeros);
+        self.hashes.extend(&next.hashes);
+        self.hashes.retain(|hash| hash.leading_zeros() >= self.zeros);
+        self.thin_out();
+    }
+
+    fn thin_out(&mut self) {
         while self.hashes.len() > MOST {
             self.zeros += 1;
             self.hashes.retain(|hash| hash.leading_zeros() >= self.zeros);

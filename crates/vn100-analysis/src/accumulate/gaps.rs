@@ -14,6 +14,8 @@ pub(crate) struct Gaps {
     by_rejected: u64,
     /// Rejected rows since the last good one: they count once a good one follows.
     pending_rejected: u64,
+    /// Those before the first good one; `None` before it.
+    leading_rejected: Option<u64>,
     /// What counts missing samples now, or did last.
     from: MissingFrom,
     /// Whether a gap detector does.
@@ -26,7 +28,27 @@ impl Gaps {
     }
 
     pub(crate) fn take_rejected(&mut self) -> u64 {
-        std::mem::take(&mut self.pending_rejected)
+        let rejected = std::mem::take(&mut self.pending_rejected);
+        self.leading_rejected.get_or_insert(rejected);
+        rejected
+    }
+
+    /// Continues with the next piece; so many samples that count are missing between.
+    pub(crate) fn append(&mut self, next: &Self, between: u64) {
+        let rejected = self.pending_rejected + next.leading_rejected.unwrap_or(next.pending_rejected);
+        if next.leading_rejected.is_some() {
+            self.count(between, between == rejected);
+            self.leading_rejected = self.leading_rejected.or(Some(rejected));
+            (self.pending_rejected, self.detector_decides) = (next.pending_rejected, next.detector_decides);
+        } else {
+            self.pending_rejected = rejected;
+        }
+        if self.from != MissingFrom::Counter {
+            self.from = next.from;
+        }
+        self.missing += next.missing;
+        self.gaps += next.gaps;
+        self.by_rejected += next.by_rejected;
     }
 
     /// Forgets them: a gap of unknown length stands before the next row.

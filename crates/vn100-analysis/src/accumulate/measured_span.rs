@@ -2,26 +2,75 @@
 
 use std::{ops::Range, time::Duration};
 
+use super::piece::PieceStart;
+
 /// Counts data time in samples from the first one, dropped ones included, and selects those that
 /// count: behind the warm-up, and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,
+    pub(super) start: PieceStart,
     /// Absolute index of the next sample, dropped ones counted.
     index: u64,
+    /// Samples that count and those missing among them, up to here from the first of the record.
+    places: u64,
     /// Samples that count, and those that do not.
     pub(super) samples: u64,
     pub(super) excluded: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
+    /// A break stands before the first sample that counts.
+    pub(super) begins_anew: bool,
 }
 
 impl MeasuredSpan {
     /// No sample yet; excludes `skip` at the start, and what comes after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
+        let start = PieceStart { index: 0, places: 0, samples: 0 };
+        Self {
+            skip,
+            duration,
+            start,
+            index: 0,
+            places: 0,
+            samples: 0,
+            excluded: 0,
+            segments: 0,
+            in_segment: false,
+            begins_anew: false,
+        }
+    }
+
+    /// A piece of a record. Before any sample.
+    pub(crate) const fn start_at(&mut self, start: PieceStart) {
+        (self.start, self.index, self.places) = (start, start.index, start.places);
+    }
+
+    /// Where the next piece begins if no sample is missing between.
+    pub(crate) const fn so_far(&self) -> PieceStart {
+        PieceStart { index: self.index, places: self.places, samples: self.start.samples + self.samples }
+    }
+
+    pub(crate) const fn has_rows(&self) -> bool {
+        self.index > self.start.index
+    }
+
+    /// A sample of the record that counts has come.
+    pub(crate) const fn has_begun(&self) -> bool {
+        self.places > 0
+    }
+
+    /// Continues with a piece that begins where this one ends.
+    pub(crate) fn append(&mut self, next: &Self) {
+        let continues = self.in_segment && !next.begins_anew;
+        self.begins_anew |= self.samples == 0 && next.begins_anew;
+        self.segments += next.segments - u64::from(continues && next.samples > 0);
+        self.in_segment = if next.samples > 0 { next.in_segment } else { continues };
+        self.samples += next.samples;
+        self.excluded += next.excluded;
+        (self.index, self.places) = (next.index, next.places);
     }
 
     /// Gives the rows that count and the index of the first; `None` if none does, as with
@@ -40,26 +89,29 @@ impl MeasuredSpan {
         self.segments += u64::from(!self.in_segment);
         self.in_segment = true;
         self.samples += used;
+        self.places += used;
         Some((skipped..end, first))
     }
 
     /// Gives how many missing samples count: none before the first sample that does, behind the
     /// end, or where `exclude` is set.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
-        if self.index == 0 {
+        if !self.has_rows() {
             return 0;
         }
         let counted = missing.min(self.end(rate_hz).saturating_sub(self.index));
         self.index += missing;
-        if counted == 0 || self.samples == 0 || exclude {
+        if counted == 0 || !self.has_begun() || exclude {
             return 0;
         }
+        self.places += counted;
         self.break_segment();
         counted
     }
 
     pub(crate) fn break_segment(&mut self) {
         self.in_segment = false;
+        self.begins_anew |= self.samples == 0;
     }
 
     pub(crate) fn rescale(&mut self, from_hz: f64, to_hz: f64) {
@@ -68,7 +120,8 @@ impl MeasuredSpan {
 
     pub(crate) fn discard(&mut self) {
         self.excluded += self.samples;
-        (self.samples, self.segments, self.in_segment) = (0, 0, false);
+        (self.samples, self.segments, self.in_segment, self.begins_anew) = (0, 0, false, false);
+        (self.places, self.start.places, self.start.samples) = (0, 0, 0);
     }
 
     pub(crate) fn end_warm_up(&mut self, rate_hz: f64) {
@@ -78,12 +131,12 @@ impl MeasuredSpan {
 
     pub(crate) fn start_over(&mut self, skip: Duration) {
         self.discard();
-        (self.skip, self.index) = (skip, 0);
+        (self.skip, self.index, self.start.index) = (skip, 0, 0);
     }
 
     /// `pending` data time comes on top.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
-        let is_passed = self.index > 0 && self.index >= self.end(rate_hz);
+        let is_passed = self.has_rows() && self.index >= self.end(rate_hz);
         let is_asked_for = |duration| self.data_time(rate_hz).saturating_add(pending) >= duration;
         is_passed || (!pending.is_zero() && self.duration.is_some_and(is_asked_for))
     }

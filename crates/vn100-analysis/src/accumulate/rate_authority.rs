@@ -237,6 +237,18 @@ impl RateAuthority {
         (self.change, self.false_rate) = (None, None);
     }
 
+    /// No sample is excluded for its rate, and none was.
+    pub(crate) const fn is_steady(&self) -> bool {
+        self.change.is_none() && self.false_rate.is_none() && self.other_rate_samples == 0
+    }
+
+    /// Continues with a piece that has the same rate.
+    pub(crate) fn append(&mut self, next: &Self) {
+        if self.rate.from == RateFrom::Assumed {
+            self.rate = next.rate;
+        }
+    }
+
     /// The change of rate after which samples are excluded.
     pub(crate) fn change(&self) -> Option<RateChange> {
         self.change.map(|change| change.change)

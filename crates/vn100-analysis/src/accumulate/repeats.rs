@@ -26,6 +26,8 @@ pub(crate) struct Repeats {
     found: usize,
     pass: Option<Pass>,
     in_passes: u64,
+    /// The first two rows, and the last two, the last one first.
+    first: [Option<u64>; 2],
     last: [Option<u64>; 2],
     like_last: u64,
     like_one_before: u64,
@@ -51,6 +53,7 @@ impl Default for Repeats {
             found: 0,
             pass: None,
             in_passes: 0,
+            first: [None; 2],
             last: [None; 2],
             like_last: 0,
             like_one_before: 0,
@@ -67,12 +70,31 @@ impl Repeats {
         self.in_passes.max(if is_chance { 0 } else { twice })
     }
 
+    /// Adds the rows behind these. Whether they come again as a loop is not known: they would have
+    /// to be compared with these one by one.
+    pub(crate) fn append(&mut self, next: &Self) {
+        let alike = |one: Option<u64>, other: Option<u64>| u64::from(one.is_some() && one == other);
+        self.like_last += next.like_last + alike(self.last[0], next.first[0]);
+        self.like_one_before +=
+            next.like_one_before + alike(self.last[1], next.first[0]) + alike(self.last[0], next.first[1]);
+        let rows = [self.first, next.first].into_iter().flatten().flatten();
+        let mut first = rows.take(2);
+        self.first = [first.next(), first.next()];
+        let rows = [next.last, self.last].into_iter().flatten().flatten();
+        let mut last = rows.take(2);
+        self.last = [last.next(), last.next()];
+        (self.found, self.pass) = (0, None);
+    }
+
     /// Takes a row by its [`hash`].
     pub(crate) fn push(&mut self, row: u64) {
         let is_like_last = self.last[0] == Some(row);
         self.like_last += u64::from(is_like_last);
         self.like_one_before += u64::from(self.last[1] == Some(row));
         self.last = [Some(row), self.last[0]];
+        if self.first[1].is_none() {
+            self.first = if self.first[0].is_none() { [Some(row), None] } else { [self.first[0], Some(row)] };
+        }
         if self.beginning.len() < BEGINNING {
             // rows that stand still mark nothing
             if is_like_last {

@@ -17,6 +17,8 @@ pub(crate) struct SensorReplies {
     before_break: Option<(BTreeMap<u8, String>, u64)>,
     /// The first two serial numbers that differ, in their order, and the samples before the second.
     two_serials: Option<(String, String, u64)>,
+    /// The first serial number, and the samples before it.
+    first_serial: Option<(String, u64)>,
     /// Of each channel of register 54: too few replies, and too unevenly spaced, for a deviation.
     imu: Vec<(Moments, Histogram)>,
 }
@@ -30,14 +32,33 @@ impl SensorReplies {
         {
             self.push_measurement(&sample);
         }
-        if let Some(before) = self.registers.get(&register.0)
-            && register == Register::SERIAL_NUMBER
-            && *before != fields
-        {
-            self.two_serials.get_or_insert_with(|| (before.clone(), fields.clone(), samples));
+        if register == Register::SERIAL_NUMBER {
+            self.compare_serial(&fields, samples);
+            self.first_serial.get_or_insert_with(|| (fields.clone(), samples));
         }
         if !is_excluded {
             self.registers.insert(register.0, fields);
+        }
+    }
+
+    /// Continues with the next piece.
+    pub(crate) fn append(&mut self, next: &Self) {
+        if let Some((serial, samples)) = &next.first_serial {
+            self.compare_serial(serial, *samples);
+            self.first_serial = self.first_serial.take().or_else(|| next.first_serial.clone());
+        }
+        self.two_serials = self.two_serials.take().or_else(|| next.two_serials.clone());
+        self.registers.extend(next.registers.clone());
+        self.imu.resize(self.imu.len().max(next.imu.len()), (Moments::new(), Histogram::new()));
+        for ((moments, histogram), (more, more_bins)) in self.imu.iter_mut().zip(&next.imu) {
+            moments.append(more);
+            histogram.append(more_bins);
+        }
+    }
+
+    fn compare_serial(&mut self, serial: &str, samples: u64) {
+        if let Some(before) = self.registers.get(&Register::SERIAL_NUMBER.0).filter(|before| *before != serial) {
+            self.two_serials.get_or_insert_with(|| (before.clone(), serial.into(), samples));
         }
     }
 

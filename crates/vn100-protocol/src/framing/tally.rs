@@ -58,6 +58,26 @@ impl Tally {
             + self.buffered_bytes
     }
 
+    pub(crate) fn append(&mut self, next: &Self) {
+        self.valid_sentence_bytes += next.valid_sentence_bytes;
+        self.rejected_sentence_bytes += next.rejected_sentence_bytes;
+        self.packet_bytes += next.packet_bytes;
+        self.skipped_bytes += next.skipped_bytes;
+        self.buffered_bytes += next.buffered_bytes;
+        self.samples += next.samples;
+        self.replies += next.replies;
+        self.other += next.other;
+        self.unchecked_sentences += next.unchecked_sentences;
+        self.packets += next.packets;
+        let (ours, theirs) = (&mut self.rejected, &next.rejected);
+        ours.checksum += theirs.checksum;
+        ours.unchecked += theirs.unchecked;
+        ours.grammar += theirs.grammar;
+        ours.range += theirs.range;
+        ours.truncated += theirs.truncated;
+        ours.too_long += theirs.too_long;
+    }
+
     /// Samples, replies and other valid sentences.
     #[must_use]
     pub fn valid_sentences(&self) -> u64 {

@@ -57,6 +57,23 @@ impl StreamCounts {
         self.tally.skipped_bytes + self.baud_scan_bytes
     }
 
+    /// Adds what the stream carried behind this, counted from there on.
+    pub fn append(&mut self, next: &Self) {
+        self.tally.append(&next.tally);
+        self.foreign_samples += next.foreign_samples;
+        self.baud_scan_bytes += next.baud_scan_bytes;
+        self.overrun_bytes += next.overrun_bytes;
+        self.echoes += next.echoes;
+        self.unsolicited_errors.append(&next.unsolicited_errors);
+        self.outputs_resumed += next.outputs_resumed;
+        self.connects += next.connects;
+        self.other_message = self.other_message.or(next.other_message);
+        self.rejected_rows = match (self.rejected_rows, next.rejected_rows) {
+            (Some(ours), Some(theirs)) => Some(ours.plus(&theirs)),
+            (ours, theirs) => ours.or(theirs),
+        };
+    }
+
     /// What the sensor said to commands, or of an error.
     #[must_use]
     pub fn answers(&self) -> u64 {
@@ -109,6 +126,11 @@ impl UnsolicitedErrors {
         if place == KNOWN.len() {
             self.first_unknown.get_or_insert(error);
         }
+    }
+
+    fn append(&mut self, next: &Self) {
+        self.counts.iter_mut().zip(next.counts).for_each(|(count, more)| *count += more);
+        self.first_unknown = self.first_unknown.or(next.first_unknown);
     }
 
     /// Those that came, with how often, by code. Codes that the manual does not have count as

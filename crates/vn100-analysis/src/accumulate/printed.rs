@@ -1,0 +1,42 @@
+//! How the sensor printed its numbers.
+
+use vn100_protocol::PrintFormat;
+
+/// The formats of a stream: one stands before its first row, and wherever it changes.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Printed {
+    /// The first one and the present one.
+    formats: Option<(PrintFormat, PrintFormat)>,
+    pub(super) coarsest: PrintFormat,
+    pub(super) changes: u64,
+}
+
+impl Printed {
+    /// Whether that is a change: values of another resolution are not comparable in the last digit.
+    pub(crate) fn push(&mut self, format: PrintFormat) -> bool {
+        if format != PrintFormat::Current {
+            self.coarsest = format;
+        }
+        let before = self.formats;
+        self.formats = Some((before.map_or(format, |(first, _)| first), format));
+        self.changes += u64::from(before.is_some());
+        before.is_some()
+    }
+
+    /// Whether the first row of the next piece is printed otherwise than the last one here.
+    pub(crate) fn changes_to(&self, next: &Self) -> bool {
+        self.formats.zip(next.formats).is_some_and(|((_, last), (first, _))| last != first)
+    }
+
+    /// Continues with the next piece.
+    pub(crate) fn append(&mut self, next: &Self) {
+        self.changes += next.changes + u64::from(self.changes_to(next));
+        if next.coarsest != PrintFormat::Current {
+            self.coarsest = next.coarsest;
+        }
+        self.formats = match (self.formats, next.formats) {
+            (Some((first, _)), Some((_, last))) => Some((first, last)),
+            (ours, theirs) => ours.or(theirs),
+        };
+    }
+}

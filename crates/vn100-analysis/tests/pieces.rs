@@ -1,0 +1,246 @@
+//! Pieces of a record, analysed by themselves and appended, say what the whole record says, bit by
+//! bit.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{sync::Arc, time::Duration};
+
+use proptest::{collection::vec, prelude::*, sample::Index};
+use vn100_analysis::{
+    Analysis, Assessment, AveragingTimes, Detrend, NotAppended, PieceStart, Settings,
+    noise::{Deviation, Estimator, Histogram},
+};
+use vn100_protocol::stream::{Batch, Mark, MarkKind, RowCounter};
+use vn100_protocol::{Layout, PrintFormat, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
+
+const RATE_HZ: u64 = 40;
+
+/// One thing on a stream.
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    Good([i32; 13]),
+    Bad,
+    Printed(PrintFormat),
+    /// The sensor replies its serial number.
+    Serial(char),
+}
+
+/// A record, and how its rows are counted.
+#[derive(Debug, Clone)]
+struct Record {
+    layout: Layout,
+    lines: Vec<Line>,
+    has_counters: bool,
+    settings: Settings,
+}
+
+/// A part of its lines.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    first: usize,
+    behind: usize,
+}
+
+impl Record {
+    fn whole(&self) -> Part {
+        Part { first: 0, behind: self.lines.len() }
+    }
+
+    /// Data time before each line, in samples, as its counter has it.
+    fn indices(&self) -> Vec<u64> {
+        let is_row = |line: &Line| matches!(line, Line::Good(_) | Line::Bad);
+        let first = self.lines.iter().position(|line| matches!(line, Line::Good(_))).unwrap_or(0);
+        let rows = |lines: &[Line]| lines.iter().filter(|line| is_row(line)).count() as u64;
+        (0..self.lines.len()).map(|line| if line <= first { 0 } else { rows(&self.lines[first..line]) }).collect()
+    }
+
+    /// Before the first good line from `first` on, what a piece that begins there is told.
+    fn start(&self, first: usize) -> PieceStart {
+        let samples_in = |time: Duration| (time.as_secs_f64() * RATE_HZ as f64).ceil() as u64;
+        let skip = samples_in(self.settings.skip);
+        let end = self.settings.duration.map_or(u64::MAX, samples_in);
+        let indices = self.indices();
+        let good = |line: &usize| matches!(self.lines[*line], Line::Good(_));
+        let counts = |line: &usize| good(line) && (skip..end).contains(&indices[*line]);
+        let index = (first..self.lines.len()).find(good).or_else(|| (0..first).rev().find(good));
+        let index = index.map_or(0, |line| indices[line]);
+        let begun = (0..first).find(counts).map(|line| indices[line]);
+        let samples = (0..first).filter(counts).count() as u64;
+        PieceStart { index, places: begun.map_or(0, |begun| index.min(end) - begun), samples }
+    }
+
+    /// In batches of so many lines.
+    fn analysed(&self, part: Part, rows: usize) -> Analysis {
+        let layout = Arc::new(self.layout.clone());
+        let mut analysis = Analysis::new(self.settings.clone()).starting_at(self.start(part.first));
+        let indices = self.indices();
+        // each reader tells the format before its first row
+        let format = self.lines[..part.first].iter().rev().find_map(|line| match line {
+            Line::Printed(format) => Some(*format),
+            _ => None,
+        });
+        let mut link = Batch::default().link;
+        let mut mark = format.map(|format| Mark { before_row: 0, kind: MarkKind::Printed(format) });
+        for lines in (part.first..part.behind).collect::<Vec<_>>().chunks(rows) {
+            let mut batch = Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
+            batch.marks.extend(mark.take());
+            for line in lines {
+                let before_row = batch.row_count();
+                match self.lines[*line] {
+                    Line::Good(row) => {
+                        batch.counts.extend(&row[..layout.channels.len()]);
+                        if self.has_counters {
+                            let count = 7 + indices[*line] as u32;
+                            batch.counters.push(RowCounter { row: before_row, count: count.into() });
+                        }
+                        link.tally.samples += 1;
+                        link.tally.valid_sentence_bytes += 120;
+                    }
+                    Line::Bad => {
+                        batch.marks.push(Mark { before_row, kind: MarkKind::Rejected });
+                        link.tally.rejected.checksum += 1;
+                    }
+                    Line::Printed(format) => batch.marks.push(Mark { before_row, kind: MarkKind::Printed(format) }),
+                    Line::Serial(serial) => batch.registers.push(RegisterContents {
+                        register: Register::SERIAL_NUMBER,
+                        fields: RegisterFields::new(serial.to_string()).unwrap(),
+                    }),
+                }
+            }
+            batch.link = link;
+            analysis.absorb(&batch);
+        }
+        analysis.finish();
+        analysis
+    }
+
+    /// In pieces that begin at these lines, appended in this order.
+    fn pieced(&self, starts: &[Index], order: &[Index], rows: usize) -> Result<Analysis, NotAppended> {
+        let mut starts: Vec<_> = starts.iter().map(|start| start.index(self.lines.len() + 1)).collect();
+        starts.extend([0, self.lines.len()]);
+        starts.sort_unstable();
+        let parts = starts.windows(2).map(|ends| Part { first: ends[0], behind: ends[1] });
+        let mut pieces: Vec<_> = parts.map(|part| self.analysed(part, rows)).collect();
+        for place in order.iter().cycle() {
+            if pieces.len() == 1 {
+                break;
+            }
+            let left = place.index(pieces.len() - 1);
+            let right = pieces.remove(left + 1);
+            pieces[left].append(right)?;
+        }
+        Ok(pieces.remove(0))
+    }
+}
+
+/// All that a result is made of: in the words of `Debug`, which write every bit of a number.
+fn said(analysis: &Analysis) -> String {
+    let mut snapshot = analysis.final_snapshot();
+    let assessment = Assessment::new(&snapshot, 0.95);
+    let mut said = format!("{assessment:#?}\n");
+    for channel in &mut snapshot.channels {
+        let signal = channel.signal.take().unwrap();
+        let bins: Vec<_> = channel.histogram.bins().collect();
+        said += &format!("{:?} {:?}\n", signal.blocks(), bins);
+        channel.histogram = Histogram::new();
+    }
+    snapshot.recent = None;
+    said + &format!("{snapshot:#?}")
+}
+
+/// Splits a seed into nearly normal noise.
+fn noise(state: &mut u64) -> i32 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    (0..8).map(|byte| (*state >> (8 * byte) & 0xFF) as i32).sum::<i32>() - 1020
+}
+
+fn lines() -> impl Strategy<Value = Vec<Line>> {
+    let stretch = prop_oneof![
+        // noise, with spikes now and then, of this size
+        6 => (1_usize..900, prop_oneof![Just(1), Just(3)], any::<bool>()).prop_map(|(rows, size, spikes)| (rows, size, spikes)),
+        // a sensor that hangs
+        1 => (1_usize..200).prop_map(|rows| (rows, 0, false)),
+    ];
+    let between = prop_oneof![
+        3 => (0_usize..4).prop_map(|bad| vec![Line::Bad; bad]),
+        1 => (0_usize..700).prop_map(|bad| vec![Line::Bad; bad]),
+        1 => prop_oneof![Just(PrintFormat::Current), Just(PrintFormat::Old)].prop_map(|format| vec![Line::Printed(format)]),
+        1 => prop_oneof![Just('1'), Just('2')].prop_map(|serial| vec![Line::Serial(serial)]),
+    ];
+    (vec((between, stretch), 1..7), 1..u64::MAX).prop_map(|(stretches, seed)| {
+        let mut state = seed;
+        let mut row = [0; 13];
+        let mut all = Vec::new();
+        let mut format = None;
+        for (between, (rows, size, spikes)) in stretches {
+            for line in between {
+                // a mark stands where the format changes
+                let is_change = !matches!(line, Line::Printed(now) if format.replace(now) == Some(now));
+                all.extend(is_change.then_some(line));
+            }
+            for i in 0..rows {
+                if size > 0 {
+                    row = std::array::from_fn(|channel| 100 * channel as i32 + size * noise(&mut state) / 8);
+                }
+                let mut line = row;
+                if spikes && i % 97 == 50 {
+                    line[9] += 30_000;
+                }
+                all.push(Line::Good(line));
+            }
+        }
+        all
+    })
+}
+
+fn settings() -> impl Strategy<Value = Settings> {
+    let kind = prop_oneof![
+        4 => Just((Estimator::Strided, AveragingTimes::Octave)),
+        1 => Just((Estimator::Plain, AveragingTimes::Octave)),
+        1 => Just((Estimator::Full, AveragingTimes::Decade)),
+    ];
+    let deviation = prop_oneof![3 => Just(Deviation::Allan), 1 => Just(Deviation::Hadamard)];
+    let skip = prop_oneof![Just(0.0), Just(1.0), Just(3.3)];
+    let duration = prop_oneof![3 => Just(None), 1 => Just(Some(Duration::from_secs(30)))];
+    (kind, deviation, any::<bool>(), skip, duration).prop_map(|(kind, deviation, detrend, skip, duration)| Settings {
+        estimator: kind.0,
+        averaging_times: kind.1,
+        deviation,
+        detrend: detrend.then_some(Detrend::Line),
+        skip: Duration::from_secs_f64(skip),
+        duration,
+        ..Settings::default()
+    })
+}
+
+fn records() -> impl Strategy<Value = Record> {
+    // the one has angles, the other the temperature of the sensor
+    let layout = prop_oneof![Just(VNYMR.clone()), Just(VNIMU.clone())];
+    (layout, lines(), any::<bool>(), settings()).prop_map(|(layout, lines, has_counters, settings)| Record {
+        layout,
+        lines,
+        has_counters,
+        settings,
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn pieces_appended_in_any_order_say_what_the_whole_says(
+        record in records(),
+        starts in vec(any::<Index>(), 1..6),
+        order in vec(any::<Index>(), 1..6),
+        rows in 1_usize..500,
+    ) {
+        let whole = said(&record.analysed(record.whole(), 100));
+        let pieces = record.pieced(&starts, &order, rows).unwrap();
+        let pieces = said(&pieces);
+        for (whole, pieces) in whole.lines().zip(pieces.lines()) {
+            prop_assert_eq!(whole, pieces);
+        }
+        prop_assert_eq!(whole.len(), pieces.len());
+    }
+}
