@@ -173,6 +173,7 @@ fn lines() -> impl Strategy<Value = Vec<Line>> {
         let mut row = [0; 13];
         let mut all = Vec::new();
         let mut format = None;
+        let mut heading = 0;
         for (between, (rows, size, spikes)) in stretches {
             for line in between {
                 // a mark stands where the format changes
@@ -184,6 +185,11 @@ fn lines() -> impl Strategy<Value = Vec<Line>> {
                     row = std::array::from_fn(|channel| 100 * channel as i32 + size * noise(&mut state) / 8);
                 }
                 let mut line = row;
+                // an angle about the end of its range, of which some is beyond
+                if size > 0 {
+                    heading += noise(&mut state);
+                }
+                line[0] = (179_000 + heading + 180_000).rem_euclid(360_000) - 180_000;
                 if spikes && i % 97 == 50 {
                     line[9] += 30_000;
                 }

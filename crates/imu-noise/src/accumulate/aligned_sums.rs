@@ -114,6 +114,13 @@ impl AlignedSums {
         self.piece.append(&next.piece);
     }
 
+    /// As if each sample were so many counts larger.
+    pub(crate) fn shift(&mut self, by: i64) {
+        for block in self.head.iter_mut().chain([&mut self.current]) {
+            block.sum += by * block.present as i64;
+        }
+    }
+
     /// The block that ends, if this piece holds its beginning.
     fn end_block(&mut self) -> Option<AlignedBlock> {
         let ended = self.current;
@@ -212,6 +219,13 @@ impl LagOneSums {
             shared = joined;
         }
         self.parted |= next.parted;
+    }
+
+    /// As if each sample were so many counts larger: differences of blocks stay as they are.
+    pub(crate) fn shift(&mut self, by: i64) {
+        for (k, level) in self.levels.iter_mut().enumerate() {
+            level.series[0].shift(by * (self.block << k) as i64);
+        }
     }
 
     /// `None` for blocks longer than the longest.
@@ -329,6 +343,18 @@ impl LagOneSeries {
         Some(value - last)
     }
 
+    /// As if each value were so much larger.
+    fn shift(&mut self, by: i64) {
+        let (wide, count, pairs) = (i128::from(by), i128::from(self.count), i128::from(self.pairs));
+        let inner = 2 * self.sum - self.ends - self.last.map_or(0, i128::from);
+        self.products += wide * (inner + pairs * wide);
+        self.squares += wide * (2 * self.sum + count * wide);
+        // each run has a value more than pairs, and two ends but for the present one
+        self.ends += wide * (2 * (count - pairs) - i128::from(self.last.is_some()));
+        self.sum += wide * count;
+        (self.first, self.last) = (self.first.map(|first| first + by), self.last.map(|last| last + by));
+    }
+
     fn end_run(&mut self) {
         self.ends += self.last.take().map_or(0, i128::from);
     }
@@ -424,6 +450,12 @@ impl Trend {
         self.products += product;
     }
 
+    /// As if each sample were so many counts larger.
+    pub(crate) fn shift(&mut self, by: i64) {
+        self.sums += i128::from(by) * self.samples;
+        self.products += i128::from(by) * self.places;
+    }
+
     pub(crate) fn restart(&mut self) {
         let has_blocks = self.blocks > 0;
         self.grids = if has_blocks { Grids::Several } else { Grids::LastOf };
@@ -456,9 +488,9 @@ impl Trend {
     }
 }
 
-/// Half away from zero, for a divisor above 0.
+/// Half up, for a divisor above 0: a whole number more is that number more of the result.
 fn rounded_quotient(value: i128, divisor: i128) -> i128 {
-    (2 * value + value.signum() * divisor) / (2 * divisor)
+    (2 * value + divisor).div_euclid(2 * divisor)
 }
 
 #[cfg(test)]

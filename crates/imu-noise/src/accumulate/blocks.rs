@@ -91,6 +91,17 @@ impl Blocks {
         self.sums.iter_mut().zip(&other.sums).for_each(|(sums, more)| sums.add(more));
     }
 
+    /// As if each sample were so many counts larger.
+    pub(crate) fn shift(&mut self, by: i64) {
+        for Sums { squares, sum, count, min, max, .. } in self.sums.iter_mut().filter(|sums| sums.count > 0) {
+            let (wide, n) = (i128::from(by), i128::from(*count));
+            // Not negative: a sum of squares.
+            *squares = (*squares as i128 + wide * (2 * i128::from(*sum) + n * wide)) as u128;
+            *sum += by * *count as i64;
+            (*min, *max) = ((i64::from(*min) + by) as i32, (i64::from(*max) + by) as i32);
+        }
+    }
+
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
         let length = 1_u64 << self.length_log2;
         let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);

@@ -96,6 +96,24 @@ impl ChannelAccumulator {
         Ok(())
     }
 
+    /// As if each sample were so many counts larger, where the counts and the bins of the histogram
+    /// have room for that; else nothing is changed, and it says so.
+    #[must_use]
+    pub fn shift(&mut self, by: i64) -> bool {
+        let extremes = [self.moments.min_counts(), self.moments.max_counts()];
+        let has_room = extremes.into_iter().flatten().all(|count| i32::try_from(i64::from(count) + by).is_ok());
+        if !has_room || by % self.histogram.bin_width_counts() as i64 != 0 {
+            return false;
+        }
+        self.moments.shift(by);
+        self.histogram.shift(by);
+        self.octaves.shift(by);
+        self.aligned.shift(by);
+        self.lag_one.shift(by);
+        self.trend.shift(by);
+        true
+    }
+
     /// Mean, spread, shape and extremes.
     #[must_use]
     pub const fn moments(&self) -> &Moments {

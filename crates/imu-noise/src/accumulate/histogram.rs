@@ -184,6 +184,14 @@ impl Histogram {
         self.add_bins(self.width_log2.max(other.width_log2), more);
     }
 
+    /// As if each sample were so many counts larger, a multiple of the width of a bin.
+    pub(crate) fn shift(&mut self, by: i64) {
+        let shifted = self.bins().map(|(lowest, frequency)| (lowest + by, frequency)).collect();
+        let empty = Self { width_log2: self.width_log2, ..Self::new() };
+        *self = empty;
+        self.add_bins(self.width_log2, shifted);
+    }
+
     #[cold]
     #[inline(never)]
     fn push_outside(&mut self, count: i32) {

@@ -51,6 +51,14 @@ impl Moments {
         self.max = self.max.max(other.max);
     }
 
+    /// As if each sample were so many counts larger, for which the counts have room.
+    pub(crate) fn shift(&mut self, by: i64) {
+        self.sums = self.sums.about(-by);
+        if self.count() > 0 {
+            (self.min, self.max) = ((i64::from(self.min) + by) as i32, (i64::from(self.max) + by) as i32);
+        }
+    }
+
     /// Number of samples n.
     #[must_use]
     pub const fn count(&self) -> u64 {

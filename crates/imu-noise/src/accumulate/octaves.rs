@@ -130,6 +130,14 @@ impl Octaves {
         Ok(())
     }
 
+    /// As if each sample were so many counts larger.
+    pub(crate) fn shift(&mut self, by: i64) {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.shift(by),
+            Windows::Full(overlapping) => overlapping.shift(by),
+        }
+    }
+
     pub(crate) const fn piece(&self) -> &Piece {
         match &self.windows {
             Windows::Strided(cascade) => cascade.piece(),

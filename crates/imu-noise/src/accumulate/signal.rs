@@ -140,6 +140,16 @@ impl ChannelSignal {
         Ok(())
     }
 
+    /// As if each sample were so many counts larger, for which the counts have room.
+    pub fn shift(&mut self, by: i64) {
+        let shifted = |count: i32| (i64::from(count) + by) as i32;
+        self.spectrum.shift(shifted);
+        self.slow_spectrum.shift(|sum| sum + by * WINDOW as i64);
+        self.blocks.shift(by);
+        self.windows.shift(by);
+        self.head.iter_mut().flatten().chain(&mut self.window).for_each(|count| *count = shifted(*count));
+    }
+
     /// The power spectral density and its lines.
     #[must_use]
     pub const fn spectrum(&self) -> &Spectrum {

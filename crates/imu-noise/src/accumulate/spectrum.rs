@@ -101,6 +101,11 @@ impl<T: Count> Spectrum<T> {
         sums.short.append(&next.sums.short);
     }
 
+    /// With other values, of the same differences.
+    pub(crate) fn shift(&mut self, shifted: impl Fn(T) -> T) {
+        self.segments.shift(shifted);
+    }
+
     pub(crate) fn powers(&self) -> Option<Powers> {
         if self.sums.long.segments >= MIN_LONG_SEGMENTS {
             return Some(self.sums.long.powers());

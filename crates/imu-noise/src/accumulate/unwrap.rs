@@ -66,11 +66,12 @@ impl Unwrap {
         offset - self.turns(wrapped - last) * self.turn_counts - theirs
     }
 
-    /// Continues with `next`, whose series lies on the same branch: see
-    /// [`counts_to`](Self::counts_to).
+    /// Continues with `next`, whose series was made larger by [`counts_to`](Self::counts_to).
     pub fn append(&mut self, next: &Self) {
-        self.first = self.first.or(next.first);
-        self.last = next.last.or(self.last);
+        let by = self.counts_to(next);
+        let shifted = |end: Option<(i64, i64)>| end.map(|(wrapped, offset)| (wrapped, offset + by));
+        self.first = self.first.or(shifted(next.first));
+        self.last = shifted(next.last).or(self.last);
     }
 
     /// The whole turns, in counts, that bring a mean of the continuous series to the principal

@@ -1,6 +1,6 @@
 //! Change of mean from window to window, spread within windows, and when either was large.
 
-use super::blocks::Sums;
+use super::blocks::{Sums, WINDOW};
 
 /// Bits of the fraction of a float that count: 8 bins an octave.
 const FRACTION_BITS: u32 = 3;
@@ -73,6 +73,11 @@ impl WindowStatistics {
             self.last = next.last;
         }
         self.parted |= next.parted;
+    }
+
+    /// As if each sample were so many counts larger.
+    pub(crate) fn shift(&mut self, by: i64) {
+        self.first.iter_mut().chain(&mut self.last).for_each(|window| window.sum += by * WINDOW as i64);
     }
 
     /// Of neighbours.

@@ -181,12 +181,12 @@ impl Accumulators {
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         self.settle();
         let next = &*next.settled();
-        let pairs = || self.channels.iter().zip(&next.channels);
-        if let Some(channel) = pairs().position(|(state, next)| !state.can_append(next)) {
-            return Err(NotAppended::Turned { channel });
+        if let Some((ours, theirs)) = self.quaternion.as_mut().zip(next.quaternion.as_ref()) {
+            ours.append(theirs)?;
         }
-        for (state, next) in self.channels.iter_mut().zip(&next.channels) {
-            state.append(next)?;
+        for (channel, (state, next)) in self.channels.iter_mut().zip(&next.channels).enumerate() {
+            let next = state.continued(next).ok_or(NotAppended::Turned { channel })?;
+            state.append(&next)?;
         }
         for (magnitude, next) in self.magnitudes.iter_mut().zip(&next.magnitudes) {
             magnitude.moments.append(&next.moments);

@@ -44,13 +44,22 @@ impl ChannelState {
         self.signal.gap(missing);
     }
 
-    /// Whether the next piece of an angle lies on the same branch.
-    pub(crate) fn can_append(&self, next: &Self) -> bool {
-        let unwraps = self.unwrap.as_ref().zip(next.unwrap.as_ref());
-        unwraps.is_none_or(|(ours, theirs)| ours.counts_to(theirs) == 0)
+    /// The next piece as it continues this one: an angle on the same branch. `None` where its counts
+    /// leave their range there, or may have done so before.
+    pub(crate) fn continued(&self, next: &Self) -> Option<Self> {
+        let mut next = next.clone();
+        let by = self.unwrap.as_ref().zip(next.unwrap.as_ref()).map_or(0, |(ours, theirs)| ours.counts_to(theirs));
+        if by != 0 {
+            if next.restarted || !next.accumulator.shift(by) {
+                return None;
+            }
+            next.signal.shift(by);
+        }
+        Some(next)
     }
 
-    /// Continues with a piece that begins where this one ends, or behind it.
+    /// Continues with a piece that was [`continued`](Self::continued), and begins where this one
+    /// ends, or behind it.
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;

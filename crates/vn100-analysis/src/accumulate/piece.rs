@@ -53,8 +53,11 @@ pub enum NotAppended {
         /// Where the other was begun.
         next: PieceStart,
     },
-    /// An angle turned so far from the one piece to the other that its counts leave their range, or
-    /// the bins of its histogram are wider than a turn can be moved by.
+    /// The quaternion of the sensor changed its sign before the piece began.
+    #[error("the quaternion goes on with the other sign: analyse the record whole")]
+    OtherSign,
+    /// An angle turns so far that its counts leave their range, or that the bins of its histogram
+    /// have another width than a turn is a multiple of.
     #[error("channel {channel} turns too far: analyse the record whole")]
     Turned {
         /// Its place in the message, from 0.

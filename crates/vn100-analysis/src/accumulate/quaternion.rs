@@ -2,9 +2,13 @@
 
 use vn100_protocol::{Layout, Quantity};
 
+use super::piece::NotAppended;
+
 #[derive(Debug, Clone)]
 pub(crate) struct QuaternionSign {
     first: usize,
+    /// The first one.
+    begins: Option<[i32; 4]>,
     /// As continued; zero before the first row, which keeps its sign.
     previous: [i32; 4],
     rows: Vec<i32>,
@@ -16,7 +20,19 @@ impl QuaternionSign {
         let is_whole = |four: &[_]| four.iter().all(|quantity| *quantity == Quantity::Quaternion);
         let quantities: Vec<_> = layout.channels.iter().map(|channel| channel.quantity).collect();
         let first = quantities.windows(4).position(is_whole)?;
-        Some(Self { first, previous: [0; 4], rows: Vec::new() })
+        Some(Self { first, begins: None, previous: [0; 4], rows: Vec::new() })
+    }
+
+    /// Continues with the next piece, if it has the sign that lies nearer.
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        let Some(begins) = next.begins else { return Ok(()) };
+        let products = begins.iter().zip(self.previous).map(|(now, before)| f64::from(*now) * f64::from(before));
+        if products.sum::<f64>() < 0.0 {
+            return Err(NotAppended::OtherSign);
+        }
+        self.begins = self.begins.or(next.begins);
+        self.previous = next.previous;
+        Ok(())
     }
 
     /// Each with the sign that lies nearer to the row before, however long ago that came.
@@ -32,6 +48,7 @@ impl QuaternionSign {
                 quaternion.iter_mut().for_each(|count| *count = count.saturating_neg());
             }
             self.previous.copy_from_slice(quaternion);
+            self.begins.get_or_insert(self.previous);
         }
         &self.rows
     }

@@ -175,6 +175,18 @@ impl Cascade {
         self.piece.append(&next.piece);
     }
 
+    /// As if each sample were so many counts larger: differences stay as they are.
+    pub(super) fn shift(&mut self, by: i64) {
+        for (k, Level { sums, earlier, head, .. }) in self.levels.iter_mut().enumerate() {
+            let add = |sum: &mut i64, lack: u32| *sum = sum.wrapping_add(by.wrapping_mul((1 << k) - i64::from(lack)));
+            head.sums.iter_mut().zip(head.missing).for_each(|(sum, lack)| add(sum, lack));
+            for Remembered { sums, missing, whole } in [sums, earlier] {
+                let lacks = missing.values.map(|lack| if *whole { 0 } else { lack });
+                sums.values.iter_mut().zip(lacks).for_each(|(sum, lack)| add(sum, lack));
+            }
+        }
+    }
+
     /// The octave m = 2^k, if any sample reached it: squares of whole windows, those of the others,
     /// and the sum of the terms before they are squared, of Allan differences, where they are kept.
     pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Gapped, Option<i128>)> {

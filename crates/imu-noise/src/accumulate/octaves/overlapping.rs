@@ -99,6 +99,13 @@ impl Overlapping {
         self.piece.append(&next.piece);
     }
 
+    /// As if each sample were so many counts larger.
+    pub(super) fn shift(&mut self, by: i64) {
+        for run in self.earlier.iter_mut().chain([&mut self.prefix]) {
+            (0..).zip(run).for_each(|(samples, sum)| *sum = sum.wrapping_add(by.wrapping_mul(samples)));
+        }
+    }
+
     /// As [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
     pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
         let terms = self.terms.as_ref().and_then(|terms| terms.get(k).copied());

@@ -136,6 +136,10 @@ impl<T: Copy + Default> Segments<T> {
         self.piece.append(&next.piece);
     }
 
+    pub(super) fn shift(&mut self, shifted: impl Fn(T) -> T) {
+        self.head.values.iter_mut().chain(&mut self.recent.values).for_each(|value| *value = shifted(*value));
+    }
+
     /// The segments that have begun, and their places.
     pub(super) fn open(&self) -> (&[Segment], &Places<T>) {
         (&self.open, &self.recent)
