@@ -48,6 +48,27 @@
 //! Each accumulator holds one channel, without sensor, clock and sampling interval: the
 //! averaging time is m times that interval.
 //!
+//! # Pieces of a record
+//!
+//! [`ChannelAccumulator`] and [`ChannelSignal`] take a record in pieces as well, each begun at its
+//! absolute index (`starting_at`) and appended to the piece before (`append`): the same, bit by
+//! bit, in any order of neighbours. That rests on these:
+//!
+//! - Windows of octaves, blocks, windows for disturbances and segments of the spectrum lie on the
+//!   grid of absolute indices. A piece keeps the incomplete ones at both of its ends.
+//! - What is kept are sums of integers. A window of an octave that lacks samples, a block of the
+//!   slope that does, and the power of a segment at each frequency are rounded once, by the samples
+//!   of that window alone: to 2^-16 counts², a whole count times half a sample, and 2^-12 counts².
+//! - Where the record outgrows its room, blocks of twice the length replace pairs of them, and
+//!   segments are taken twice as far apart, by the number of samples before: where and when does
+//!   not depend on the pieces. Of the high numbers among windows those of the 16 highest cells are
+//!   kept, whose order is that of their size, then of time.
+//!
+//! Exact without limit of length are the octaves (`None` beyond 128 bits), moments and histogram,
+//! up to 2^32 samples of full scale the rest. Not exact in the sense of arithmetic are the
+//! transforms of the segments, in single precision, and what is read of all sums: but these are the
+//! same numbers from the same sums, on processors with the same vector instructions.
+//!
 //! # References
 //!
 //! - D. W. Allan, "Statistics of atomic frequency standards", Proc. IEEE 54 (1966).

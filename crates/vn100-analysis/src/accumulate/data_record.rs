@@ -7,7 +7,7 @@ use vn100_protocol::{Layout, RegisterContents, stream::MarkKind};
 
 use super::{
     accumulators::Accumulators,
-    gaps::Gaps,
+    gaps::{Between, Gaps},
     measured_span::MeasuredSpan,
     pending_rows::Resolved,
     piece::NotAppended,
@@ -28,13 +28,6 @@ pub(crate) struct DataRecord {
     pub(crate) accumulators: Accumulators,
     /// The sensor was asked for its temperature between the rows.
     has_readings: bool,
-}
-
-/// Samples missing between two pieces: of the data time, and of these those that count.
-#[derive(Default)]
-struct Between {
-    data: u64,
-    counted: u64,
 }
 
 impl DataRecord {
@@ -82,7 +75,7 @@ impl DataRecord {
             self.break_segment(if breaks { Some(0) } else { None });
         }
         self.accumulators.printed = printed;
-        self.gaps.append(&next.gaps, between.counted);
+        self.gaps.append(&next.gaps, &between);
         self.replies.append(&next.replies);
         self.rate.append(&next.rate);
         Ok(())

@@ -22,6 +22,13 @@ pub(crate) struct Gaps {
     detector_decides: bool,
 }
 
+/// Samples missing between two pieces: of the data time, and of these those that count.
+#[derive(Default)]
+pub(crate) struct Between {
+    pub(super) data: u64,
+    pub(super) counted: u64,
+}
+
 impl Gaps {
     pub(crate) fn push_rejected_row(&mut self) {
         self.pending_rejected += u64::from(!self.detector_decides);
@@ -33,11 +40,11 @@ impl Gaps {
         rejected
     }
 
-    /// Continues with the next piece; so many samples that count are missing between.
-    pub(crate) fn append(&mut self, next: &Self, between: u64) {
+    /// Continues with the next piece.
+    pub(crate) fn append(&mut self, next: &Self, between: &Between) {
         let rejected = self.pending_rejected + next.leading_rejected.unwrap_or(next.pending_rejected);
         if next.leading_rejected.is_some() {
-            self.count(between, between == rejected);
+            self.count(between.counted, between.data == rejected);
             self.leading_rejected = self.leading_rejected.or(Some(rejected));
             (self.pending_rejected, self.detector_decides) = (next.pending_rejected, next.detector_decides);
         } else {

@@ -1,4 +1,16 @@
 //! Pieces of a record that are analysed by themselves, and appended.
+//!
+//! What a snapshot says of the samples of the whole is the same, bit by bit, in any order of
+//! appending neighbours: sums, spectra, blocks, disturbances, fingerprint, magnitudes, the
+//! temperature that the stream has, what the link carried. Angles are brought to the branch of the
+//! piece before. Not part of it:
+//!
+//! - Rows with arrival times: the detector of dropped samples weighs each by all before it. The
+//!   clock of the sensor, outages and changes of rate belong to them.
+//! - A temperature that was asked for between the rows, and a quaternion that changes its sign from
+//!   piece to piece. These three are errors.
+//! - Whether later pieces repeat the first one as a loop does: its rows are not kept.
+//! - The last minutes for a screen, which are those of the last piece.
 
 use thiserror::Error;
 
