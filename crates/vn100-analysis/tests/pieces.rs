@@ -242,8 +242,13 @@ proptest! {
         rows in 1_usize..500,
     ) {
         let whole = said(&record.analysed(record.whole(), 100));
-        let pieces = record.pieced(&starts, &order, rows).unwrap();
-        let pieces = said(&pieces);
+        let pieces = match record.pieced(&starts, &order, rows) {
+            // no two rows of a piece follow each other
+            Err(NotAppended::OtherCounter { .. } | NotAppended::OtherPlace { .. }) if record.has_counters => {
+                return Ok(());
+            }
+            pieces => said(&pieces.unwrap()),
+        };
         for (whole, pieces) in whole.lines().zip(pieces.lines()) {
             prop_assert_eq!(whole, pieces);
         }

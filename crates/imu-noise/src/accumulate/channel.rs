@@ -1,11 +1,13 @@
 //! The exact sums of one channel: moments, histogram, octaves, slope.
 
-use super::aligned_sums::{self, AlignedBlock, AlignedSums, LagOneSums, Trend};
+use super::aligned_sums::{self, AlignedBlock, AlignedSums};
 use super::histogram::Histogram;
+use super::lag_one_sums::LagOneSums;
 use super::moments::Moments;
 use super::octaves::Octaves;
 use super::piece::NotAppended;
 use super::record::{Deviation, Estimator};
+use super::trend::Trend;
 
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
 const BLOCK: usize = 256;

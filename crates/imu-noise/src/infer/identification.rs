@@ -1,8 +1,8 @@
 //! The kind of noise of an octave, by the lag-one autocorrelation of its block sums.
 
 use super::power_law::PowerLaw;
-use crate::accumulate::aligned_sums::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::channel::ChannelAccumulator;
+use crate::accumulate::lag_one_sums::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::record::{Octave, RecordShape};
 
 /// Fewer blocks do not distinguish the noise types: the standard deviation of α is 0.35 at 30.

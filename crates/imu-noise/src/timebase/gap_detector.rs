@@ -97,6 +97,19 @@ impl GapDetector {
         }
     }
 
+    /// Whether a sample had a counter.
+    #[must_use]
+    pub const fn has_counters(&self) -> bool {
+        self.counter.is_some()
+    }
+
+    /// By how much the counter rises from sample to sample, 0 for one that is ignored; `None` while
+    /// that is not known, at least before the second counter.
+    #[must_use]
+    pub fn counter_step(&self) -> Option<f64> {
+        self.counter.as_ref()?.step
+    }
+
     /// The next event that is certain.
     pub fn poll(&mut self) -> Option<GapEvent> {
         loop {

@@ -28,7 +28,7 @@ pub(super) struct SampleCounter {
     /// Increments before the samples held; empty once the step is known.
     held: Vec<Increment>,
     /// 0 for a counter that is ignored.
-    step: Option<f64>,
+    pub(super) step: Option<f64>,
     pub(super) events: VecDeque<GapEvent>,
     /// Whether [`finish`](Self::finish) was called.
     pub(super) has_ended: bool,

@@ -63,7 +63,7 @@ impl Analysis {
 
     /// Appends the piece of the record that follows this one, in any order of appending neighbours:
     /// what a snapshot then says is the same, bit by bit, as of one analysis of all samples. Rows
-    /// of both that are pending are decided first.
+    /// of both that are pending are decided first, so that no batch may follow.
     ///
     /// Not known across pieces is whether later ones repeat the first as a loop; of the last
     /// minutes, those of the later piece are kept. What the link carried is that of both.
@@ -77,10 +77,29 @@ impl Analysis {
         if self.is_timed() || next.is_timed() {
             return Err(NotAppended::ByArrival);
         }
+        let is_counted = self.is_counted_as(&next)?;
         self.record.append(&next.record)?;
+        if is_counted {
+            self.record.gaps.use_counter();
+        }
         self.link.append(&next.link);
         self.pending = next.pending.or(self.pending.take());
         Ok(())
+    }
+
+    /// Whether the rows of both have counters that show what is missing.
+    fn is_counted_as(&self, next: &Self) -> Result<bool, NotAppended> {
+        let detector = |analysis: &Self| {
+            let detector = &analysis.pending.as_ref()?.detector;
+            detector.has_counters().then(|| detector.counter_step())
+        };
+        match (detector(self), detector(next)) {
+            (Some(Some(step)), Some(Some(next_step))) if (step - next_step).abs() > step.max(next_step) / 4.0 => {
+                Err(NotAppended::OtherCounter { step, next_step })
+            }
+            (Some(ours), Some(theirs)) => Ok(ours != Some(0.0) && theirs != Some(0.0)),
+            _ => Ok(false),
+        }
     }
 
     /// Rows had arrival times, or the link was lost.
