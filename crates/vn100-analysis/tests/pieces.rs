@@ -53,7 +53,7 @@ impl Record {
         (0..self.lines.len()).map(|line| if line <= first { 0 } else { rows(&self.lines[first..line]) }).collect()
     }
 
-    /// Before the first good line from `first` on, what a piece that begins there is told.
+    /// What lies before the first row from `first` on, where a piece begins.
     fn start(&self, first: usize) -> PieceStart {
         let samples_in = |time: Duration| (time.as_secs_f64() * RATE_HZ as f64).ceil() as u64;
         let skip = samples_in(self.settings.skip);
@@ -73,7 +73,7 @@ impl Record {
         let layout = Arc::new(self.layout.clone());
         let mut analysis = Analysis::new(self.settings.clone()).starting_at(self.start(part.first));
         let indices = self.indices();
-        // each reader tells the format before its first row
+        // each reader marks the format before its first row
         let format = self.lines[..part.first].iter().rev().find_map(|line| match line {
             Line::Printed(format) => Some(*format),
             _ => None,

@@ -71,8 +71,8 @@ impl AlignedSums {
         }
     }
 
-    /// `None` for an unknown number of missing samples, which takes no place; a block that is parted
-    /// is none.
+    /// `None` for an unknown number of missing samples, which takes no place; a block that is
+    /// parted is none.
     pub(crate) fn gap(&mut self, missing: Option<u64>, mut complete: impl FnMut(AlignedBlock)) {
         match missing.map(|missing| self.piece.room_for(missing)) {
             Some(missing) if missing > 0 => {

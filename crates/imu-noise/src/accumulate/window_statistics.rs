@@ -59,7 +59,7 @@ impl WindowStatistics {
         self.parted = true;
     }
 
-    /// Goes on with the next piece; the window that the two share, if they do, is the last one here.
+    /// Continues with the next piece; the window that the two share, if they do, is the last here.
     pub(crate) fn append(&mut self, next: &Self) {
         if let (Some(last), Some(first)) = (self.last, next.first) {
             self.add_change(&last, &first);

@@ -123,7 +123,7 @@ proptest! {
         let mut joined = parts.remove(0);
         prop_assert!(parts.is_empty());
         let mut whole = fed(new(start, before), &pieces.concat());
-        // they are the same, and go on alike
+        // they are the same, and continue alike
         for more in [0, 1, 700, 40_000] {
             let counts: Vec<_> = (0..more).map(|i| i * i % 91).collect();
             joined.push(&counts);

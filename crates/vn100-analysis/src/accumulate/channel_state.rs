@@ -44,8 +44,8 @@ impl ChannelState {
         self.signal.gap(missing);
     }
 
-    /// The next piece as it continues this one: an angle on the same branch. `None` where its counts
-    /// leave their range there, or may have done so before.
+    /// The next piece as it continues this one: an angle on the same branch. `None` where its
+    /// counts leave their range there, or may have done so before.
     pub(crate) fn continued(&self, next: &Self) -> Option<Self> {
         let mut next = next.clone();
         let by = self.unwrap.as_ref().zip(next.unwrap.as_ref()).map_or(0, |(ours, theirs)| ours.counts_to(theirs));

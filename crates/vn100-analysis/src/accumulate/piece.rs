@@ -75,7 +75,7 @@ pub enum NotAppended {
         next: PieceStart,
     },
     /// The quaternion of the sensor changed its sign before the piece began.
-    #[error("the quaternion goes on with the other sign: analyse the record whole")]
+    #[error("the quaternion continues with the other sign: analyse the record whole")]
     OtherSign,
     /// An angle turns so far that its counts leave their range, or that the bins of its histogram
     /// have another width than a turn is a multiple of.
