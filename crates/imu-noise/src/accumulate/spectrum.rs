@@ -209,7 +209,7 @@ impl Spectrum {
         let covariance = |lag: usize| {
             let both_sides = powers.iter().enumerate().skip(1).map(|(k, power)| {
                 let sides = if 2 * k == segment_samples { 1.0 } else { 2.0 };
-                sides * power * cosines[lag * k & last]
+                sides * power * cosines[(lag * k) & last]
             });
             both_sides.sum::<f64>() / segment_samples as f64
         };

@@ -234,7 +234,7 @@ mod tests {
     }
 
     fn value(axis: usize, index: u64) -> i32 {
-        (index as i32).wrapping_mul(2_654_435_7).wrapping_add(axis as i32 * 977)
+        (index as i32).wrapping_mul(26_544_357).wrapping_add(axis as i32 * 977)
     }
 
     /// In calls of at most `cut` samples; gives where it ends.

@@ -83,7 +83,7 @@ fn axes_follow_the_temperature_of_the_stream_and_are_freed_of_it() {
     let last = freed.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap();
     assert!(last < measured.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap());
     assert!(!freed.1.warnings.iter().any(|warning| warning.kind == WarningKind::FollowsTemperature));
-    assert_eq!(measured.1.channels[8].disturbed.level_change.is_some(), true, "a cycle of the level");
+    assert!(measured.1.channels[8].disturbed.level_change.is_some(), "a cycle of the level");
     assert_eq!(freed.1.channels[8].disturbed.level_change, None);
 }
 
