@@ -109,6 +109,8 @@ pub struct TemperatureCoefficient {
 pub struct TemperatureSearch {
     series: Series,
     mixture: NoiseMixture,
+    /// Cosine coefficients of the temperature in use.
+    reach: usize,
     bank: Vec<Regressor>,
     excursion_c: f64,
     correlation: f64,
@@ -136,8 +138,10 @@ impl TemperatureSearch {
         }
         let mixture = NoiseMixture::new(series.temperatures_c.len());
         let longest_s = LONGEST_LAG_S.min(LAG_OF_RECORD * series.duration_s());
-        let bank = regressors(&series, &mixture, 0.0, log_lag(longest_s));
-        Ok(Self { series, mixture, bank, excursion_c, correlation })
+        let reach = mixture.reach(&series.temperatures_c);
+        let mut search = Self { series, mixture, reach, bank: Vec::new(), excursion_c, correlation };
+        search.bank = search.regressors(0.0, log_lag(longest_s));
+        Ok(search)
     }
 
     /// From the lowest to the highest block mean of the temperature, in °C.
@@ -180,7 +184,7 @@ impl TemperatureSearch {
             }
             let (from, to) = (first.saturating_sub(1), (last + 1).min(weights.len() - 1));
             let [from, to] = [from, to].map(|place| log_lag(regressors_now[place].lag_s));
-            regressors_now = regressors(&self.series, &self.mixture, from, to);
+            regressors_now = self.regressors(from, to);
             candidates = axis.candidates(&regressors_now);
         }
         let risk = (1.0 - confidence) / 2.0;
@@ -190,6 +194,13 @@ impl TemperatureSearch {
         let (lag_s, lag_range_s) = lags(&candidates, &regressors_now, risk)?;
         let (lower, upper) = (lower.min(upper), lower.max(upper));
         Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, p })
+    }
+
+    /// The temperature with lags from `from` to `to`, see [`log_lag`].
+    fn regressors(&self, from: f64, to: f64) -> Vec<Regressor> {
+        let lag_s = |place: usize| SHORT_LAG_S * (from + (to - from) * place as f64 / (LAGS - 1) as f64).exp_m1();
+        let lags_s = (0..LAGS).map(|place| lag_s(place).max(0.0));
+        lags_s.map(|lag_s| self.mixture.regressor(&self.series.lagged_c(lag_s), lag_s, self.reach)).collect()
     }
 
     /// What removes this much from the axis with this number, see [`TemperatureRemoval`].
@@ -202,13 +213,6 @@ impl TemperatureSearch {
 /// Evenly spaced from lag to lag.
 fn log_lag(lag_s: f64) -> f64 {
     (lag_s / SHORT_LAG_S).ln_1p()
-}
-
-/// The temperature with lags from `from` to `to`, see [`log_lag`].
-fn regressors(series: &Series, mixture: &NoiseMixture, from: f64, to: f64) -> Vec<Regressor> {
-    let lag_s = |place: usize| SHORT_LAG_S * (from + (to - from) * place as f64 / (LAGS - 1) as f64).exp_m1();
-    let lags_s: Vec<f64> = (0..LAGS).map(|place| lag_s(place).max(0.0)).collect();
-    lags_s.iter().map(|lag_s| mixture.regressor(&series.lagged_c(*lag_s), *lag_s)).collect()
 }
 
 /// The likeliest lag, and those that hold all but twice the `risk`, to the next one examined.

@@ -18,11 +18,14 @@ const CROSSINGS_APART: f64 = 2.5;
 /// coverage where a walk is there but looks much like flicker noise (the benchmark `cells`).
 const WALK_WEIGHT: f64 = 1.5;
 
+/// Share of the temperature in coefficients that are not used.
+const NOT_REACHED: f64 = 1e-3;
+
 /// Regressions with less of the weight of the likeliest one are excluded.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// Halvings of the range in which a quantile lies: to less than a thousandth of an error.
-const HALVINGS: usize = 22;
+/// Halvings of the range in which a quantile lies: to a thousandth of the standard deviation.
+const HALVINGS: usize = 14;
 
 #[derive(Clone)]
 pub(super) struct NoiseMixture {
@@ -105,10 +108,26 @@ impl NoiseMixture {
         Self { blocks, noises: noises.into(), transform }
     }
 
-    pub(super) fn regressor(&self, values: &[f64], lag_s: f64) -> Regressor {
-        let coefficients = self.cosine_coefficients(values);
+    /// How many coefficients of the temperature matter: the others hold less than a thousandth of
+    /// it, by their size squared times their frequency. A regression without them is not biased.
+    pub(super) fn reach(&self, temperatures: &[f64]) -> usize {
+        let weigh = |(place, value): (usize, f64)| value * value * (place + 1) as f64;
+        let weighed: Vec<f64> = self.cosine_coefficients(temperatures).into_iter().enumerate().map(weigh).collect();
+        let mut rest = weighed.iter().sum::<f64>();
+        let least = NOT_REACHED * rest;
+        let reached = weighed.iter().position(|weight| {
+            rest -= weight;
+            rest <= least
+        });
+        reached.map_or(weighed.len(), |last| last + 1)
+    }
+
+    /// With the first `reach` coefficients.
+    pub(super) fn regressor(&self, values: &[f64], lag_s: f64, reach: usize) -> Regressor {
+        let mut coefficients = self.cosine_coefficients(values);
+        coefficients.truncate(reach);
         let squared: Vec<f64> = coefficients.iter().map(|value| value * value).collect();
-        let squares = self.noises.iter().map(|noise| dot(&noise.weights, &squared)).collect();
+        let squares = self.noises.iter().map(|noise| dot(&noise.weights[..squared.len()], &squared)).collect();
         Regressor { lag_s, coefficients, squares }
     }
 
@@ -156,7 +175,8 @@ impl Axis<'_> {
         for Regressor { lag_s, coefficients, squares } in regressors {
             let reference = squares[self.likeliest];
             for (place, weighted, of_axis) in &self.weighted {
-                let (product, of_lag) = (dot(weighted, coefficients), squares[*place]);
+                let product = dot(&weighted[..coefficients.len()], coefficients);
+                let of_lag = squares[*place];
                 let (value, dof) = (product / of_lag, weighted.len() as f64 - 1.0);
                 let residual = (of_axis - value * product).max(f64::MIN_POSITIVE);
                 let Noise { log_prior, log_determinant, .. } = &self.mixture.noises[*place];
@@ -220,9 +240,14 @@ pub(super) fn quantile(candidates: &[Candidate], p: f64) -> Option<f64> {
     let total: f64 = matter.iter().map(|(weight, _)| weight).sum();
     let above =
         |value: f64| matter.iter().map(|(weight, candidate)| weight * candidate.above(value)).sum::<f64>() / total;
-    let ends = |sign: f64| matter.iter().map(move |(_, candidate)| candidate.value + sign * 40.0 * candidate.error);
-    let mut low = ends(-1.0).reduce(f64::min)?;
-    let mut high = ends(1.0).reduce(f64::max)?;
+    let mean = matter.iter().map(|(weight, candidate)| weight * candidate.value).sum::<f64>() / total;
+    let square = |(weight, candidate): &(f64, &Candidate)| {
+        weight * ((candidate.value - mean).powi(2) + candidate.error.powi(2) * candidate.dof / (candidate.dof - 2.0))
+    };
+    let deviation = (matter.iter().map(square).sum::<f64>() / total).sqrt();
+    // no distribution has more beyond (Chebyshev)
+    let most = deviation / p.min(1.0 - p).sqrt();
+    let (mut low, mut high) = (mean - most, mean + most);
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);
         if above(middle) > 1.0 - p { low = middle } else { high = middle }

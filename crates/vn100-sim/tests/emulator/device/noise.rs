@@ -206,3 +206,29 @@ fn a_density_stated_for_the_output_comes_out_as_delivered() {
         assert!((found / published - 1.0).abs() < 0.05, "{channel}: {found}, published {published}");
     }
 }
+
+#[test]
+fn the_bias_follows_the_temperature_as_the_truth_has_it() {
+    let mut config = white();
+    for channel in &mut config.profile.channels {
+        channel.noise = NoiseTruth { mean: channel.noise.mean, ..NoiseTruth::default() };
+    }
+    config.profile.thermal = "gyro=0.5 accel=20 lag=5 heating=10 warm-up=20".parse().unwrap();
+    let mut bench = Bench::quiet_with(config);
+    // angular rate x, specific force y, temperature of register 54
+    let measured = |bench: &mut Bench| -> [f64; 3] {
+        let answer = bench.ask("VNRRG,54");
+        let fields: Vec<&str> = answer.split(['*', ',']).collect();
+        [8, 6, 11].map(|field| fields[field].parse().unwrap())
+    };
+    let [rate_rad_s, force_m_s2, begun_c] = measured(&mut bench);
+    bench.wait(Duration::from_secs(300));
+    let [later_rad_s, later_m_s2, ended_c] = measured(&mut bench);
+    let degrees = ended_c - begun_c;
+    assert!((8.5..10.5).contains(&degrees), "{degrees}");
+    // the temperature is printed to 0.1 °C, and the bias began 5 s behind it
+    let lagging = 0.06;
+    let of_rate = (later_rad_s - rate_rad_s).to_degrees() / (0.5 * degrees);
+    let of_force = (later_m_s2 - force_m_s2) / (0.02 * 9.80665 * degrees);
+    assert!((of_rate - 1.0).abs() < lagging && (of_force - 1.0).abs() < lagging, "{of_rate} {of_force}");
+}
