@@ -4,6 +4,7 @@ mod disturbed;
 mod noise;
 mod points;
 mod rest;
+mod rounding;
 mod stationary;
 mod stream;
 pub(crate) mod temperature;
@@ -19,7 +20,7 @@ pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade};
 pub use rest::Motion;
-pub(crate) use stream::is_rounded_away;
+pub(crate) use rounding::is_rounded_away;
 pub use stream::{Onboard, WindowFrom};
 pub use temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
@@ -178,6 +179,7 @@ fn noise_of(
         ..ChannelCurve::default()
     };
     let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models)?;
+    noise.rounded_away = rounding::hidden_terms(channel, results);
     if was_moved {
         noise.was_moved();
     }

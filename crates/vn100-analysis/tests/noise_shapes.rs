@@ -145,3 +145,33 @@ fn where_lines_leave_no_free_band_n_is_bounded() {
     assert!(n.upper.unwrap() > truth(), "{n:?}, not {}", truth());
     only(&assessment, WarningKind::LineFreeBand);
 }
+
+#[test]
+fn what_rounding_hides_is_not_measurable_wherever_the_level_lies() {
+    const STEP: f64 = 400.0;
+    let rounded = |level: f64, walk: f64, deviation: f64| {
+        assessed(move |column, random| {
+            let mut at = level * STEP;
+            for value in column {
+                at += walk * STEP * random.normal();
+                *value = ((deviation * STEP / WHITE * *value + at) / STEP).round() * STEP;
+            }
+        })
+    };
+    let place = VNIMU.channels.iter().position(|channel| channel.name == SHAPED).unwrap();
+    let status = |assessment: &Assessment, term| {
+        assessment.channels[place].noise.as_ref().and_then(|noise| noise.parameter(term)).unwrap().status
+    };
+    // in the middle of a step and at its edge, where half of the values are the next
+    for level in [0.0, 0.3, 0.5] {
+        let hidden = rounded(level, 0.0, 0.25);
+        for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+            assert_eq!(status(&hidden, term), Status::NotMeasurable, "{term:?} at {level}");
+        }
+        only(&hidden, WarningKind::QuantisationFloor);
+        assert_eq!(status(&rounded(level, 0.0, 1.0), Term::White), Status::Estimated, "at {level}");
+    }
+    let walking = rounded(0.0, 0.05, 0.1);
+    assert_eq!(status(&walking, Term::White), Status::NotMeasurable);
+    assert_ne!(status(&walking, Term::RateRandomWalk), Status::NotMeasurable, "a walk over many steps");
+}

@@ -92,8 +92,9 @@ impl Histogram {
 
     /// The real step of the values in counts, not always whole: the even distance of neighbouring
     /// values, or clusters of them, in the core of the distribution, where each came often, so that
-    /// one between them would have come too. `None` below two counts, where the printed digit is
-    /// the step, and where the samples are too few, or too far apart, to show it.
+    /// one between them would have come too. Of two values it is their distance. `None` below two
+    /// counts, where the printed digit is the step, and where the samples are too few, or too far
+    /// apart, to show it.
     #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
@@ -110,8 +111,12 @@ impl Histogram {
         if self.width_log2 > 0 {
             return None;
         }
-        let least = LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE);
-        let core: Vec<(i64, u64)> = self.bins().filter(|(_, frequency)| *frequency >= least).collect();
+        let frequent = |least: u64| self.bins().filter(|(_, frequency)| *frequency >= least).collect::<Vec<_>>();
+        let mut core = frequent(LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE));
+        // where a step is wider than the noise, its core is a value or two
+        if core.len() < 3 {
+            core = frequent(LEAST);
+        }
         let centre = |cluster: &[(i64, u64)]| {
             let sum: f64 = cluster.iter().map(|(count, frequency)| *count as f64 * *frequency as f64).sum();
             sum / cluster.iter().map(|(_, frequency)| *frequency as f64).sum::<f64>()
@@ -122,7 +127,7 @@ impl Histogram {
         let step = (last - first) / steps as f64;
         let widest = core.chunk_by(|a, b| b.0 - a.0 == 1).map(<[_]>::len).max()? as f64;
         let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN);
-        (steps >= 2 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
+        (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
     /// The count that the share `p` of the samples does not exceed, in the middle of its bin;

@@ -119,7 +119,7 @@ fn the_step_of_the_values_is_found_where_they_came_often() {
     let scattered: Vec<i32> = (-6..=6).flat_map(|number| [-1, 0, 0, 1].map(|off| 10 * number + off)).collect();
     let found = histogram(&scattered.repeat(50)).step_counts().unwrap();
     assert!((found - 10.0).abs() < 0.01, "{found}");
-    assert_eq!(histogram(&[0, 7].repeat(100)).step_counts(), None, "two values have one distance");
+    assert_eq!(histogram(&[0, 7].repeat(100)).step_counts(), Some(7.0), "of two values their distance");
     assert_eq!(histogram(&[0, 7, 9].repeat(100)).step_counts(), None, "uneven");
     assert_eq!(histogram(&[0, 1, MAX_BINS as i32].repeat(100)).step_counts(), None, "in wide bins");
     assert_eq!(histogram(&[]).step_counts(), None);

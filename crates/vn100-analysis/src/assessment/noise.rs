@@ -38,6 +38,9 @@ pub struct ChannelNoise {
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
     pub white_budget: WhiteBudget,
+    /// Terms that are those of the rounding, not of the sensor: from sample to sample its noise is
+    /// less than half of a step of the values.
+    pub(super) rounded_away: &'static [Term],
     /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
     /// would be fitted to: they are no more than bounded.
     pub level_changes: bool,
@@ -144,16 +147,21 @@ impl ChannelNoise {
             detectable_rrw: None,
             long_taus,
             white_budget,
+            rounded_away: &[],
             level_changes: false,
             temperature: None,
         })
     }
 
-    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
+    /// A parameter of the sensor; `None` for one that was not asked for. What rounding hides is not
+    /// measurable. Where long averaging times
     /// do not show the sensor, white and quantisation noise alone are its own. The interval of
     /// white noise holds what is known of the time scale, see [`WhiteBudget`].
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
+        if self.rounded_away.contains(&term) {
+            return self.fit.parameter(term).map(|_| Parameter::without_value(Status::NotMeasurable));
+        }
         match self.long_taus {
             _ if term == Term::White => self.fit.parameter(term).map(|white| self.white_budget.widened(white)),
             _ if term == Term::Quantization => self.fit.parameter(term),
@@ -240,7 +248,7 @@ pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
     let mut tests = Vec::new();
     for (channel, assessment) in channels.iter().enumerate() {
         let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor);
-        let p = |term| Some((channel, term, noise?.fit.parameter(term)?.p?));
+        let p = |term| Some((channel, term, noise?.parameter(term)?.p?));
         tests.extend(SLOW.into_iter().filter_map(p));
     }
     let corrected = holm(&tests.iter().map(|(.., p)| *p).collect::<Vec<_>>());

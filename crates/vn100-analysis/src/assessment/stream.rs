@@ -104,9 +104,6 @@ fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     RegisterContents { register, fields }.value().ok()
 }
 
-/// Below this ratio of noise to a step the rounding is no longer white noise of its own.
-const LEAST_NOISE_STEPS: f64 = 0.5;
-
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
     let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
         (snapshot.assessed(assessed))
@@ -160,9 +157,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         warnings.push(Warning::new(WarningKind::LineFreeBand, full, text));
     }
     warnings.extend(correlated_noise(snapshot, assessed));
-    let rounded = names(&|channel, results, assessed| {
-        assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)
-    });
+    let rounded = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()));
     if !rounded.is_empty() {
         let text = "from sample to sample the noise is less than half of a step of the values: the curve is that of the rounding, not of \
                     the sensor";
@@ -263,10 +258,4 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
     } else {
         None
     }
-}
-
-/// White noise of less than half a step shows as a deviation, at m = 1, of less than that.
-pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
-    let deviation = results.octaves.first().and_then(imu_noise::OctaveSum::deviation_counts);
-    deviation.is_some_and(|deviation| channel.in_unit(deviation) < LEAST_NOISE_STEPS * results.step(channel))
 }

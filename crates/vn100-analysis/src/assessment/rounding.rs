@@ -1,0 +1,30 @@
+//! What the rounding of values hides of their noise.
+
+use imu_noise::{OctaveSum, Term};
+use vn100_protocol::Channel;
+
+use crate::snapshot::ChannelSnapshot;
+
+/// Fewer do not show how the values are rounded.
+const LEAST_SAMPLES: u64 = 100;
+
+/// Deviation at m = 1 of noise of half a step, in steps, with what rounding adds: √(1/4 + 1/12).
+/// That of less noise depends on where between two steps the level lies.
+const LEAST_NOISE_STEPS: f64 = 0.577;
+
+/// Whether the noise from sample to sample is less than half of a step.
+pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
+    let deviation = results.octaves.first().and_then(OctaveSum::deviation_counts);
+    deviation.is_some_and(|deviation| channel.in_unit(deviation) < LEAST_NOISE_STEPS * results.step(channel))
+}
+
+/// The terms whose values would be those of the rounding. A walk or a ramp that goes over several
+/// steps shows all the same.
+pub(super) fn hidden_terms(channel: &Channel, results: &ChannelSnapshot) -> &'static [Term] {
+    const WITHIN_A_STEP: [Term; 3] = [Term::Quantization, Term::White, Term::BiasInstability];
+    if results.moments.count() < LEAST_SAMPLES || !is_rounded_away(channel, results) {
+        return &[];
+    }
+    let largest = results.octaves.iter().filter_map(OctaveSum::deviation_counts).fold(0.0, f64::max);
+    if channel.in_unit(largest) < results.step(channel) { &Term::ALL } else { &WITHIN_A_STEP }
+}
