@@ -26,6 +26,10 @@ const PROCESS: f64 = 8.0;
 /// interval of N covers both.
 const PERHAPS_A_PROCESS: f64 = 3.0;
 
+/// Below, such processes may have taken what is flicker noise or a walk: the bounds of both cover
+/// the fit without them.
+const A_PROCESS_BEYOND_DOUBT: f64 = 16.0;
+
 /// Lines with a power of their own in the fit.
 const MOST_LINES: usize = 5;
 
@@ -184,10 +188,10 @@ impl NoiseModel {
     /// spectrum is a term of its own, with its frequency known and its power free. Where that does
     /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
     /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
-    /// the terms; where it falls by 3 to 8, the interval of N covers the values with and without
-    /// them. Where that does not hold either, or the lower end of N lies above what the curve
-    /// itself leaves, the model is rejected, and N is bounded by the curve. It is bounded by the
-    /// fit where lines cover more than half of the frequencies.
+    /// the terms; where it falls by 3 to 8, the interval of N covers the fits with and without them,
+    /// and by 8 to 16 those of B and K do. Where that does not hold either, or the lower end of N
+    /// lies above what the curve itself leaves, the model is rejected, and N is bounded by the
+    /// curve. It is bounded by the fit where lines cover more than half of the frequencies.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -277,12 +281,16 @@ impl NoiseModel {
                 let fall = with.as_ref().map_or(0.0, |(_, with)| without.1.chi2 - with.chi2);
                 let with = with.filter(|_| fall > PERHAPS_A_PROCESS);
                 let with = with.and_then(|with| read_out(&with_processes, range.clone(), with));
-                if fall > PROCESS {
+                if fall > A_PROCESS_BEYOND_DOUBT {
                     return with;
                 }
-                let mut fit = read_out(model, range, without)?;
-                if let Some(with) = with {
-                    fit.widen(Term::White, &with);
+                let without = read_out(model, range, without);
+                let (mut fit, other, terms) = match fall > PROCESS {
+                    true => (with?, without, &[Term::BiasInstability, Term::RateRandomWalk][..]),
+                    false => (without?, with, &[Term::White][..]),
+                };
+                if let Some(other) = other {
+                    terms.iter().for_each(|term| fit.widen(*term, &other));
                 }
                 Some(fit)
             });
