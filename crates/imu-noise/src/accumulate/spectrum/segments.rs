@@ -79,7 +79,7 @@ impl<T: Copy + Default> Segments<T> {
             }
             self.head.values.extend_from_slice(&now[..now.len().min(self.room_of_head())]);
             self.samples += now.len() as u64;
-            self.go_on(now.len() as u64, &mut ended);
+            self.continue_by(now.len() as u64, &mut ended);
             counts = later;
         }
     }
@@ -173,10 +173,10 @@ impl<T: Copy + Default> Segments<T> {
 
     fn miss(&mut self, places: u64, ended: &mut impl FnMut(&Places<T>, &Segment)) {
         self.samples += if self.counts_missing { places } else { 0 };
-        self.go_on(places, ended);
+        self.continue_by(places, ended);
     }
 
-    fn go_on(&mut self, places: u64, ended: &mut impl FnMut(&Places<T>, &Segment)) {
+    fn continue_by(&mut self, places: u64, ended: &mut impl FnMut(&Places<T>, &Segment)) {
         self.piece.end += places;
         if self.piece.end.is_multiple_of(STEP) {
             self.end_full(self.piece.end, ended);
