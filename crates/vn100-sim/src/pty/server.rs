@@ -29,7 +29,7 @@ const LINGER: Duration = Duration::from_secs(1);
 /// How often it is looked whether it has read all, and how often in a row nothing must be left: the
 /// machine hands bytes over in steps, and late where it is busy.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
-const LINGER_LOOKS: u32 = 8;
+const LINGER_LOOKS: u32 = 25;
 
 /// A sensor that is connected until this is dropped or stopped.
 #[derive(Debug)]
