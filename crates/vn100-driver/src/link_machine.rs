@@ -105,7 +105,6 @@ pub(crate) enum PortAction {
 
 /// What the owner is to forward.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every event is of the stream, and one is moved for each read")]
 pub(crate) enum LinkOutput {
     /// To the recording.
     Recorded(StreamInput),
