@@ -93,7 +93,7 @@ pub use accumulate::counts::counts_to_unit;
 pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
 pub use accumulate::moments::Moments;
 pub use accumulate::octaves::{OctaveSum, Octaves};
-pub use accumulate::piece::NotAppended;
+pub use accumulate::piece::PieceNotAppended;
 pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
 pub use accumulate::signal::ChannelSignal;
 pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};

@@ -9,7 +9,7 @@ mod input;
 mod rejected_rows;
 mod sample_reader;
 
-pub use batch::{Arrival, Batch, Diagnostic, Lines, Mark, MarkKind, RowCounter};
+pub use batch::{Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 pub use rejected_rows::{CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};

@@ -5,7 +5,7 @@ use super::histogram::Histogram;
 use super::lag_one_sums::LagOneSums;
 use super::moments::Moments;
 use super::octaves::Octaves;
-use super::piece::NotAppended;
+use super::piece::PieceNotAppended;
 use super::record::{Deviation, Estimator};
 use super::trend::Trend;
 
@@ -88,7 +88,7 @@ impl ChannelAccumulator {
     /// # Errors
     /// Where `next` begins before this one ends, or was made with another estimator: then nothing
     /// is appended.
-    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.octaves.append(&next.octaves)?;
         self.moments.append(&next.moments);
         self.histogram.append(&next.histogram);

@@ -6,7 +6,7 @@ mod gapped;
 mod overlapping;
 mod squares;
 
-use super::piece::{NotAppended, Piece};
+use super::piece::{Piece, PieceNotAppended};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use gapped::Gapped;
@@ -118,14 +118,14 @@ impl Octaves {
     ///
     /// # Errors
     /// Where `next` begins before this one ends, or was made with another estimator.
-    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.piece().check_follows(next.piece())?;
         match (&mut self.windows, &next.windows) {
             (Windows::Strided(cascade), Windows::Strided(next)) if cascade.is_kind_of(next) => cascade.append(next),
             (Windows::Full(overlapping), Windows::Full(next)) if overlapping.is_kind_of(next) => {
                 overlapping.append(next);
             }
-            _ => return Err(NotAppended::OtherKind),
+            _ => return Err(PieceNotAppended::OtherKind),
         }
         Ok(())
     }

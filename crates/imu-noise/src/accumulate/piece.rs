@@ -41,9 +41,9 @@ impl Piece {
         self.first_break.unwrap_or(self.end)
     }
 
-    pub(crate) const fn check_follows(&self, next: &Self) -> Result<(), NotAppended> {
+    pub(crate) const fn check_follows(&self, next: &Self) -> Result<(), PieceNotAppended> {
         if next.start < self.end {
-            return Err(NotAppended::Overlap { end: self.end, first_sample: next.start });
+            return Err(PieceNotAppended::Overlap { end: self.end, first_sample: next.start });
         }
         Ok(())
     }
@@ -56,7 +56,7 @@ impl Piece {
 
 /// Why a piece of a record cannot be appended to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotAppended {
+pub enum PieceNotAppended {
     /// It begins before the other ends.
     Overlap {
         /// Absolute index behind the last sample of the piece before.
@@ -75,7 +75,7 @@ pub enum NotAppended {
     OtherKind,
 }
 
-impl fmt::Display for NotAppended {
+impl fmt::Display for PieceNotAppended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Overlap { end, first_sample } => write!(
@@ -95,4 +95,4 @@ impl fmt::Display for NotAppended {
     }
 }
 
-impl std::error::Error for NotAppended {}
+impl std::error::Error for PieceNotAppended {}

@@ -3,7 +3,7 @@
 use std::mem;
 
 use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
-use super::piece::{NotAppended, Piece};
+use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 
@@ -111,10 +111,10 @@ impl ChannelSignal {
     /// # Errors
     /// Where `next` begins before this one ends, or was begun behind another number of samples:
     /// then nothing is appended.
-    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.piece.check_follows(&next.piece)?;
         if next.samples_before != self.samples {
-            return Err(NotAppended::OtherSamples { samples: self.samples, samples_before: next.samples_before });
+            return Err(PieceNotAppended::OtherSamples { samples: self.samples, samples_before: next.samples_before });
         }
         match next.piece.start.saturating_sub(self.piece.end) {
             0 => {}

@@ -1,6 +1,6 @@
 //! Sums of the axes of a sensor and of its temperature, block by block.
 
-use super::piece::NotAppended;
+use super::piece::PieceNotAppended;
 
 /// Most blocks of a record; once filled, half as many of twice the length hold it.
 pub(crate) const MOST_BLOCKS: u64 = 1024;
@@ -101,14 +101,14 @@ impl TemperatureBlocks {
     ///
     /// # Errors
     /// Where `next` begins before this one ends, or has other axes: then nothing is appended.
-    pub fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         if self.axes != next.axes {
-            return Err(NotAppended::OtherKind);
+            return Err(PieceNotAppended::OtherKind);
         }
         if let (Some((_, end)), Some((first_sample, _))) = (self.span, next.span)
             && first_sample < end
         {
-            return Err(NotAppended::Overlap { end, first_sample });
+            return Err(PieceNotAppended::Overlap { end, first_sample });
         }
         if next.begins_with_break {
             self.part();
@@ -307,8 +307,8 @@ mod tests {
     fn pieces_that_overlap_or_have_other_axes_are_not_appended() {
         let (mut blocks, _) = of(0, &[Step::Samples(100)], 100);
         let (other, _) = of(99, &[Step::Samples(10)], 100);
-        assert_eq!(blocks.append(&other), Err(NotAppended::Overlap { end: 100, first_sample: 99 }));
-        assert_eq!(blocks.append(&TemperatureBlocks::new(3)), Err(NotAppended::OtherKind));
+        assert_eq!(blocks.append(&other), Err(PieceNotAppended::Overlap { end: 100, first_sample: 99 }));
+        assert_eq!(blocks.append(&TemperatureBlocks::new(3)), Err(PieceNotAppended::OtherKind));
         assert_eq!(blocks, of(0, &[Step::Samples(100)], 100).0);
     }
 }

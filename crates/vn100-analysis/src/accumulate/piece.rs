@@ -86,5 +86,5 @@ pub enum NotAppended {
     },
     /// The sums of a channel do not belong together.
     #[error(transparent)]
-    Sums(#[from] imu_noise::NotAppended),
+    Sums(#[from] imu_noise::PieceNotAppended),
 }

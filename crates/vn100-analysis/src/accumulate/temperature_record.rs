@@ -1,6 +1,6 @@
 //! The axes of a sensor beside its temperature, as the stream has it or as it was asked for.
 
-use imu_noise::{NoCoefficient, NotAppended, Sensor, TemperatureBlocks, TemperatureSearch};
+use imu_noise::{NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch};
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 use crate::sensor::sensor_of;
@@ -75,7 +75,7 @@ impl TemperatureRecord {
     }
 
     /// Continues with the next piece of a record whose stream has the temperature.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.blocks.append(&next.blocks)
     }
 

@@ -53,7 +53,7 @@ impl Batch {
     /// Its rows, each as a batch of its own where there are [`tallies`](Self::tallies) of each;
     /// else all in one.
     #[must_use]
-    pub fn lines(mut self) -> Lines {
+    pub fn lines(mut self) -> SingleRows {
         let line = match self.tallies.is_empty() {
             true => Self::default(),
             false => Self {
@@ -65,19 +65,19 @@ impl Batch {
                 ..Self::default()
             },
         };
-        Lines { batch: self, next: 0, line }
+        SingleRows { batch: self, next: 0, line }
     }
 }
 
 /// The rows of a [`Batch`] one by one.
 #[derive(Debug)]
-pub struct Lines {
+pub struct SingleRows {
     batch: Batch,
     next: usize,
     line: Batch,
 }
 
-impl Lines {
+impl SingleRows {
     /// The next one; `None` behind the last.
     pub fn next_line(&mut self) -> Option<&Batch> {
         let (batch, line, row) = (&self.batch, &mut self.line, self.next);

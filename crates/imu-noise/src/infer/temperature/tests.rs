@@ -1,3 +1,5 @@
+//! The temperature coefficient beside noise of known kinds, and what keeps it from being shown.
+
 use std::f64::consts::TAU;
 
 use super::*;
