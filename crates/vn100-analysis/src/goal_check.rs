@@ -76,3 +76,21 @@ impl Goal {
         concerned.peek().is_some() && concerned.all(&mut is_met)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn so_few_samples_rule_out_a_narrow_goal_and_no_wide_one() {
+        for (text, samples, is_within) in [
+            ("gyro N ±5%", 40, false),
+            ("gyro N ±5%", 100_000, true),
+            ("gyro N ±50%", 2, false),
+            ("gyro N ±51%", 2, true),
+            ("gyro B ±5%", 2, true),
+        ] {
+            assert_eq!(text.parse::<Goal>().unwrap().is_within(samples, 0.95), is_within, "{text}, {samples}");
+        }
+    }
+}

@@ -371,6 +371,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lengths_are_rounded_up_to_minutes_ten_minutes_and_hours() {
+        for (seconds, rounded) in [
+            (1.0, 60.0),
+            (60.0, 60.0),
+            (61.0, 120.0),
+            (3599.0, 3600.0),
+            (3601.0, 4200.0),
+            (35_500.0, 36_000.0),
+            (36_001.0, 39_600.0),
+        ] {
+            assert_eq!(rounded_up(seconds), rounded, "{seconds} s");
+        }
+    }
+
+    #[test]
+    fn what_shall_be_judged_lies_a_fifth_below_the_limit_unless_it_is_known_and_not_near() {
+        for (typical, taken) in
+            [(None, 8.0), (Some(8.1), 8.0), (Some(11.9), 8.0), (Some(7.9), 7.9), (Some(12.1), 12.1), (Some(1.0), 1.0)]
+        {
+            assert_eq!(beside(10.0, typical), taken, "{typical:?}");
+        }
+    }
+
+    #[test]
     fn wants_are_read_in_every_spelling() {
         for (text, printed) in [
             ("gyro N ±5%", "gyro N ±5 %"),

@@ -6,7 +6,7 @@ use std::{sync::Arc, time::Duration};
 
 use proptest::{collection::vec, prelude::*, sample::Index};
 use vn100_analysis::{
-    Analysis, Assessment, AveragingTimes, Detrend, NotAppended, PieceStart, Settings,
+    Analysis, Assessment, AveragingTimes, Detrend, NotAppended, PieceStart, RateFrom, Settings,
     noise::{Deviation, Estimator, Histogram},
 };
 use vn100_protocol::stream::{Batch, Mark, MarkKind, RowCounter};
@@ -253,5 +253,45 @@ proptest! {
             prop_assert_eq!(whole, pieces);
         }
         prop_assert_eq!(whole.len(), pieces.len());
+    }
+}
+
+/// Of one channel that counts up, as the pieces of a record that begin at these rows.
+fn counted_up(starts: &[usize]) -> Analysis {
+    let lines = (0..6).map(|row| if row == 3 { Line::Bad } else { Line::Good([row; 13]) }).collect();
+    let record = Record { layout: VNIMU.clone(), lines, has_counters: true, settings: Settings::default() };
+    let ends = starts.iter().skip(1).copied().chain([6]);
+    let mut pieces = starts.iter().zip(ends).map(|(&first, behind)| record.analysed(Part { first, behind }, 1));
+    let mut whole = pieces.next().unwrap();
+    pieces.for_each(|piece| whole.append(piece).unwrap());
+    whole
+}
+
+#[test]
+fn counters_of_pieces_tell_what_is_missing_though_a_piece_has_one_row() {
+    let whole = said(&counted_up(&[0]));
+    for starts in [&[0, 1][..], &[0, 2], &[0, 1, 2], &[0, 5]] {
+        assert_eq!(said(&counted_up(starts)), whole, "{starts:?}");
+    }
+}
+
+#[test]
+fn a_piece_that_tells_the_rate_tells_it_for_the_others() {
+    let piece = |first: usize, told: bool| {
+        let row = vec![1; VNIMU.channels.len()];
+        let mut batch = Batch { layout: Some(Arc::new(VNIMU.clone())), counts: row, ..Batch::default() };
+        let fields = RegisterFields::new("40").unwrap();
+        batch.registers.extend(told.then_some(RegisterContents { register: Register::ASYNC_RATE, fields }));
+        let (index, places, samples) = (first as u64, first as u64, first as u64);
+        let mut analysis = Analysis::new(Settings::default()).starting_at(PieceStart { index, places, samples });
+        analysis.absorb(&batch);
+        analysis
+    };
+    for told in [[false, false], [false, true], [true, false], [true, true]] {
+        let mut whole = piece(0, told[0]);
+        whole.append(piece(1, told[1])).unwrap();
+        let timing = whole.snapshot().timing;
+        let expected = if told.contains(&true) { RateFrom::Device } else { RateFrom::Assumed };
+        assert_eq!((timing.samples, timing.rate_hz, timing.rate_from), (2, 40.0, expected), "{told:?}");
     }
 }

@@ -85,6 +85,27 @@ mod tests {
     }
 
     #[test]
+    fn a_piece_continues_with_the_sign_that_lies_nearer() {
+        let piece = |rows: &[[i32; 4]]| {
+            let mut sign = sign();
+            continued(&mut sign, rows);
+            sign
+        };
+        let first = || piece(&[[1, 2, -6, -8], [0, 1, -8, 6]]);
+        for (next, nearer) in
+            [([0, 1, -8, 6], true), ([0, -1, 8, -6], false), ([9, 0, -6, -8], true), ([9, 0, -5, -8], false)]
+        {
+            let mut whole = first();
+            assert_eq!(whole.append(&piece(&[next])).is_ok(), nearer, "{next:?}");
+            let (begins, ends) = (Some([1, 2, -6, -8]), if nearer { next } else { [0, 1, -8, 6] });
+            assert_eq!((whole.begins, whole.previous), (begins, ends));
+        }
+        let mut empty = sign();
+        assert!(empty.append(&sign()).is_ok() && empty.append(&first()).is_ok());
+        assert_eq!((empty.begins, empty.previous), (first().begins, first().previous));
+    }
+
+    #[test]
     fn the_cutting_changes_nothing_and_the_other_channels_keep_theirs() {
         let mut row = vec![0; 13];
         row[..5].copy_from_slice(&[5, -5, 5, 5, -7]);

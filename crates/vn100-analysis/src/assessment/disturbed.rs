@@ -52,7 +52,11 @@ impl Disturbed {
             // an attitude follows what turns the sensor: nothing in it warms up
             LevelShape::WarmUp { .. } => !is_attitude,
             LevelShape::Cycle { period_s, amplitude } => {
-                !is_attitude && !bands.iter().any(|band| is_line(band, interval_s / period_s, amplitude, block))
+                !is_attitude
+                    && !bands.iter().any(|band| {
+                        let line = (band.frequency(), band.power);
+                        is_line(line, interval_s / period_s, amplitude, block)
+                    })
             }
         });
         Self {
@@ -89,10 +93,64 @@ fn scaled(shape: LevelShape, scale: f64) -> LevelShape {
 }
 
 /// Whether a cycle in the means of blocks of so many samples, its frequency in cycles per sample,
-/// is the line of `band`, itself or folded.
-fn is_line(band: &NarrowBand, frequency: f64, amplitude: f64, block: u64) -> bool {
-    let phase = std::f64::consts::PI * band.frequency();
+/// is a line of this frequency and power, itself or folded.
+fn is_line((line, power): (f64, f64), frequency: f64, amplitude: f64, block: u64) -> bool {
+    let phase = std::f64::consts::PI * line;
     let left = (phase * block as f64).sin() / (block as f64 * phase.sin());
-    let is_near = (band.frequency() - frequency).abs() * 2.0 < frequency;
-    is_near || (2.0 * band.power).sqrt() * left.abs() > amplitude / 2.0
+    let is_near = (line - frequency).abs() * 2.0 < frequency;
+    is_near || (2.0 * power).sqrt() * left.abs() > amplitude / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_below_zero_turns_a_level_round_but_not_a_cycle() {
+        let (start_s, period_s, time_constant_s, skip_s) = (3.0, 7.0, 5.0, Some(9.0));
+        let shapes = |level, cycle| {
+            [
+                LevelShape::WarmUp { amplitude: level, time_constant_s, skip_s },
+                LevelShape::Step { start_s, amplitude: level },
+                LevelShape::Cycle { period_s, amplitude: cycle },
+            ]
+        };
+        assert_eq!(shapes(4.0, 4.0).map(|shape| scaled(shape, 0.5)), shapes(2.0, 2.0));
+        assert_eq!(shapes(4.0, 4.0).map(|shape| scaled(shape, -0.5)), shapes(-2.0, 2.0));
+    }
+
+    #[test]
+    fn steps_and_cycles_pose_as_noise_and_a_ramp_does_not() {
+        let of = |shape, is_ramp| {
+            let found =
+                Disturbed { level_change: Some(LevelChange { shape, sigmas: 9.0, is_ramp }), ..Disturbed::default() };
+            (found.is_warming_up(), found.level_poses_as_noise())
+        };
+        let warm_up = LevelShape::WarmUp { amplitude: 1.0, time_constant_s: 9.0, skip_s: None };
+        assert_eq!(of(warm_up, true), (true, false));
+        assert_eq!(of(warm_up, false), (true, true));
+        assert_eq!(of(LevelShape::Step { start_s: 1.0, amplitude: 1.0 }, false), (false, true));
+        let still = Disturbed::default();
+        assert!(!still.is_warming_up() && !still.level_poses_as_noise());
+    }
+
+    #[test]
+    fn a_cycle_is_a_line_near_it() {
+        for (line, expected) in [(0.0149, true), (0.0151, false), (0.0051, true), (0.0049, false)] {
+            assert_eq!(is_line((line, 0.0), 0.01, 1.0, 64), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_cycle_is_a_line_that_folds_to_half_of_its_amplitude() {
+        for (line, block) in [(0.3, 7_u64), (0.013, 64), (0.4999, 10), (0.21, 1)] {
+            // what the mean of a block leaves of a sine of amplitude 2
+            let sum = |part: fn(f64) -> f64| -> f64 {
+                (0..block).map(|sample| part(std::f64::consts::TAU * line * sample as f64)).sum()
+            };
+            let left = 2.0 * sum(f64::cos).hypot(sum(f64::sin)) / block as f64;
+            assert!(is_line((line, 2.0), line / 10.0, 1.99 * left, block), "{line}");
+            assert!(!is_line((line, 2.0), line / 10.0, 2.01 * left, block), "{line}");
+        }
+    }
 }

@@ -393,7 +393,7 @@ impl FilterModels {
 mod tests {
     use imu_noise::Estimator;
 
-    use super::*;
+    use super::{super::WindowFrom, *};
 
     /// Of white noise with N = 1 that reads in every octave what is expected of it.
     fn fit_of(duration_s: f64) -> (RecordShape, Made, NoiseFit) {
@@ -409,6 +409,20 @@ mod tests {
         let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
         let fit = model.fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
         (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
+    }
+
+    #[test]
+    fn a_window_counts_that_is_known_and_overlaps() {
+        let onboard = |window_from, length| {
+            let window = BoxcarWindow { length, decimation: 4.0 };
+            Onboard { refresh_hz: 800.0, window, window_from }
+        };
+        for from in [WindowFrom::Register, WindowFrom::Given] {
+            assert_eq!(overlapping_window(Some(onboard(from, 20))).map(|window| window.length), Some(20));
+            assert_eq!(overlapping_window(Some(onboard(from, 4))), None);
+        }
+        assert_eq!(overlapping_window(Some(onboard(WindowFrom::Default, 20))), None);
+        assert_eq!(overlapping_window(None), None);
     }
 
     #[test]

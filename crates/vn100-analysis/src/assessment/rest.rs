@@ -175,3 +175,59 @@ fn heading_is_worse(yaw: Axis<'_>, others: [Axis<'_>; 2]) -> bool {
         lower > YAW_FACTOR * pitch.max(roll)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vn100_protocol::{Layout, VNIMU, stream::Batch};
+
+    use super::*;
+    use crate::{Analysis, Settings};
+
+    /// Of these channels of a message.
+    fn measured(channels: std::ops::Range<usize>, counts: Vec<i32>) -> Snapshot {
+        let layout = Layout { channels: VNIMU.channels[channels].into(), ..VNIMU.clone() };
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
+        analysis.snapshot()
+    }
+
+    #[test]
+    fn one_in_two_hundred_at_each_end_is_no_part_of_the_inner_deviation() {
+        let of = |counts: &[i32]| {
+            let snapshot = measured(6..7, counts.to_vec());
+            snapshot.measured().next().and_then(|(channel, results)| inner_std(channel, results))
+        };
+        let is = |counts: &[i32], variance_counts2: f64| {
+            let found = of(counts).unwrap() / 1e-6;
+            assert!((found / variance_counts2.sqrt() - 1.0).abs() < 1e-9, "{counts:?}: {found}");
+        };
+        is(&[-50, 1, 2, 3, 4, 60], 5.0 / 3.0);
+        is(&[-50, 7, 9, 60], 2.0);
+        is(&[-50, -50, 3, 3, 60], 53.0 * 53.0 / 3.0);
+        // two of 400 at each end, so that 99 and 98 values are left
+        let mut many: Vec<i32> = (0..396).map(|row| row % 2).collect();
+        many.extend([-90, -80, 80, 90]);
+        is(&many, 0.25 * 396.0 / 395.0);
+        for few in [&[][..], &[5], &[1, 2], &[1, 2, 3]] {
+            assert_eq!(of(few), None, "{few:?}");
+        }
+    }
+
+    #[test]
+    fn a_moved_sensor_is_named_by_the_axis_farthest_beyond_its_limit() {
+        let moved = |amplitudes: [i32; 4]| {
+            let sway = |row| amplitudes.map(|amplitude| if row % 2 == 0 { amplitude } else { -amplitude });
+            Motion::of(&measured(3..7, (0..400).flat_map(sway).collect()))
+        };
+        assert_eq!(moved([400, 490, 450, 49_000]), None);
+        let pushed = moved([400, 1000, 600, 60_000]).unwrap();
+        assert_eq!((&*pushed.channel, &*pushed.unit, pushed.limit), ("accel_y", "m/s^2", 0.5));
+        assert_eq!(pushed.axes, ["accel_y", "accel_z", "gyro_x"]);
+        let text = "the sensor was moved: accel_y has a standard deviation of 1.001 m/s^2, at rest less than 0.5";
+        assert_eq!(pushed.to_string(), text);
+        // 0.2 rad/s is four times its limit, 1 m/s² twice
+        assert_eq!(moved([0, 1000, 0, 200_000]).unwrap().channel, "gyro_x");
+    }
+}

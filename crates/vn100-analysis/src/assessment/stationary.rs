@@ -280,6 +280,7 @@ fn clock(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Analysis, Settings};
     use vn100_protocol::VNYMR;
 
     #[test]
@@ -289,6 +290,51 @@ mod tests {
         assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and settles with a time constant of about 51 s");
         let text = settling(channel, 4e-4, 409.6, false);
         assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and drifts to the end of the record");
+    }
+
+    #[test]
+    fn a_list_names_four_and_counts_the_others() {
+        let listed = |count: u32| list(&(0..count).collect::<Vec<_>>(), u32::to_string);
+        assert_eq!((listed(0), listed(4)), (String::new(), "0; 1; 2; 3".into()));
+        assert_eq!((listed(5), listed(9)), ("0; 1; 2; 3; and 1 more".into(), "0; 1; 2; 3; and 5 more".into()));
+    }
+
+    #[test]
+    fn lines_within_three_percent_shake_as_one_the_strongest_first() {
+        let line = |frequency_hz, share_of_variance| SpectralLine {
+            frequency_hz,
+            share_of_variance,
+            amplitude: 1.0,
+            peak_to_floor: 100.0,
+        };
+        let found = |lines: &[SpectralLine]| Disturbed { lines: lines.to_vec(), ..Disturbed::default() };
+        // 5.0 and 5.1 Hz are one, 5.1 and 5.3 are not
+        let (x, y) = (found(&[line(5.0, 0.1), line(9.0, 0.2)]), found(&[line(5.1, 0.3), line(5.3, 0.4)]));
+        let channels = [(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)];
+        let shakes = Shake::all(&channels);
+        let told: Vec<_> = shakes.iter().map(|shake| (shake.frequency_hz, shake.most().1, shake.axes.len())).collect();
+        let [(single_hz, 0.4, 1), (both_hz, 0.3, 2), (9.0, 0.2, 1)] = told[..] else { panic!("{told:?}") };
+        assert!((single_hz - 5.3).abs() < 1e-12 && (both_hz - (0.1 * 5.0 + 0.3 * 5.1) / 0.4).abs() < 1e-12);
+        assert_eq!((shakes[1].line.frequency_hz, &*shakes[1].most().0.name), (5.1, "gyro_y"));
+        let warning = vibration(&channels, &[], &Analysis::new(Settings::default()).snapshot()).unwrap();
+        assert_eq!(warning.channels, ["gyro_y", "gyro_x"]);
+        let text = warning.text.to_string();
+        assert!(text.contains("5.07 Hz on gyro_y (30 % of its short-term variance, also on gyro_x)"), "{text}");
+    }
+
+    #[test]
+    fn what_disturbs_is_listed_by_its_time_those_skipped_included() {
+        let disturbed = |spans: &[(f64, f64)]| {
+            let of = |&(start_s, end_s): &(f64, f64)| Disturbance { start_s, end_s, sigmas: 12.0 };
+            Disturbed { disturbances: spans.iter().map(of).collect(), ..Disturbed::default() }
+        };
+        let (x, y) = (disturbed(&[(61.2, 64.3)]), disturbed(&[(7.9, 7.9)]));
+        let mut snapshot = Analysis::new(Settings::default()).snapshot();
+        snapshot.skipped = std::time::Duration::from_secs(60);
+        let warning = disturbances(&[(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)], &snapshot).unwrap();
+        assert_eq!(warning.channels, ["gyro_x", "gyro_y"]);
+        let text = warning.text.to_string();
+        assert!(text.contains(": gyro_y 12 sigma at 1:07; gyro_x 12 sigma from 2:01 to 2:05,"), "{text}");
     }
 
     #[test]

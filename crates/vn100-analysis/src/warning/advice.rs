@@ -1,6 +1,8 @@
 //! The warnings a snapshot deserves: what was seen, why it matters, what to try.
 
 mod link;
+#[cfg(test)]
+mod tests;
 
 use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;

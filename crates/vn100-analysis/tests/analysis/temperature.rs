@@ -82,6 +82,11 @@ fn axes_follow_the_temperature_of_the_stream_and_are_freed_of_it() {
     assert_eq!(found.deviations, of(&measured, "gyro_y").deviations);
     let last = freed.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap();
     assert!(last < measured.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap());
+    // what is left of each octave is white: √(1/12) of 2000 counts, over √m
+    for octave in found.deviations.iter().filter(|octave| octave.m <= 1024) {
+        let white = 2000e-6 / (12.0 * octave.m as f64).sqrt();
+        assert!((octave.after / white - 1.0).abs() < 0.25 && octave.after <= octave.before, "{octave:?}");
+    }
     assert!(!freed.1.warnings.iter().any(|warning| warning.kind == WarningKind::FollowsTemperature));
     assert!(measured.1.channels[8].disturbed.level_change.is_some(), "a cycle of the level");
     assert_eq!(freed.1.channels[8].disturbed.level_change, None);

@@ -1,0 +1,55 @@
+//! What arrival times are warned of.
+
+use imu_noise::{Arrivals, Refusal};
+
+use super::*;
+
+const SUMMARY: TimebaseSummary = TimebaseSummary {
+    samples: 4000,
+    backwards: 0,
+    nominal: Some(NominalRate::Snapped(40.0)),
+    measured_hz: Some(40.0),
+    offset_ppm: Some(0.0),
+    refusal: None,
+    missing: 0,
+    gaps: 0,
+    arrivals: None,
+};
+
+fn kinds(summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
+    let mut advice = Advice::default();
+    advice.on_arrivals(summary, rates_hz);
+    advice.warnings.iter().map(|warning| warning.kind).collect()
+}
+
+#[test]
+fn a_clock_is_off_that_drifts_further_than_bunching_and_quartz_explain() {
+    for (ppm, samples, is_off) in [
+        (2500.0, 1599, false),
+        (2500.0, 1601, true),
+        (-2500.0, 1601, true),
+        (999.0, 1_000_000, false),
+        (-1001.0, 1_000_000, true),
+    ] {
+        let summary = TimebaseSummary { offset_ppm: Some(ppm), samples, ..SUMMARY };
+        let expected = if is_off { vec![WarningKind::RateOffNominal] } else { vec![] };
+        assert_eq!(kinds(&summary, &[40.0]), expected, "{ppm} ppm, {samples} samples");
+    }
+    // a rate that is none of the sensor's is said to be that, whatever the clock
+    let measured = TimebaseSummary { nominal: Some(NominalRate::Measured(37.0)), ..SUMMARY };
+    assert_eq!(kinds(&measured, &[40.0]), [WarningKind::RateOffNominal]);
+    assert_eq!(kinds(&measured, &[]), []);
+}
+
+#[test]
+fn stamps_that_go_back_and_lines_in_bunches_are_named() {
+    let back = TimebaseSummary { backwards: 1, ..SUMMARY };
+    assert_eq!(kinds(&back, &[]), [WarningKind::StampsBackwards]);
+    let refusal = Some(Refusal::NoTimePasses { samples: 9 });
+    assert_eq!(kinds(&TimebaseSummary { refusal, ..back }, &[]), [], "they are not followed");
+    let together = |share_together| {
+        let times = Arrivals { p50_us: 25_000, p99_us: 26_000, max_us: 27_000, share_together, samples_together: 2.0 };
+        kinds(&TimebaseSummary { arrivals: Some(times), ..SUMMARY }, &[])
+    };
+    assert_eq!((together(0.2), together(0.21)), (vec![], vec![WarningKind::BunchedArrival]));
+}

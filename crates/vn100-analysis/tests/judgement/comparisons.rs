@@ -1,0 +1,247 @@
+//! What several records say of each other.
+
+use std::time::Duration;
+
+use imu_noise::{Sensor, Term};
+use vn100_analysis::{
+    Assessment, CaveatKind, ChannelMeans, ComparedRecord, Comparison, Recommendation, Settings, Snapshot, Untested,
+    WhyNone, WhyUse,
+};
+use vn100_protocol::{Channel, Quantity, VNIMU, VNYMR};
+
+use crate::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
+
+/// As of one sensor that stayed on, each an hour behind the one before.
+fn compared(records: &[(Snapshot, Assessment)]) -> Comparison {
+    compared_as(records, |number| Some(number * 3_600_000_000_000), true)
+}
+
+fn compared_as(
+    records: &[(Snapshot, Assessment)],
+    started_ns: impl Fn(i64) -> Option<i64>,
+    stayed_on: bool,
+) -> Comparison {
+    let names = ["first", "second", "third"];
+    let records: Vec<_> = (records.iter().zip(names).zip(0..))
+        .map(|(((snapshot, assessment), name), number)| ComparedRecord {
+            name,
+            snapshot,
+            assessment,
+            started_ns: started_ns(number),
+        })
+        .collect();
+    Comparison::of(&records, stayed_on, 0.95)
+}
+
+fn kinds(comparison: &Comparison) -> Vec<CaveatKind> {
+    comparison.caveats.iter().map(|caveat| caveat.kind).collect()
+}
+
+#[test]
+fn the_quietest_leads_where_noise_differs() {
+    let comparison = compared(&[
+        Simulated { level: LOUDER, ..Simulated::default() }.record(),
+        Simulated { seed: 2, ..Simulated::default() }.record(),
+    ]);
+    let of = |quantity| comparison.rankings.iter().find(|ranking| ranking.quantity == quantity).unwrap();
+    let gyro = of(Quantity::AngularRate);
+    assert_eq!(gyro.records.iter().map(|record| record.record).collect::<Vec<_>>(), [1, 0]);
+    assert_eq!((gyro.unit, gyro.folds_alike, gyro.not_ranked.len()), ("rad/s/sqrt(Hz)", true, 0));
+    let quiet = &gyro.records[0];
+    assert!((quiet.white / (300e-6 * 0.025_f64.sqrt()) - 1.0).abs() < 0.02, "{quiet:?}");
+    assert!((gyro.records[1].white / quiet.white - 1.5).abs() < 0.03);
+    assert!(quiet.lower < quiet.white && quiet.white < quiet.upper && quiet.upper < 1.05 * quiet.white);
+    assert_eq!(quiet.axes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["gyro_x", "gyro_y", "gyro_z"]);
+    assert!((quiet.own() * 5_f64.sqrt() / quiet.white - 1.0).abs() < 1e-12);
+    assert!(comparison.is_significant(gyro.lead().unwrap()));
+    let accel = of(Quantity::Acceleration);
+    assert!(!comparison.is_significant(accel.lead().unwrap()), "{accel:?}");
+    assert!(gyro.tests.iter().chain(&accel.tests).all(|test| test.chance.corrected >= test.chance.p));
+    assert_eq!(comparison.rankings.len(), 3);
+    // every octave of the gyroscope that is known well differs at short averaging times
+    let short = |quantity| comparison.octaves.iter().filter(move |test| test.quantity == quantity && test.tau_s < 1.0);
+    assert_eq!(short(Quantity::AngularRate).count(), 3 * 6);
+    for test in short(Quantity::AngularRate) {
+        assert!((test.deviations[0] / test.deviations[1] - 1.5).abs() < 0.2, "{test:?}");
+        assert_eq!((test.records, comparison.is_significant(test.chance)), ([0, 1], true), "{test:?}");
+    }
+    assert!(short(Quantity::Acceleration).all(|test| !comparison.is_significant(test.chance)));
+    assert_eq!(short(Quantity::Temperature).count(), 0, "the weather's");
+    assert_eq!(kinds(&comparison), []);
+}
+
+#[test]
+fn means_spread_by_more_than_noise_where_a_bias_moved() {
+    let shifted: fn(&Channel) -> (f64, f64) = |channel| {
+        let (mean, std) = still(channel);
+        (if channel.name == "gyro_x" { mean + 500.0 } else { mean }, std)
+    };
+    let (first, second) = (Simulated::default(), Simulated { seed: 3, level: shifted, ..Simulated::default() });
+    let comparison = compared(&[first.record(), second.record()]);
+    assert_eq!(comparison.means.len(), 9);
+    let mut least = f64::INFINITY;
+    for means in comparison.means.iter().filter(|means| means.quantity != Quantity::MagneticField) {
+        let (spread, [difference]) = (means.spread.unwrap(), &means.differences[..]) else { panic!("{means:?}") };
+        let test = difference.test.unwrap();
+        assert_eq!(comparison.is_significant(test.chance), means.channel == "gyro_x", "{means:?}");
+        assert_eq!(difference.difference, means.means[1].mean - means.means[0].mean);
+        assert!((spread.deviation * 2_f64.sqrt() / difference.difference.abs() - 1.0).abs() < 1e-9);
+        assert!(!means.bias_removed && spread.interval.is_none());
+        // of white noise alone std/√n, and √2 of it
+        let white = still_std(&means.channel) / 24_000_f64.sqrt();
+        for mean in &means.means {
+            let error = mean.error.unwrap();
+            assert!(error.standard_error > 0.97 * white && error.tau_s == 600.0, "{means:?}");
+            least = least.min(error.standard_error / white);
+        }
+        assert!(test.standard_error > 0.97 * 2_f64.sqrt() * white, "{means:?}");
+    }
+    // what a walk that the record does not show may do
+    assert!((1.0..3.5).contains(&least), "{least}");
+    // long averages of a field are the surroundings'
+    let field = comparison.means.iter().filter(|means| means.quantity == Quantity::MagneticField);
+    assert!(field.clone().all(|means| means.differences[0].test == Err(Untested::NoiseUnknown)));
+    assert_eq!(field.count(), 3);
+    let of = |serial, seed| {
+        Simulated { registers: vec![WINDOWS_OF_4, (3, serial)], samples: 2000, seed, ..Simulated::default() }.record()
+    };
+    let same = compared(&[of("0100011981", 1), of("0100011981", 2)]);
+    assert_eq!(kinds(&same), []);
+    let other = compared(&[of("0100011981", 1), of("0100011982", 2)]);
+    assert_eq!(kinds(&other), [CaveatKind::SeveralSensors]);
+    assert!(other.means.iter().all(|means| means.spread.is_none()));
+    assert!(other.means.iter().all(|means| means.differences[0].test == Err(Untested::SeveralSensors)));
+    assert_eq!(other.recommended, Err(WhyNone::SeveralSensors));
+}
+
+/// In the unit of the channel.
+fn still_std(name: &str) -> f64 {
+    let channel = VNIMU.channels.iter().find(|channel| channel.name == name).unwrap();
+    channel.in_unit(still(channel).1)
+}
+
+#[test]
+fn a_difference_of_means_has_no_probability_where_nothing_bounds_what_lies_between() {
+    let short = |seed| Simulated { samples: 4000, seed, ..Simulated::default() }.record();
+    let records = [short(1), short(2)];
+    let tests = |comparison: &Comparison| comparison.means[3].differences[0].test.map(|_| ());
+    let unknown = compared_as(&records, |_| None, true);
+    assert_eq!((kinds(&unknown), tests(&unknown)), (vec![CaveatKind::StartUnknown], Err(Untested::StartUnknown)));
+    assert_eq!(unknown.caveats[0].records, [0, 1]);
+    let off = compared_as(&records, |number| Some(number << 40), false);
+    assert_eq!((kinds(&off), tests(&off)), (vec![CaveatKind::MayHaveBeenOff], Err(Untested::MayHaveBeenOff)));
+    let at_once = compared_as(&records, |_| Some(5), true);
+    assert_eq!((kinds(&at_once), tests(&at_once)), (vec![], Err(Untested::SameTime)));
+    let known = compared(&records);
+    assert_eq!((kinds(&known), tests(&known)), (vec![], Ok(())));
+    // the longer the time between, the further may flicker and walk have gone
+    let error = |between_ns: i64| {
+        let comparison = compared_as(&records, |number| Some(number * between_ns), true);
+        let of = |means: &ChannelMeans| means.differences[0].test.ok().map(|test| test.standard_error);
+        comparison.means.iter().filter_map(of).collect::<Vec<_>>()
+    };
+    let (near, far) = (error(100_000_000_000), error(100_000_000_000_000));
+    assert!(near.len() >= 5 && near.iter().zip(&far).all(|(near, far)| near <= far), "{near:?} {far:?}");
+    assert!(near.iter().zip(&far).any(|(near, far)| near < far), "{near:?} {far:?}");
+}
+
+#[test]
+fn records_of_the_same_samples_are_told_so_and_not_tested() {
+    let record = |samples, skip_s| {
+        let settings = Settings { rate_hz: Some(40.0), skip: Duration::from_secs(skip_s), ..Settings::default() };
+        Simulated { samples, settings, ..Simulated::default() }.record()
+    };
+    let same = compared(&[record(8000, 0), record(8000, 0)]);
+    assert_eq!(kinds(&same), [CaveatKind::SameSamples]);
+    let text = same.caveats[0].text.to_string();
+    assert!(text.contains("first and second hold the same samples: it is the same recording"), "{text}");
+    assert_eq!((same.octaves.len(), same.means[0].differences[0].test), (0, Err(Untested::SameSamples)));
+    assert!(same.rankings.iter().all(|ranking| ranking.tests.is_empty() && ranking.lead().is_none()));
+    let shared = same.same_samples[0];
+    assert_eq!((shared.records, shared.shared.of_first, shared.shared.of_second), ([0, 1], 1.0, 1.0));
+    assert_eq!(same.recommended, Ok(Recommendation { record: 0, why: WhyUse::LongestOfQuiet }));
+    // the second half of the first
+    let part = compared(&[record(8000, 0), record(8000, 100)]);
+    let text = part.caveats[0].text.to_string();
+    assert!(text.starts_with("second is a part of first: all its samples are in it"), "{text}");
+    let overlapping = Simulated { samples: 8000, settings: record_end(150), ..Simulated::default() }.record();
+    let overlap = compared(&[overlapping, record(8000, 100)]);
+    let text = overlap.caveats[0].text.to_string();
+    assert!(text.starts_with("first and second overlap: about 3") && text.contains("which are 50 %"), "{text}");
+    let others = compared(&[record(8000, 0), Simulated { samples: 8000, seed: 2, ..Simulated::default() }.record()]);
+    assert!(others.same_samples.is_empty() && !others.octaves.is_empty());
+}
+
+fn record_end(duration_s: u64) -> Settings {
+    let duration = Some(Duration::from_secs(duration_s));
+    Settings { rate_hz: Some(40.0), duration, ..Settings::default() }
+}
+
+#[test]
+fn the_record_to_use_is_undisturbed_quiet_and_long() {
+    let quiet = |seed, samples| Simulated { seed, samples, ..Simulated::default() }.record();
+    let louder = Simulated { level: LOUDER, seed: 9, ..Simulated::default() }.record();
+    let stepped: fn(&Channel, u64) -> f64 =
+        |channel, sample| if channel.name == "gyro_z" && sample >= 12_000 { 3000.0 } else { 0.0 };
+    let disturbed = |seed| Simulated { added: stepped, seed, ..Simulated::default() }.record();
+    let recommended = |records: &[(Snapshot, Assessment)]| compared(records).recommended;
+    let used = |record, why| Ok(Recommendation { record, why });
+    assert_eq!(recommended(&[disturbed(1), louder.clone()]), used(1, WhyUse::OnlyUndisturbed));
+    assert_eq!(recommended(&[disturbed(1), disturbed(2)]), Err(WhyNone::AllDisturbed));
+    assert_eq!(recommended(&[louder, quiet(2, 8000)]), used(1, WhyUse::Quietest));
+    assert_eq!(recommended(&[quiet(2, 8000), quiet(3, 24_000)]), used(1, WhyUse::LongestOfQuiet));
+    let [a, b] = [quiet(2, 8000), quiet(3, 8000)];
+    let size = |(_, assessment): &(Snapshot, Assessment)| -> f64 {
+        let white = |sensor: Sensor| -> f64 {
+            let of = |noise: &vn100_analysis::ChannelNoise| noise.parameter(Term::White).unwrap().value.unwrap();
+            let noise = assessment.channels.iter().filter_map(|channel| channel.noise.as_ref());
+            noise.filter(|noise| noise.sensor == sensor).map(|noise| of(noise).powi(2)).sum()
+        };
+        [Sensor::Gyroscope, Sensor::Accelerometer, Sensor::Magnetometer].map(white).iter().product()
+    };
+    let smaller = usize::from(size(&b) < size(&a));
+    assert_eq!(recommended(&[a, b]), used(smaller, WhyUse::SmallestOfQuiet));
+    assert_eq!(recommended(&[quiet(2, 3), quiet(3, 3)]), Err(WhyNone::NotRanked));
+}
+
+#[test]
+fn what_stands_between_two_records_is_a_caveat() {
+    let at = |rate_hz| Settings { rate_hz: Some(rate_hz), ..Settings::default() };
+    let kinds_of = |first: Simulated, second: Simulated| {
+        kinds(&compared(&[first.record(), Simulated { seed: 2, ..second }.record()]))
+    };
+    let short = || Simulated { samples: 2000, ..Simulated::default() };
+    assert_eq!(kinds_of(short(), Simulated { samples: 0, ..short() }), [CaveatKind::NoSamples]);
+    let assumed = Simulated { settings: Settings::default(), ..short() };
+    assert_eq!(kinds_of(short(), assumed), [CaveatKind::RateAssumed]);
+    let other_rate = Simulated { settings: at(30.0), ..short() };
+    assert_eq!(kinds_of(short(), other_rate), [CaveatKind::NoCommonTau, CaveatKind::Sampling]);
+    assert_eq!(kinds_of(short(), Simulated { settings: at(20.0), ..short() }), [CaveatKind::Sampling]);
+    let unaliased = Simulated { registers: vec![(85, "0,20,20,4,0,0,3,3,3,0")], ..short() };
+    assert_eq!(kinds_of(short(), unaliased), [CaveatKind::Sampling]);
+    let compensated = kinds_of(short(), Simulated { layout: VNYMR.clone(), ..short() });
+    assert_eq!(compensated, [CaveatKind::Channels, CaveatKind::Compensation]);
+    let moving: fn(&Channel) -> (f64, f64) = |channel| {
+        let (mean, std) = still(channel);
+        (mean, if channel.quantity == Quantity::AngularRate { 60_000.0 } else { std })
+    };
+    let moved = compared(&[short().record(), Simulated { level: moving, ..short() }.record()]);
+    assert_eq!((kinds(&moved), moved.caveats[0].records.clone()), (vec![CaveatKind::Moved], vec![1]));
+    assert!(moved.means.iter().all(|means| means.means.len() == 1), "a mean of a moved sensor is no bias");
+    assert!(moved.disturbances.iter().any(|event| event.record == 1 && event.warning.channels.len() == 3));
+}
+
+#[test]
+fn records_at_rates_that_fold_differently_are_not_ranked_as_they_are() {
+    let at = |rate_hz: f64, seed| {
+        let settings = Settings { rate_hz: Some(rate_hz), ..Settings::default() };
+        Simulated { settings, seed, ..Simulated::default() }.record()
+    };
+    let folds_alike = |a: f64, b: f64| {
+        let comparison = compared(&[at(a, 1), at(b, 2)]);
+        comparison.rankings.iter().find(|ranking| ranking.quantity == Quantity::AngularRate).unwrap().folds_alike
+    };
+    assert!(folds_alike(40.0, 40.0));
+    assert!(!folds_alike(40.0, 50.0));
+    assert!(!folds_alike(50.0, 40.0));
+}

@@ -1,0 +1,10 @@
+//! What records of simulated sensors say: verdicts, comparisons, warnings, plans.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod comparisons;
+mod filter_models;
+mod names;
+mod plans;
+mod sheets;
+mod simulated;
+mod warnings;

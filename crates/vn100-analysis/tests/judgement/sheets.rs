@@ -1,0 +1,233 @@
+//! What a data sheet says of a record: verdicts and grades.
+
+use imu_noise::{Claim, Grade, Sensor, Term, Verdict};
+use vn100_analysis::{
+    Assessment, Datasheet, DatasheetFigure, Detrend, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
+    WindowFrom, not_passed,
+};
+use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
+
+use crate::simulated::{Simulated, WINDOWS_OF_4};
+
+pub(crate) fn figure(sensor: Sensor, term: Term, claim: Claim) -> DatasheetFigure {
+    DatasheetFigure {
+        sensor,
+        term,
+        claim,
+        is_of_unknown_sides: false,
+        is_minimum: false,
+        printed: "as printed".into(),
+        source: None,
+    }
+}
+
+pub(crate) fn sheet(figures: Vec<DatasheetFigure>) -> Datasheet {
+    Datasheet { name: "a sheet".into(), note: None, onboard: None, figures, typical_is_limit: false }
+}
+
+#[test]
+fn verdicts_count_what_the_stream_makes_of_white_noise() {
+    // the stream reads 4.74e-5: 2.236 times the sensor's own, to within 10 %
+    let verdicts = |limit, simulated: Simulated| {
+        let (snapshot, assessment) = simulated.record();
+        let sheet = sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(limit))]);
+        let verdicts = sheet.verdicts(&snapshot, &assessment);
+        let failed = |name: &str| not_passed(&name.parse().unwrap(), &snapshot, Some(&verdicts)).len();
+        let counts = (failed("gyro N"), failed("gyro_y N"), failed("accel N"));
+        let figures = |channel| usize::from((6..9).contains(&channel));
+        assert!(verdicts.channels.iter().enumerate().all(|(channel, all)| all.len() == figures(channel)));
+        let verdict = &verdicts.channels[7][0];
+        (verdict.verdict, verdict.unknown, counts)
+    };
+    for (limit, expected, unmet) in
+        [(1e-4, Verdict::Pass, 0), (2.1e-5, Verdict::Inconclusive, 3), (1e-5, Verdict::Fail, 3)]
+    {
+        let known = verdicts(limit, Simulated::default());
+        assert_eq!(known, (expected, None, (unmet, unmet / 3, 3)), "{limit}");
+    }
+    let unknown = |registers, settings| Simulated { registers, settings, ..Simulated::default() };
+    let given = Simulated::default().settings;
+    let window = verdicts(1e-4, unknown(Vec::new(), given.clone()));
+    assert_eq!((window.0, window.1), (Verdict::Consistent, Some(StreamUnknown::Window)));
+    let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
+    assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
+    // a line that was taken out is no matter to white noise
+    let detrended = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings { detrend: Some(Detrend::Line), ..given }));
+    assert_eq!((detrended.0, detrended.1), (Verdict::Pass, None));
+}
+
+#[test]
+fn a_window_that_is_given_counts_as_the_register_where_there_is_none() {
+    let limit = |limit| sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(limit))]);
+    let record = |window, registers| {
+        let settings = Settings { window, ..Simulated::default().settings };
+        Simulated { registers, settings, ..Simulated::default() }.record()
+    };
+    let verdict = |sheet: &Datasheet, (snapshot, assessment): &(Snapshot, Assessment)| {
+        let verdict = sheet.verdicts(snapshot, assessment).channels[6][0].clone();
+        (verdict.verdict, (verdict.stream.factor * 100.0).round())
+    };
+    let contradicted = |(_, assessment): &(Snapshot, Assessment)| {
+        assessment.warnings.iter().any(|warning| warning.to_string().contains("is not used"))
+    };
+    let (of_4, of_20) = (record(Some(4), Vec::new()), record(Some(20), Vec::new()));
+    assert_eq!(verdict(&limit(1e-4), &of_4), (Verdict::Pass, 224.0));
+    // without aliasing the sensor itself has 4.74e-5
+    assert_eq!(verdict(&limit(4e-5), &of_20), (Verdict::Fail, 100.0));
+    assert!(!contradicted(&of_4) && !contradicted(&of_20));
+    let otherwise = record(Some(20), vec![WINDOWS_OF_4]);
+    assert_eq!(verdict(&limit(1e-4), &otherwise), (Verdict::Pass, 224.0));
+    assert!(contradicted(&otherwise) && !contradicted(&record(Some(4), vec![WINDOWS_OF_4])));
+    // it is none of the magnetometer's
+    let from = |channel: usize| of_4.1.channels[channel].onboard.unwrap().window_from;
+    assert_eq!((from(0), from(3), from(6)), (WindowFrom::Default, WindowFrom::Given, WindowFrom::Given));
+}
+
+#[test]
+fn bias_instability_is_judged_whatever_the_window_and_the_rate() {
+    let bias = |is_minimum, limit| DatasheetFigure {
+        is_minimum,
+        ..figure(Sensor::Gyroscope, Term::BiasInstability, Claim::Limit(limit))
+    };
+    let walk = figure(Sensor::Gyroscope, Term::RateRandomWalk, Claim::Limit(1.0));
+    let verdicts = |figures: Vec<DatasheetFigure>, registers: Vec<(u8, &'static str)>, settings: Settings| {
+        let (snapshot, assessment) = Simulated { registers, settings, ..Simulated::default() }.record();
+        let verdicts = sheet(figures).verdicts(&snapshot, &assessment).channels[7].clone();
+        verdicts.iter().map(|verdict| (verdict.verdict, verdict.unknown)).collect::<Vec<_>>()
+    };
+    let given = Simulated::default().settings;
+    let all = || vec![bias(false, 1.0), bias(true, 1.0), walk.clone()];
+    let passed = (Verdict::Pass, None);
+    assert_eq!(verdicts(all(), Vec::new(), given.clone()), [passed; 3]);
+    let assumed = (Verdict::Consistent, Some(StreamUnknown::Rate));
+    assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], Settings::default()), [passed, passed, assumed]);
+    let detrended = Settings { detrend: Some(Detrend::Line), ..given };
+    let removed = (Verdict::Consistent, Some(StreamUnknown::LineRemoved));
+    assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], detrended), [removed; 3]);
+}
+
+#[test]
+fn the_minimum_of_the_curve_is_compared_only_where_the_sheet_means_it() {
+    let (snapshot, assessment) = Simulated::default().record();
+    let measured = |is_minimum, term| {
+        let figure = DatasheetFigure { is_minimum, ..figure(Sensor::Gyroscope, term, Claim::Limit(1.0)) };
+        let name = figure.is_curve_minimum();
+        (sheet(vec![figure]).verdicts(&snapshot, &assessment).channels[6][0].measured, name)
+    };
+    let noise = assessment.channels[6].noise.as_ref().unwrap();
+    let [white, bias] = [Term::White, Term::BiasInstability].map(|term| noise.parameter(term).unwrap());
+    let minimum = noise.curve_minimum().unwrap();
+    assert!(minimum.upper != bias.upper && minimum.upper != white.upper);
+    assert_eq!(measured(true, Term::BiasInstability), (minimum, true));
+    assert_eq!(measured(false, Term::BiasInstability), (bias, false));
+    // a density has no minimum
+    assert_eq!(measured(true, Term::White), (white, false));
+    let flicker = |is_minimum| {
+        let figure = figure(Sensor::Gyroscope, Term::BiasInstability, Claim::Limit(0.664));
+        sheet(vec![DatasheetFigure { is_minimum, ..figure }]).typical_noise(Sensor::Gyroscope)[0].1
+    };
+    assert!((flicker(true) - 1.0).abs() < 1e-3 && flicker(false) == 0.664);
+}
+
+#[test]
+fn a_sheet_that_names_its_averaging_decides_for_other_sensors_unless_neighbours_share_values() {
+    let verdict = |onboard: Option<(f64, u32)>, name: &'static str| {
+        let layout = Layout { message: name.into(), ..VNIMU.clone() };
+        let (snapshot, assessment) = Simulated { layout, registers: Vec::new(), ..Simulated::default() }.record();
+        let figures = [Sensor::Gyroscope, Sensor::Magnetometer]
+            .map(|sensor| figure(sensor, Term::White, Claim::Limit(1.0)))
+            .to_vec();
+        let onboard = onboard.map(|(refresh_hz, window)| SheetOnboard { refresh_hz, window });
+        let verdicts = Datasheet { onboard, ..sheet(figures) }.verdicts(&snapshot, &assessment).channels;
+        (verdicts[6][0].verdict, verdicts[0][0].verdict, (verdicts[6][0].stream.factor * 100.0).round())
+    };
+    let (pass, consistent) = (Verdict::Pass, Verdict::Consistent);
+    assert_eq!(verdict(None, "a CSV file"), (consistent, consistent, 100.0));
+    // what the sheet says is of gyroscope and accelerometer
+    assert_eq!(verdict(Some((40.0, 1)), "a CSV file"), (pass, consistent, 100.0));
+    assert_eq!(verdict(Some((800.0, 4)), "a CSV file"), (pass, consistent, 224.0));
+    assert_eq!(verdict(Some((40.0, 8)), "a CSV file"), (consistent, consistent, 100.0));
+    // of a sensor that this program knows the stream itself would say it
+    assert_eq!(verdict(Some((40.0, 1)), "VNIMU").2, 224.0);
+}
+
+#[test]
+fn a_density_of_unknown_sides_has_two_readings_and_passes_by_neither() {
+    // the stream reads 4.74e-5 and the sensor itself 2.12e-5
+    let judged = |claim, typical_is_limit| {
+        let (snapshot, assessment) = Simulated::default().record();
+        let figure = DatasheetFigure { is_of_unknown_sides: true, ..figure(Sensor::Gyroscope, Term::White, claim) };
+        let sheet = Datasheet { typical_is_limit, ..sheet(vec![figure]) };
+        let verdicts = sheet.verdicts(&snapshot, &assessment);
+        let unmet = not_passed(&"gyro N".parse().unwrap(), &snapshot, Some(&verdicts)).len();
+        (verdicts.channels[6][0].clone(), unmet)
+    };
+    let typical = |value: f64| Claim::Typical { from: value, to: value, rounding: 0.0 };
+    let of = |claim, typical_is_limit| {
+        let (verdict, unmet) = judged(claim, typical_is_limit);
+        (verdict.verdict, [verdict.readings[0].verdict, verdict.readings[1].verdict], unmet)
+    };
+    use Verdict::{AboveTypical, BelowTypical, Consistent, Fail, Pass, Typical};
+    assert_eq!(of(Claim::Limit(1e-4), false), (Consistent, [Pass, Pass], 3));
+    assert_eq!(of(Claim::Limit(1e-6), false), (Fail, [Fail, Fail], 3));
+    assert_eq!(of(typical(2.12e-5), false), (Consistent, [Typical, AboveTypical], 0));
+    assert_eq!(of(typical(2.12e-5), true), (Consistent, [Pass, Fail], 3));
+    assert_eq!(of(typical(1e-3), false), (Consistent, [BelowTypical, BelowTypical], 0));
+    assert_eq!(of(typical(1e-6), false), (AboveTypical, [AboveTypical, AboveTypical], 0));
+    assert_eq!(of(typical(1e-6), true), (Fail, [Fail, Fail], 3));
+    let (verdict, _) = judged(Claim::Limit(1e-4), false);
+    let [two, one] = [0, 1].map(|reading| verdict.readings[reading].expected.1);
+    assert!(two == verdict.expected.1 && (two / one - 2_f64.sqrt()).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_typical_decides_nothing_unless_it_is_taken_for_a_limit() {
+    let typical = Claim::Typical { from: 1e-6, to: 1e-6, rounding: 0.0 };
+    let (snapshot, assessment) = Simulated::default().record();
+    let failed = |claims: &[Claim], typical_is_limit| {
+        let figures = claims.iter().map(|claim| figure(Sensor::Gyroscope, Term::White, *claim)).collect();
+        let verdicts = Datasheet { typical_is_limit, ..sheet(figures) }.verdicts(&snapshot, &assessment);
+        let found: Vec<_> = verdicts.channels[6].iter().map(|verdict| verdict.verdict).collect();
+        (found, not_passed(&"gyro_x N".parse().unwrap(), &snapshot, Some(&verdicts)).len())
+    };
+    let limit = Claim::Limit(1e-4);
+    assert_eq!(failed(&[limit, typical], false), (vec![Verdict::Pass, Verdict::AboveTypical], 0));
+    assert_eq!(failed(&[limit, typical], true), (vec![Verdict::Pass, Verdict::Fail], 1));
+    assert_eq!(failed(&[typical], false), (vec![Verdict::AboveTypical], 0));
+    assert_eq!(failed(&[typical], true), (vec![Verdict::Fail], 1));
+    let all = sheet([limit, typical].map(|claim| figure(Sensor::Gyroscope, Term::White, claim)).to_vec());
+    assert_eq!(all.typical_noise(Sensor::Gyroscope), [(Term::White, 1e-6)]);
+    assert_eq!(all.typical_noise(Sensor::Accelerometer), []);
+    assert_eq!(not_passed(&"gyro N".parse().unwrap(), &snapshot, None), [("gyro N".to_owned(), None)]);
+}
+
+#[test]
+fn nothing_is_judged_in_motion() {
+    let all = sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(1e-4))]);
+    let moving: fn(&Channel) -> (f64, f64) = |_| (0.0, 60_000.0);
+    let (snapshot, assessment) = Simulated { level: moving, samples: 2000, ..Simulated::default() }.record();
+    assert_eq!(assessment.motion.as_ref().map(|motion| motion.axes.len()), Some(6));
+    assert!(all.verdicts(&snapshot, &assessment).channels.iter().all(Vec::is_empty));
+}
+
+#[test]
+fn a_grade_needs_both_parameters_and_a_rate() {
+    let grades = |simulated: Simulated| {
+        let (_, assessment) = simulated.record();
+        let of = |channel: usize| assessment.channels[channel].noise.as_ref().unwrap().grade();
+        (of(3), of(6))
+    };
+    // N of 2.1e-5 is 0.073 deg/sqrt(h), and of B ten minutes show that it is small
+    let industrial = Some(Ok((Grade::Industrial, Grade::Industrial)));
+    assert_eq!(grades(Simulated::default()), (None, industrial));
+    // without the window it is 0.036 to 0.163
+    let unknown = Simulated { registers: Vec::new(), ..Simulated::default() };
+    assert_eq!(grades(unknown).1, Some(Ok((Grade::Tactical, Grade::Industrial))));
+    let assumed = Simulated { settings: Settings::default(), ..Simulated::default() };
+    assert_eq!(grades(assumed).1, Some(Err(NoGrade::RateAssumed)));
+    let compensated = Simulated { layout: VNYMR.clone(), ..Simulated::default() };
+    let (_, assessment) = compensated.record();
+    assert_eq!(assessment.channels[9].noise.as_ref().unwrap().grade(), Some(Err(NoGrade::BiasNotInStream)));
+    let short = Simulated { samples: 10, ..Simulated::default() };
+    assert_eq!(grades(short).1, Some(Err(NoGrade::WhiteNotKnown)));
+}

@@ -1,0 +1,118 @@
+//! What a record warns of.
+
+use vn100_analysis::{Settings, WarningKind};
+use vn100_protocol::stream::StreamCounts;
+use vn100_protocol::{Channel, DeviceError, Layout, Quantity, VNYMR};
+
+use crate::simulated::{Simulated, named, still, text};
+
+#[test]
+fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {
+    let warnings = |level| Simulated { level, samples: 2000, ..Simulated::default() }.record().1.warnings;
+    let off: fn(&Channel) -> (f64, f64) = |channel| match (channel.quantity, still(channel)) {
+        (Quantity::Acceleration | Quantity::MagneticField, (mean, std)) => (0.4 * mean, std),
+        (_, level) => level,
+    };
+    for (level, axes) in [(still as fn(&Channel) -> (f64, f64), 0), (off, 3)] {
+        let warnings = warnings(level);
+        assert_eq!(named(&warnings, WarningKind::GravityMagnitude).len(), axes);
+        assert_eq!(named(&warnings, WarningKind::FieldMagnitude).len(), axes);
+        let gravity = text(&warnings, WarningKind::GravityMagnitude);
+        assert_eq!(gravity.contains(" 3.923 m/s^2 long, -5.884 from standard gravity"), axes > 0, "{gravity}");
+        assert_eq!(named(&warnings, WarningKind::NotStationary).len(), 0);
+        let folded = named(&warnings, WarningKind::DecimatedStream);
+        assert_eq!(folded.len(), 9, "by 2.24, and 2.5 for the field: {folded:?}");
+    }
+    let coarse: fn(&Channel) -> (f64, f64) = |channel| match channel.quantity {
+        Quantity::AngularRate => (0.0, 0.3),
+        _ => still(channel),
+    };
+    assert_eq!(named(&warnings(coarse), WarningKind::QuantisationFloor), ["gyro_x", "gyro_y", "gyro_z"]);
+}
+
+#[test]
+fn vibration_steps_and_warm_up_are_named_with_their_place() {
+    let added: fn(&Channel, u64) -> f64 = |channel, sample| {
+        let at_s = sample as f64 * 0.025;
+        match &*channel.name {
+            "accel_x" | "accel_y" => 60.0 * (std::f64::consts::TAU * 5.0 * at_s).sin(),
+            "gyro_x" => 1500.0 * (-at_s / 60.0).exp(),
+            "gyro_z" if at_s >= 300.0 => 3000.0,
+            _ => 0.0,
+        }
+    };
+    let assessment = Simulated { added, ..Simulated::default() }.record().1;
+    let withheld = |axis: usize| assessment.channels[axis].noise.as_ref().unwrap().level_changes;
+    assert_eq!([6, 7, 8].map(withheld), [true, false, true], "gyro_y alone stays where it was");
+    let warnings = assessment.warnings;
+    assert_eq!(named(&warnings, WarningKind::VibrationLine), ["accel_x", "accel_y"]);
+    let lines = text(&warnings, WarningKind::VibrationLine);
+    assert!(lines.contains("5.00 Hz on accel_") && lines.contains(", also on accel_"), "{lines}");
+    assert!(lines.contains("A stream of 40 Hz shows 35.0, 45.0, 75.0 Hz and more"), "{lines}");
+    assert_eq!(named(&warnings, WarningKind::WarmUp), ["gyro_x"]);
+    let warm_up = text(&warnings, WarningKind::WarmUp);
+    assert!(warm_up.contains("gyro_x begins +1.") && warm_up.contains("leaves that out"), "{warm_up}");
+    assert_eq!(named(&warnings, WarningKind::NotStationary), ["gyro_z"]);
+    let steps = text(&warnings, WarningKind::NotStationary);
+    assert!(steps.contains("gyro_z a step of +2.9") && steps.contains("e-3 rad/s at 5:00"), "{steps}");
+    let still = Simulated::default().record().1.warnings;
+    for kind in [WarningKind::VibrationLine, WarningKind::WarmUp, WarningKind::NotStationary] {
+        assert_eq!(named(&still, kind).len(), 0, "{kind:?}");
+    }
+}
+
+#[test]
+fn lines_that_are_no_samples_are_counted_and_named() {
+    let mut link = StreamCounts::default();
+    link.tally.other = 7;
+    link.tally.rejected.checksum = 2;
+    link.tally.rejected.unchecked = 3;
+    link.tally.unchecked_sentences = 4;
+    link.unsolicited_errors.count(DeviceError::OutputBufferOverflow);
+    link.unsolicited_errors.count(DeviceError::OutputBufferOverflow);
+    link.unsolicited_errors.count(DeviceError::from_code(3));
+    let counted = Simulated { samples: 100, link, ..Simulated::default() };
+    let warnings = counted.record().0.warnings;
+    let damaged = text(&warnings, WarningKind::RejectedLines);
+    assert!(damaged.starts_with("2 of 112 lines are damaged and left out; each between good ones counts"), "{damaged}");
+    assert!(damaged.contains("baud rate"), "{damaged}");
+    let unchecked = text(&warnings, WarningKind::UncheckedLines);
+    assert!(unchecked.starts_with("3 of 112 lines are without a checksum and left out"), "{unchecked}");
+    assert!(unchecked.contains("|4 of 112 lines are taken without a checksum"), "{unchecked}");
+    let overflow = text(&warnings, WarningKind::LinkBudget);
+    assert!(overflow.starts_with("the sensor said unasked, 2 times, "), "{overflow}");
+    let unasked = text(&warnings, WarningKind::DeviceErrors);
+    assert!(
+        unasked.starts_with("the sensor said unasked, 1 time, ") && unasked.contains("another program"),
+        "{unasked}"
+    );
+    assert_eq!(text(&warnings, WarningKind::RateAssumed), "");
+    let unknown = Simulated { samples: 100, settings: Settings::default(), ..Simulated::default() }.record().0.warnings;
+    assert!(text(&unknown, WarningKind::RateAssumed).contains("40 Hz"));
+    for kind in [WarningKind::RejectedLines, WarningKind::UncheckedLines, WarningKind::LinkBudget] {
+        assert_eq!(text(&unknown, kind), "", "{kind:?}");
+    }
+}
+
+#[test]
+fn a_heading_is_worse_beyond_twice_pitch_and_roll() {
+    let named_with = |level: fn(&Channel) -> (f64, f64), layout: &Layout| {
+        let simulated = Simulated { level, samples: 2000, layout: layout.clone(), ..Simulated::default() };
+        named(&simulated.record().1.warnings, WarningKind::YawFromMagnetometer).join(" ")
+    };
+    let yaw: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
+        "yaw" => (0.0, 90.0),
+        "pitch" | "roll" => (0.0, 30.0),
+        _ => still(channel),
+    };
+    let pitch: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
+        "pitch" => (0.0, 90.0),
+        "yaw" | "roll" => (0.0, 50.0),
+        _ => still(channel),
+    };
+    assert_eq!((named_with(yaw, &VNYMR), named_with(pitch, &VNYMR)), ("yaw".into(), String::new()));
+    // nothing says that a magnetometer makes the heading
+    let of_angles = |channel: &&Channel| channel.quantity != Quantity::MagneticField;
+    let channels: Vec<Channel> = VNYMR.channels.iter().filter(of_angles).cloned().collect();
+    assert_eq!(named_with(yaw, &Layout { channels: channels.into(), ..VNYMR.clone() }), "");
+}
