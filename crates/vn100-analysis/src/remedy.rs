@@ -92,11 +92,11 @@ impl fmt::Display for Setting {
 /// Sentences, with places for what the user can do.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Text {
-    parts: Vec<Part>,
+    parts: Vec<TextPart>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Part {
+enum TextPart {
     Words(String),
     Remedy(Remedy),
 }
@@ -105,14 +105,14 @@ impl Text {
     /// The same, and then these words.
     #[must_use]
     pub fn then(mut self, words: impl Into<String>) -> Self {
-        self.parts.push(Part::Words(words.into()));
+        self.parts.push(TextPart::Words(words.into()));
         self
     }
 
     /// The same, and then what the user can do.
     #[must_use]
     pub fn remedy(mut self, remedy: Remedy) -> Self {
-        self.parts.push(Part::Remedy(remedy));
+        self.parts.push(TextPart::Remedy(remedy));
         self
     }
 
@@ -126,17 +126,17 @@ impl Text {
     /// What the user can do, in the order of the sentences.
     pub fn remedies(&self) -> impl Iterator<Item = &Remedy> {
         self.parts.iter().filter_map(|part| match part {
-            Part::Words(_) => None,
-            Part::Remedy(remedy) => Some(remedy),
+            TextPart::Words(_) => None,
+            TextPart::Remedy(remedy) => Some(remedy),
         })
     }
 
     /// The sentences, with what the user can do by the names of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {
-        let part = |part: &Part| match part {
-            Part::Words(words) => words.clone(),
-            Part::Remedy(remedy) => words(remedy),
+        let part = |part: &TextPart| match part {
+            TextPart::Words(words) => words.clone(),
+            TextPart::Remedy(remedy) => words(remedy),
         };
         self.parts.iter().map(part).collect()
     }

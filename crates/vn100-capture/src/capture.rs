@@ -18,7 +18,7 @@ use crate::{
     csv::{ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
-    recording::{Recorded, RecordingError, RecordingReader, Replay},
+    recording::{Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     timing_sidecar::{Sidecar, TimedReader},
 };
@@ -119,7 +119,7 @@ impl Capture {
                     problem => OpenError::Recording { path: path.to_owned(), problem },
                 })?;
                 recorded = Some(recording.recorded().clone());
-                (Format::Mcap, Box::new(|options, stop| read_file(Replay::new(recording, options), stop)))
+                (Format::Mcap, Box::new(|options, stop| read_file(RecordingSamples::new(recording, options), stop)))
             }
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),

@@ -78,7 +78,7 @@ pub enum CsvError {
     /// Rows of numbers, none of them known by the names in the header.
     #[error(
         "no column of this CSV file is known: looked for {}; found {}",
-        header::Places::SEARCHED,
+        header::ColumnPlaces::SEARCHED,
         .0.join(", ")
     )]
     UnknownColumns(Vec<String>),

@@ -56,13 +56,13 @@ pub(crate) enum Detected {
 /// The first bytes of a capture, and the error that ended them early if one did. Reads as what it
 /// was read from.
 #[derive(Debug, Default)]
-pub(crate) struct Head {
+pub(crate) struct CaptureHead {
     bytes: Vec<u8>,
     shown: usize,
     fault: Option<io::Error>,
 }
 
-impl Read for Head {
+impl Read for CaptureHead {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = (&self.bytes[self.shown..]).read(buffer)?;
         self.shown += n;
@@ -78,8 +78,11 @@ impl Read for Head {
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
 /// rate looks exactly like that, and reading on is how its owner learns it. A map of columns says
 /// that it is a CSV file.
-pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>) -> io::Result<(Head, Detected)> {
-    let mut head = Head::default();
+pub(crate) fn detect_format(
+    reader: &mut impl Read,
+    columns: Option<&ColumnMap>,
+) -> io::Result<(CaptureHead, Detected)> {
+    let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
     if columns.is_none() && head.bytes.starts_with(recording::MAGIC) {
         return Ok((head, Detected::Mcap));
@@ -127,7 +130,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>)
     Ok((head, detected))
 }
 
-impl Head {
+impl CaptureHead {
     /// Reads a little more; nothing at the end, or at a fault.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();

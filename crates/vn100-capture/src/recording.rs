@@ -24,7 +24,7 @@ use vn100_protocol::{
     stream::{LinkEvent, LinkEventKind},
 };
 
-pub(crate) use reader::Replay;
+pub(crate) use reader::RecordingSamples;
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
 pub use recorder::{RecordError, Recorder, RecordingState};
 pub use writer::RecordingWriter;

@@ -69,7 +69,7 @@ impl View {
         evaluation: Arc<Evaluation>,
         stop: CancellationToken,
     ) -> Result<Self> {
-        let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
+        let signals = TerminalSignals::listen().context("cannot listen to what the terminal tells")?;
         let screen = Screen::take().map_err(|error| {
             anyhow!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
         })?;
@@ -136,13 +136,13 @@ impl Drop for View {
 }
 
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Signals {
+pub(crate) struct TerminalSignals {
     pub(crate) hung_up: CancellationToken,
     /// The program was stopped, and continues.
     pub(crate) continued: Arc<AtomicBool>,
 }
 
-impl Signals {
+impl TerminalSignals {
     /// Listens from now on. Once the terminal was hung up, that no longer ends the program.
     #[cfg(unix)]
     pub(crate) fn listen() -> io::Result<Self> {
@@ -186,7 +186,7 @@ pub(crate) struct ViewContext {
     pub(crate) stop: CancellationToken,
     /// The program asks the view to end.
     pub(crate) close: CancellationToken,
-    pub(crate) signals: Signals,
+    pub(crate) signals: TerminalSignals,
     pub(crate) messages: MessageQueue,
     pub(crate) evaluation: Arc<Evaluation>,
 }

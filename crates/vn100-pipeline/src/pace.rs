@@ -166,13 +166,13 @@ mod tests {
     const RATE_HZ: f64 = 40.0;
 
     /// A replay in virtual time.
-    struct Replay {
+    struct VirtualReplay {
         pace: Pace,
         began: Instant,
         now: Instant,
     }
 
-    impl Replay {
+    impl VirtualReplay {
         fn new(start: PaceStart) -> Self {
             let now = Instant::now();
             Self { pace: Pace::new(start, RATE_HZ, now), began: now, now }
@@ -207,10 +207,10 @@ mod tests {
 
     #[test]
     fn samples_come_at_the_pace_asked_for() {
-        assert_eq!(Replay::new(times(1.0)).run(2.01), 81);
-        assert_eq!(Replay::new(times(10.0)).run(2.001), 801);
-        assert_eq!(Replay::new(AT_ONCE).run(0.001), 1000);
-        let mut replay = Replay::new(times(1.0));
+        assert_eq!(VirtualReplay::new(times(1.0)).run(2.01), 81);
+        assert_eq!(VirtualReplay::new(times(10.0)).run(2.001), 801);
+        assert_eq!(VirtualReplay::new(AT_ONCE).run(0.001), 1000);
+        let mut replay = VirtualReplay::new(times(1.0));
         replay.run(1.01);
         replay.pace.set_rate(80.0, replay.now);
         assert_eq!(replay.run(1.01), 81);
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_paused_replay_steps_by_a_second() {
-        let mut replay = Replay::new(PaceStart { paused: true, ..times(1.0) });
+        let mut replay = VirtualReplay::new(PaceStart { paused: true, ..times(1.0) });
         assert_eq!(replay.run(60.0), 0);
         for _ in 0..2 {
             replay.command(Command::Step);
@@ -234,19 +234,19 @@ mod tests {
 
     #[test]
     fn going_on_to_a_place_takes_no_time() {
-        let mut replay = Replay::new(times(1.0));
+        let mut replay = VirtualReplay::new(times(1.0));
         replay.pace.run_to(500, replay.now);
         assert_eq!(replay.run(0.001), 501);
         assert_eq!(replay.run(1.0), 40);
         replay.command(Command::Faster);
         assert_eq!(replay.run(1.001), 81);
         assert_eq!(replay.pace.speed, Speed::Times(2.0));
-        assert_eq!(Replay::new(PaceStart { run_to: 7, paused: true, ..times(1.0) }).run(60.0), 7);
+        assert_eq!(VirtualReplay::new(PaceStart { run_to: 7, paused: true, ..times(1.0) }).run(60.0), 7);
     }
 
     #[test]
     fn behind_the_end_the_speed_is_chosen_and_nothing_else() {
-        let mut replay = Replay::new(AT_ONCE);
+        let mut replay = VirtualReplay::new(AT_ONCE);
         replay.run(1.0);
         replay.pace.end();
         let commands = [Command::TogglePause, Command::Step, Command::Slower, Command::EndWarmUp, Command::GoTo(0.1)];
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn back_from_the_middle_it_is_paused_as_it_was() {
-        let mut replay = Replay::new(times(1.0));
+        let mut replay = VirtualReplay::new(times(1.0));
         assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, ..times(1.0) });
         replay.command(Command::TogglePause);
         assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, paused: true, ..times(1.0) });

@@ -123,13 +123,13 @@ mod tests {
 
     const SECOND: Duration = Duration::from_secs(1);
 
-    struct Stream {
+    struct TestStream {
         snapshot: Snapshot,
         watchdog: StreamWatchdog,
         now: Instant,
     }
 
-    impl Stream {
+    impl TestStream {
         fn new() -> Self {
             let snapshot = Analysis::new(Settings::default()).snapshot();
             Self { snapshot, watchdog: StreamWatchdog::default(), now: Instant::now() }
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn another_rate_is_reported_once_and_ends_the_stream_after_four_seconds() {
-        let mut stream = Stream::new();
+        let mut stream = TestStream::new();
         let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
         let changed = Some(RateEvent::Changed(change));
         assert_eq!(stream.second_at(None, true), (None, None));
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_second_change_of_the_rate_begins_its_time_anew() {
-        let mut stream = Stream::new();
+        let mut stream = TestStream::new();
         let first = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
         for _ in 0..4 {
             stream.second_at(Some(first), true);
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn only_other_messages_for_four_seconds_end_the_stream_and_a_sample_does_not() {
-        let mut stream = Stream::new();
+        let mut stream = TestStream::new();
         for _ in 0..10 {
             assert_eq!(stream.second(1, 40, true), None, "both come");
         }
@@ -209,7 +209,7 @@ mod tests {
         for (packets, replies, is_measured, ends) in
             [(1, 0, true, true), (0, 1, false, true), (0, 1, true, false), (0, 0, false, false)]
         {
-            let mut stream = Stream::new();
+            let mut stream = TestStream::new();
             stream.snapshot.layout = is_measured.then(|| VNYMR.clone().into());
             for _ in 0..5 {
                 stream.snapshot.link.tally.packets += packets;

@@ -18,13 +18,13 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{SENSORS, axes_name};
 
 pub use allan::allan_in_unit;
-pub(crate) use axes::{Axis, Scale, superscript};
+pub(crate) use axes::{PlotAxis, Scale, superscript};
 pub(crate) use drawing::Rectangle;
 
 use crate::{measured::Record, names::names_of, units::ChannelValues};
 use allan::{allan_of_axes, allan_of_axis, allan_of_records};
 use axes::{Place, frame};
-use drawing::{Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Primitive, Shape, Stroke};
+use drawing::{Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Stroke};
 use histogram::histogram;
 use over_time::{envelope, segments};
 use png::Font;
@@ -131,21 +131,21 @@ pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
     pub id: String,
     pub(crate) title: String,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
+    pub(crate) x: PlotAxis,
+    pub(crate) y: PlotAxis,
     pub(crate) area: Rectangle,
-    pub(crate) series: Vec<Series>,
+    pub(crate) series: Vec<PlottedSeries>,
     drawing: Drawing,
 }
 
 /// A series of values, as they can be read off a figure.
 #[derive(Debug, Clone)]
-pub(crate) struct Series {
+pub(crate) struct PlottedSeries {
     pub(crate) name: String,
     pub(crate) values: Vec<Value>,
 }
 
-impl Series {
+impl PlottedSeries {
     pub(crate) fn of(name: &str, points: &[(f64, f64)]) -> Self {
         let values = points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect();
         Self { name: name.into(), values }
@@ -181,10 +181,10 @@ impl Figure {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Sample {
+enum LegendSample {
     Line(Stroke),
-    Symbol(Shape, Colour),
-    Both(Stroke, Shape),
+    Symbol(Marker, Colour),
+    Both(Stroke, Marker),
     Area(Colour, f64),
     /// A text alone.
     Nothing,
@@ -196,7 +196,7 @@ struct Plot {
 }
 
 impl Plot {
-    fn new(id: String, title: String, x: Axis, y: Axis, legend: &[(Sample, String)]) -> Self {
+    fn new(id: String, title: String, x: PlotAxis, y: PlotAxis, legend: &[(LegendSample, String)]) -> Self {
         const ROW: f64 = 16.0;
         const TITLE: f64 = 13.0;
         // without its font a figure has roughly the same layout; its pixels need it
@@ -215,7 +215,7 @@ impl Plot {
         };
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
-            let before = if matches!(sample, Sample::Nothing) { 0.0 } else { 28.0 };
+            let before = if matches!(sample, LegendSample::Nothing) { 0.0 } else { 28.0 };
             let entry = before + LETTERS * width(text) + 12.0;
             if x_next > left && x_next + entry > WIDTH {
                 (x_next, y_next) = (left, y_next + ROW);
@@ -248,12 +248,12 @@ impl Plot {
 
     /// A line through these places, with the symbol of the series at each.
     fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Primitive> {
-        let symbol = |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series), Colour::Series(series));
+        let symbol = |(x, y): &(f64, f64)| self.symbol(*x, *y, Marker::of_series(series), Colour::Series(series));
         let line = self.line(values.iter().copied(), stroke);
         [line].into_iter().chain(values.iter().map(symbol)).collect()
     }
 
-    fn symbol(&self, x: f64, y: f64, shape: Shape, colour: Colour) -> Primitive {
+    fn symbol(&self, x: f64, y: f64, shape: Marker, colour: Colour) -> Primitive {
         Primitive::Symbol { at: self.place.of(x, y), shape, colour }
     }
 
@@ -271,12 +271,12 @@ impl Plot {
         Primitive::text((left + 8.0, top - 5.0), text, Anchor::Start)
     }
 
-    fn done(self, series: Vec<Series>) -> Figure {
+    fn done(self, series: Vec<PlottedSeries>) -> Figure {
         Figure { series, ..self.figure }
     }
 }
 
-impl Sample {
+impl LegendSample {
     fn draw(self, (x, y): drawing::At, marks: &mut Vec<Primitive>) {
         let line = |stroke| Primitive::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
         let symbol = |shape, colour| Primitive::Symbol { at: (x + 11.0, y), shape, colour };

@@ -92,7 +92,7 @@ impl Default for DeviceConfig {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum BootPhase {
     /// Silent and deaf.
     Booting { until_ns: u64 },
     /// Ticks are counted.
@@ -104,7 +104,7 @@ enum Phase {
 pub struct Device {
     config: DeviceConfig,
     now_ns: u64,
-    phase: Phase,
+    phase: BootPhase,
     run: Run,
     registers: Registers,
     flash: Registers,
@@ -143,7 +143,7 @@ impl Device {
         let registers = Registers::delivered(config.firmware, config.serial);
         Self {
             now_ns: 0,
-            phase: Phase::Booting { until_ns: ns(BOOT) },
+            phase: BootPhase::Booting { until_ns: ns(BOOT) },
             run: Run::default(),
             flash: registers.clone(),
             started_with: registers.clone(),
@@ -169,7 +169,7 @@ impl Device {
         self.advance(ns(now));
         for byte in bytes {
             // a restart makes it deaf
-            if self.run.restart_ns.is_some() || matches!(self.phase, Phase::Booting { .. }) {
+            if self.run.restart_ns.is_some() || matches!(self.phase, BootPhase::Booting { .. }) {
                 return;
             }
             match self.run.buffer.push(*byte) {
@@ -200,7 +200,7 @@ impl Device {
     #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
-            Phase::Running { since_ns } if self.run.restart_ns.is_none() => {
+            BootPhase::Running { since_ns } if self.run.restart_ns.is_none() => {
                 let idle_tick = self.run.ticks + TICK_HZ;
                 let tick = self.next_output_tick().map_or(idle_tick, |tick| tick.min(idle_tick));
                 Some(self.tick_ns(since_ns, tick))
@@ -216,7 +216,7 @@ impl Device {
     /// from flash.
     pub fn crash(&mut self, now: Duration) {
         self.advance(ns(now));
-        if matches!(self.phase, Phase::Running { .. }) && self.run.restart_ns.is_none() {
+        if matches!(self.phase, BootPhase::Running { .. }) && self.run.restart_ns.is_none() {
             self.report(DeviceError::HardFault);
             self.restart();
         }
@@ -248,7 +248,7 @@ impl Device {
             } else if self.run.flash_until_ns == Some(event_ns) {
                 self.end_flash_write();
             } else {
-                self.phase = Phase::Running { since_ns: event_ns };
+                self.phase = BootPhase::Running { since_ns: event_ns };
             }
         }
         self.run_until(now_ns);
@@ -258,8 +258,8 @@ impl Device {
     /// The end of a boot, of writing the flash, or of the answer to a restart.
     fn next_event_ns(&self) -> Option<u64> {
         let boot_ns = match self.phase {
-            Phase::Booting { until_ns } => Some(until_ns),
-            Phase::Running { .. } => None,
+            BootPhase::Booting { until_ns } => Some(until_ns),
+            BootPhase::Running { .. } => None,
         };
         [self.run.restart_ns, self.run.flash_until_ns, boot_ns].into_iter().flatten().min()
     }
@@ -275,7 +275,7 @@ impl Device {
         self.started_with = self.flash.clone();
         self.processing = self.registers.processing(&self.started_with);
         self.uart.baud = self.registers.ports[PORT].baud;
-        self.phase = Phase::Booting { until_ns: now_ns + ns(BOOT) };
+        self.phase = BootPhase::Booting { until_ns: now_ns + ns(BOOT) };
         self.run = Run::default();
     }
 

@@ -37,6 +37,6 @@ pub mod wire;
 pub use capture::{Generator, UnsupportedRate, write_capture};
 pub use device::{Device, DeviceConfig};
 pub use message::Message;
-pub use onboard::Window;
+pub use onboard::AveragingWindow;
 pub use profile::{Profile, UnknownProfile};
 pub use thermal::{Thermal, ThermalError};

@@ -8,7 +8,7 @@ use crate::sensor::{Deltas, SensorValues, single};
 
 /// Yaw, pitch and roll, magnetic field and so on, in the order of a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Group {
+enum FieldGroup {
     Angles,
     Quaternion,
     Mag,
@@ -34,17 +34,17 @@ pub struct Message {
     pub(crate) register: u16,
     /// Its length with CR LF, all values within their usual widths, with two check digits.
     pub(crate) usual_bytes: u32,
-    groups: &'static [Group],
+    groups: &'static [FieldGroup],
 }
 
-use Group::{Accel, Angles, LinearBody, LinearNed, Mag, Quaternion, Rate, Uncompensated};
+use FieldGroup::{Accel, Angles, LinearBody, LinearNed, Mag, Quaternion, Rate, Uncompensated};
 
 const fn message(
     code: u32,
     header: &'static str,
     register: u16,
     usual_bytes: u32,
-    groups: &'static [Group],
+    groups: &'static [FieldGroup],
 ) -> Message {
     Message { code, header, register, usual_bytes, groups }
 }
@@ -62,7 +62,7 @@ pub(crate) const MESSAGES: [Message; 12] = [
     message(16, "VNYBA", 239, 95, &[Angles, LinearBody, Rate]),
     message(17, "VNYIA", 240, 95, &[Angles, LinearNed, Rate]),
     message(19, "VNIMU", 54, 112, &[Uncompensated]),
-    message(30, "VNDTV", 80, 75, &[Group::Deltas]),
+    message(30, "VNDTV", 80, 75, &[FieldGroup::Deltas]),
 ];
 
 impl Message {
@@ -78,7 +78,7 @@ impl Message {
 
     /// Whether it carries integrals since it was last sent.
     pub(crate) fn has_deltas(&self) -> bool {
-        self.groups.contains(&Group::Deltas)
+        self.groups.contains(&FieldGroup::Deltas)
     }
 
     /// Appends its values, a comma before each.
@@ -100,7 +100,7 @@ impl Message {
                     print(out, [measured.temperature_c], 5, 1);
                     print(out, [measured.pressure_kpa], 10, 3);
                 }
-                Group::Deltas => {
+                FieldGroup::Deltas => {
                     print(out, [deltas.time_s as f32], 9, 6);
                     print(out, single(deltas.theta_deg), 8, 3);
                     print(out, single(deltas.velocity_m_s), 8, 3);

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::{
     flicker::Flicker,
-    onboard::{White, Window},
+    onboard::{AveragingWindow, White},
 };
 
 /// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or
@@ -80,7 +80,7 @@ impl ChannelStream {
     /// sample, past the window: averaging over some milliseconds changes a process only near the
     /// frequency 1/window, and there each of them lies far below the white noise.
     #[must_use]
-    pub fn new(noise: &NoiseTruth, window: Window, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
+    pub fn new(noise: &NoiseTruth, window: AveragingWindow, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);
         let interval_s = 1.0 / f64::from(rate_hz.get());
         Self {

@@ -17,7 +17,7 @@ pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 /// (w - lag)/w. Where fewer are sent than are averaged (w < refresh/rate), noise is aliased and the
 /// output shows a density higher than the sensor's: by √(200/rate) for 4 of 800 Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Window {
+pub enum AveragingWindow {
     /// The noise is drawn at the output rate: the density is that of the output.
     None,
     /// The density is that of the sensor, which refreshes at `refresh_hz`; each output sample is
@@ -30,7 +30,7 @@ pub enum Window {
     },
 }
 
-impl Window {
+impl AveragingWindow {
     /// Gyro and accelerometer as delivered: 4 samples at 800 Hz.
     pub const IMU_DEFAULT: Self = Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4 };
 
@@ -53,10 +53,10 @@ pub(crate) struct White {
 }
 
 impl White {
-    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, rng: ChaCha8Rng) -> Self {
+    pub(crate) fn new(density: f64, window: AveragingWindow, rate_hz: NonZeroU32, rng: ChaCha8Rng) -> Self {
         let (refresh_hz, samples) = match window {
-            Window::None => (rate_hz.get(), 1),
-            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples),
+            AveragingWindow::None => (rate_hz.get(), 1),
+            AveragingWindow::Boxcar { refresh_hz, samples } => (refresh_hz, samples),
         };
         Self::of_values(density * f64::from(refresh_hz).sqrt(), refresh_hz, samples, rate_hz.get(), rng)
     }

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::{
     noise::{NoiseTruth, Vibration},
-    onboard::Window,
+    onboard::AveragingWindow,
     thermal::Thermal,
 };
 
@@ -22,7 +22,7 @@ pub struct ChannelProfile {
     /// Mean and noise.
     pub noise: NoiseTruth,
     /// Whether `white_density` is that of the output or that of the sensor behind a window.
-    pub window: Window,
+    pub window: AveragingWindow,
 }
 
 /// The truth of an emulated sensor.
@@ -85,11 +85,11 @@ impl Profile {
         let field_gauss = [0.21, 0.0, 0.43];
         let channels = std::array::from_fn(|number| {
             let (mean, noise, window) = match number {
-                0..3 => (0.0, angle, Window::None),
-                3..6 => (field_gauss[number - 3], mag, Window::MAG_DEFAULT),
-                8 => (-STANDARD_GRAVITY_M_S2, accel, Window::IMU_DEFAULT),
-                6..8 => (0.0, accel, Window::IMU_DEFAULT),
-                _ => (0.0, gyro, Window::IMU_DEFAULT),
+                0..3 => (0.0, angle, AveragingWindow::None),
+                3..6 => (field_gauss[number - 3], mag, AveragingWindow::MAG_DEFAULT),
+                8 => (-STANDARD_GRAVITY_M_S2, accel, AveragingWindow::IMU_DEFAULT),
+                6..8 => (0.0, accel, AveragingWindow::IMU_DEFAULT),
+                _ => (0.0, gyro, AveragingWindow::IMU_DEFAULT),
             };
             ChannelProfile { noise: NoiseTruth { mean, ..noise }, window }
         });
@@ -133,7 +133,7 @@ impl Profile {
         ];
         Self {
             name: "lab3",
-            channels: noise.map(|noise| ChannelProfile { noise, window: Window::None }),
+            channels: noise.map(|noise| ChannelProfile { noise, window: AveragingWindow::None }),
             thermal: Thermal::default(),
         }
     }

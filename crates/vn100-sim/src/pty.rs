@@ -75,7 +75,7 @@ pub enum PtyError {
     Open(#[source] io::Error),
     /// The link cannot be made.
     #[error("cannot make the link {} to the emulated sensor", path.display())]
-    Link {
+    SymbolicLink {
         /// Where it should be.
         path: PathBuf,
         /// What the system says.

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     flicker::Flicker,
     noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
-    onboard::{IMU_REFRESH_HZ, MAG_REFRESH_HZ, White, Window},
+    onboard::{AveragingWindow, IMU_REFRESH_HZ, MAG_REFRESH_HZ, White},
     profile::{Profile, STANDARD_GRAVITY_M_S2},
     thermal::{Thermal, ThermalBias},
 };
@@ -163,9 +163,9 @@ impl SensorChannel {
         };
         let density = channel.noise.white_density;
         let sigma = match channel.window {
-            Window::Boxcar { refresh_hz, .. } => density * f64::from(refresh_hz).sqrt(),
+            AveragingWindow::Boxcar { refresh_hz, .. } => density * f64::from(refresh_hz).sqrt(),
             // stated for the output: what the sensor must have for it to come out as delivered
-            Window::None => density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(),
+            AveragingWindow::None => density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(),
         };
         Self {
             truth: channel.noise,

@@ -1,6 +1,6 @@
 //! Changes of the level of a channel: warm-up, steps, cycles.
 
-use super::level_noise::{Fit, LevelNoise, Shape};
+use super::level_noise::{BlockShape, LevelFit, LevelNoise};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -139,37 +139,37 @@ struct Span {
     decimals: u8,
 }
 
-fn change(fits: &[Fit], span: &Span) -> Option<LevelChange> {
-    let beyond = |fit: &Fit| match fit.shape {
-        Shape::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
-        Shape::Step(_) => fit.evidence - STEP_EVIDENCE,
-        Shape::Cycle(_) => fit.evidence - CYCLE_EVIDENCE,
-        Shape::Ramp => f64::NEG_INFINITY,
+fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
+    let beyond = |fit: &LevelFit| match fit.shape {
+        BlockShape::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
+        BlockShape::Step(_) => fit.evidence - STEP_EVIDENCE,
+        BlockShape::Cycle(_) => fit.evidence - CYCLE_EVIDENCE,
+        BlockShape::Ramp => f64::NEG_INFINITY,
     };
     let fit = fits.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b))).filter(|fit| beyond(fit) > 0.0)?;
-    let ramp = fits.iter().find(|fit| fit.shape == Shape::Ramp);
+    let ramp = fits.iter().find(|fit| fit.shape == BlockShape::Ramp);
     let is_ramp = ramp.is_some_and(|ramp| ramp.evidence > fit.evidence - AS_GOOD);
     let amplitude = counts_to_unit(fit.amplitude, span.decimals);
     let shape = match fit.shape {
-        Shape::Relaxation(time) => {
+        BlockShape::Relaxation(time) => {
             let skip = time * (2.0 * fit.amplitude.abs() / fit.short_std).ln();
             let skip_s = (skip <= span.blocks / 2.0).then_some(span.start_s + skip.max(0.0) * span.block_s);
             LevelShape::WarmUp { amplitude, time_constant_s: time * span.block_s, skip_s }
         }
-        Shape::Step(at) => LevelShape::Step { start_s: span.start_s + at * span.block_s, amplitude },
-        Shape::Cycle(frequency) => {
+        BlockShape::Step(at) => LevelShape::Step { start_s: span.start_s + at * span.block_s, amplitude },
+        BlockShape::Cycle(frequency) => {
             // the mean over a block is smaller
             let phase = core::f64::consts::PI * frequency;
             LevelShape::Cycle { period_s: span.block_s / frequency, amplitude: amplitude * phase / phase.sin() }
         }
-        Shape::Ramp => return None,
+        BlockShape::Ramp => return None,
     };
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt(), is_ramp })
 }
 
 /// In the noise beneath the step in the middle.
-fn detectable_step(noise: &LevelNoise, fits: &[Fit], span: &Span) -> Option<f64> {
-    let middle = Shape::Step((span.blocks / 2.0).floor());
+fn detectable_step(noise: &LevelNoise, fits: &[LevelFit], span: &Span) -> Option<f64> {
+    let middle = BlockShape::Step((span.blocks / 2.0).floor());
     let fit = fits.iter().find(|fit| fit.shape == middle)?;
     Some(counts_to_unit(noise.detectable(middle, fit, EVIDENCE_OF_NINE_IN_TEN)?, span.decimals))
 }

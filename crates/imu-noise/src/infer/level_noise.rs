@@ -23,7 +23,7 @@ const MOST_PER_BLOCK: f64 = 0.4;
 
 /// A shape of the level, in blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum BlockShape {
     /// exp(-t/time constant) from the start of the first block on.
     Relaxation(f64),
     /// 0 before this time, 1 from it on.
@@ -36,8 +36,8 @@ pub(super) enum Shape {
 
 /// The likeliest fit of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fit {
-    pub(super) shape: Shape,
+pub(super) struct LevelFit {
+    pub(super) shape: BlockShape,
     /// Least-squares multiple under the noise that makes the series likeliest; not negative for a
     /// cycle.
     pub(super) amplitude: f64,
@@ -63,12 +63,12 @@ pub(super) struct LevelNoise {
     /// How many coefficients are of what is symmetric.
     symmetric: usize,
     shapes: Vec<Shaped>,
-    noises: Vec<Noise>,
+    noises: Vec<NoiseSpectrum>,
 }
 
 #[derive(Clone, Debug)]
 struct Shaped {
-    shape: Shape,
+    shape: BlockShape,
     levels: Levels,
 }
 
@@ -84,7 +84,7 @@ enum Levels {
 }
 
 #[derive(Clone, Debug)]
-struct Noise {
+struct NoiseSpectrum {
     /// By coefficient: 1 over the variance.
     weights: Vec<f64>,
     /// Geometric mean of the variances.
@@ -145,7 +145,7 @@ impl LevelNoise {
         let of_shape = |shaped: &Shaped| search.of_levels(&shaped.levels, &mut sums);
         let coefficients: Vec<_> = search.shapes.iter().map(of_shape).collect();
         let spectra = spectra(blocks, &numbers);
-        search.noises = spectra.iter().map(|variances| Noise::new(variances, &coefficients)).collect();
+        search.noises = spectra.iter().map(|variances| NoiseSpectrum::new(variances, &coefficients)).collect();
         search
     }
 
@@ -215,7 +215,7 @@ impl LevelNoise {
     }
 
     /// For every shape its likeliest fit; nothing where a shape is all there is.
-    pub(super) fn fits(&self, means: &[f64]) -> Vec<Fit> {
+    pub(super) fn fits(&self, means: &[f64]) -> Vec<LevelFit> {
         let series = self.coefficients(means);
         let count = series.len() as f64;
         // By noise: the profile likelihood is a falling function of the residual times the mean variance.
@@ -240,11 +240,11 @@ impl LevelNoise {
             }
         }
         let fit = |(shaped, (with, place, [a, b], residual)): (&Shaped, (f64, usize, [f64; 2], f64))| {
-            let noise: &Noise = self.noises.get(place)?;
+            let noise: &NoiseSpectrum = self.noises.get(place)?;
             let variance = residual / count;
-            (with > 0.0 && without.is_finite() && variance > 0.0).then(|| Fit {
+            (with > 0.0 && without.is_finite() && variance > 0.0).then(|| LevelFit {
                 shape: shaped.shape,
-                amplitude: if matches!(shaped.shape, Shape::Cycle(_)) { a.hypot(b) } else { a },
+                amplitude: if matches!(shaped.shape, BlockShape::Cycle(_)) { a.hypot(b) } else { a },
                 noise: (place, variance),
                 evidence: count * (without / with).ln(),
                 short_std: (variance * noise.last).sqrt(),
@@ -257,7 +257,7 @@ impl LevelNoise {
 impl LevelNoise {
     /// The multiple of a shape in the noise of `fit` at which the evidence, were every coefficient
     /// as large as is expected of it, reaches `evidence`; `None` for a shape that is not examined.
-    pub(super) fn detectable(&self, shape: Shape, fit: &Fit, evidence: f64) -> Option<f64> {
+    pub(super) fn detectable(&self, shape: BlockShape, fit: &LevelFit, evidence: f64) -> Option<f64> {
         let shaped = self.shapes.iter().find(|shaped| shaped.shape == shape)?;
         let (noise, variance) = (self.noises.get(fit.noise.0)?, fit.noise.1);
         let [coefficients, _] = self.of_levels(&shaped.levels, &mut SumsBehind::new(self));
@@ -285,7 +285,7 @@ impl LevelNoise {
     }
 }
 
-impl Noise {
+impl NoiseSpectrum {
     /// By shape its coefficients; of a cycle both.
     fn new(variances: &[f64], shapes: &[[Vec<f64>; 2]]) -> Self {
         let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
@@ -326,10 +326,10 @@ fn shapes(blocks: usize) -> Vec<Shaped> {
     // means over blocks
     let relaxation = |time: f64| each(&|i| (-i / time).exp() * time * -(-1.0 / time).exp_m1());
     let times = (0..).map(|k| f64::from(1 << k)).take_while(|time| *time <= blocks as f64);
-    shapes.extend(times.map(|time| Shaped { shape: Shape::Relaxation(time), levels: relaxation(time) }));
-    shapes.push(Shaped { shape: Shape::Ramp, levels: each(&|i| i / blocks as f64) });
+    shapes.extend(times.map(|time| Shaped { shape: BlockShape::Relaxation(time), levels: relaxation(time) }));
+    shapes.push(Shaped { shape: BlockShape::Ramp, levels: each(&|i| i / blocks as f64) });
     for block in (STEP_MARGIN..=blocks - STEP_MARGIN).rev() {
-        let step = |at, part| Shaped { shape: Shape::Step(at), levels: Levels::Behind(block, part) };
+        let step = |at, part| Shaped { shape: BlockShape::Step(at), levels: Levels::Behind(block, part) };
         shapes.push(step(block as f64 + 0.5, 0.5));
         shapes.push(step(block as f64, 1.0));
     }
@@ -338,7 +338,7 @@ fn shapes(blocks: usize) -> Vec<Shaped> {
         let frequency = cycles / blocks as f64;
         let angles = (0..blocks.div_ceil(2)).map(|i| TAU * frequency * (i as f64 - 0.5 * (blocks - 1) as f64));
         let levels = Levels::Cycle(angles.clone().map(f64::cos).collect(), angles.map(f64::sin).collect());
-        shapes.push(Shaped { shape: Shape::Cycle(frequency), levels });
+        shapes.push(Shaped { shape: BlockShape::Cycle(frequency), levels });
         cycles += CYCLE_SPACING;
     }
     shapes
@@ -397,7 +397,7 @@ mod tests {
         (0..blocks).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
     }
 
-    fn best(fits: &[Fit], is_meant: impl Fn(Shape) -> bool) -> Fit {
+    fn best(fits: &[LevelFit], is_meant: impl Fn(BlockShape) -> bool) -> LevelFit {
         let meant = fits.iter().filter(|fit| is_meant(fit.shape));
         *meant.max_by(|a, b| a.evidence.total_cmp(&b.evidence)).unwrap()
     }
@@ -440,18 +440,19 @@ mod tests {
     fn shapes_are_found_where_and_as_large_as_they_are() {
         let blocks = 70;
         let search = LevelNoise::new(blocks);
-        let with = |seed: u64, added: &dyn Fn(f64) -> f64| -> Vec<Fit> {
+        let with = |seed: u64, added: &dyn Fn(f64) -> f64| -> Vec<LevelFit> {
             let means: Vec<f64> = noise(blocks, seed).iter().zip(0..).map(|(x, i)| x + added(f64::from(i))).collect();
             search.fits(&means)
         };
-        let step = best(&with(1, &|i| if i < 30.0 { 0.0 } else { -5.0 }), |shape| matches!(shape, Shape::Step(_)));
-        assert!(step.shape == Shape::Step(30.0) && (step.amplitude + 5.0).abs() < 1.0, "{step:?}");
-        let cycle = best(&with(2, &|i| 3.0 * (TAU * 0.1707 * i + 1.0).sin()), |shape| matches!(shape, Shape::Cycle(_)));
-        let Shape::Cycle(frequency) = cycle.shape else { panic!("{cycle:?}") };
+        let step = best(&with(1, &|i| if i < 30.0 { 0.0 } else { -5.0 }), |shape| matches!(shape, BlockShape::Step(_)));
+        assert!(step.shape == BlockShape::Step(30.0) && (step.amplitude + 5.0).abs() < 1.0, "{step:?}");
+        let cycle =
+            best(&with(2, &|i| 3.0 * (TAU * 0.1707 * i + 1.0).sin()), |shape| matches!(shape, BlockShape::Cycle(_)));
+        let BlockShape::Cycle(frequency) = cycle.shape else { panic!("{cycle:?}") };
         assert!((frequency - 0.1707).abs() < 0.004 && (cycle.amplitude - 3.0).abs() < 0.8, "{cycle:?}");
         let warm_up =
-            best(&with(3, &|i| 20.0 * (-(i + 0.5) / 8.0).exp()), |shape| matches!(shape, Shape::Relaxation(_)));
-        assert!(warm_up.shape == Shape::Relaxation(8.0) && (warm_up.amplitude - 20.0).abs() < 3.0, "{warm_up:?}");
+            best(&with(3, &|i| 20.0 * (-(i + 0.5) / 8.0).exp()), |shape| matches!(shape, BlockShape::Relaxation(_)));
+        assert!(warm_up.shape == BlockShape::Relaxation(8.0) && (warm_up.amplitude - 20.0).abs() < 3.0, "{warm_up:?}");
         for fit in [step, cycle, warm_up] {
             assert!(fit.evidence > 40.0 && (fit.short_std - 1.0).abs() < 0.3, "{fit:?}");
         }

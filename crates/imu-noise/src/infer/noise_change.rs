@@ -102,7 +102,7 @@ impl ChannelSignal {
             (start as f64 * interval_s, (blocks[behind - 1].0 + length) as f64 * interval_s)
         };
         NoiseChanges {
-            change: change.map(|Stretch { first, behind, change, sigmas }| {
+            change: change.map(|ChangedBlocks { first, behind, change, sigmas }| {
                 let (start_s, end_s) = span(first, behind);
                 NoiseChange { start_s, end_s, factor: (change / 2.0).exp2(), sigmas }
             }),
@@ -117,7 +117,7 @@ impl ChannelSignal {
     }
 
     /// Of the median window among those whose samples differ.
-    fn std_within_windows(&self, blocks: &[Block]) -> Option<f64> {
+    fn std_within_windows(&self, blocks: &[BlockSpreads]) -> Option<f64> {
         let sum = |of: fn(&Spreads) -> u64| blocks.iter().map(|(.., spreads)| of(spreads)).sum::<u64>() as f64;
         let (windows, constant) = (sum(|spreads| spreads.windows), sum(|spreads| spreads.constant));
         let median = self.windows.spreads.quantile((constant + windows / 2.0) / (windows + constant))?;
@@ -126,11 +126,11 @@ impl ChannelSignal {
 }
 
 /// First sample, length in samples, spreads.
-type Block = (u64, u64, Spreads);
+type BlockSpreads = (u64, u64, Spreads);
 
 /// The longest series of neighbouring blocks with windows of one value: its first block, the one
 /// behind it, and the windows.
-fn frozen(blocks: &[Block]) -> Option<(usize, usize, u64)> {
+fn frozen(blocks: &[BlockSpreads]) -> Option<(usize, usize, u64)> {
     let mut longest: Option<(usize, usize, u64)> = None;
     let mut first = 0;
     for series in blocks.chunk_by(|a, b| (a.2.constant > 0) == (b.2.constant > 0)) {
@@ -158,7 +158,7 @@ struct BlockNoise {
 
 /// Blocks that differ from the rest.
 #[derive(Clone, Copy)]
-struct Stretch {
+struct ChangedBlocks {
     first: usize,
     behind: usize,
     /// Of the binary logarithm of the variance.
@@ -168,7 +168,7 @@ struct Stretch {
 
 impl BlockNoise {
     /// `None` for too few blocks with windows.
-    fn new(blocks: &[Block]) -> Option<Self> {
+    fn new(blocks: &[BlockSpreads]) -> Option<Self> {
         let (places, mut means): (Vec<usize>, Vec<(f64, f64)>) = (blocks.iter().enumerate())
             .filter_map(|(place, (.., spreads))| Some((place, (spreads.windows as f64, spreads.mean_log2()?))))
             .unzip();
@@ -206,7 +206,7 @@ impl BlockNoise {
     }
 
     /// The stretch that differs most.
-    fn change(&self) -> Option<Stretch> {
+    fn change(&self) -> Option<ChangedBlocks> {
         let threshold = self.threshold()?;
         let blocks = self.means.len();
         let mut sums = vec![(0.0, 0.0)];
@@ -216,7 +216,7 @@ impl BlockNoise {
         }
         let total = sums[blocks].1;
         let all_pairs: f64 = self.pairs.iter().sum();
-        let mut most: Option<Stretch> = None;
+        let mut most: Option<ChangedBlocks> = None;
         // One from the start on is that of the rest behind it.
         for first in 1..blocks {
             for behind in first + 1..=blocks {
@@ -232,16 +232,16 @@ impl BlockNoise {
                 let error = (self.variance(without, sum_of_pairs) * (1.0 / windows + 1.0 / rest)).sqrt();
                 let sigmas = change.abs() / error;
                 if most.is_none_or(|most| sigmas > most.sigmas) {
-                    most = Some(Stretch { first, behind, change, sigmas });
+                    most = Some(ChangedBlocks { first, behind, change, sigmas });
                 }
             }
         }
         let found = most.filter(|found| found.sigmas > threshold && found.change.abs() >= LEAST_CHANGE)?;
-        Some(Stretch { first: self.places[found.first], behind: self.places[found.behind - 1] + 1, ..found })
+        Some(ChangedBlocks { first: self.places[found.first], behind: self.places[found.behind - 1] + 1, ..found })
     }
 
     /// Beside the `change` that was found.
-    fn bursts(&self, change: Option<&Stretch>) -> Option<f64> {
+    fn bursts(&self, change: Option<&ChangedBlocks>) -> Option<f64> {
         /// For the tails of the logarithms.
         const MARGIN: f64 = 1.15;
         const LEAST: f64 = 1.5;

@@ -53,14 +53,14 @@ impl RandomEffects {
     #[must_use]
     pub fn of(parameters: &[Parameter], confidence: f64) -> Option<Self> {
         let z = normal_two_sided(confidence)?;
-        let records: Vec<(usize, Record)> = (parameters.iter().enumerate())
-            .filter_map(|(number, parameter)| Some((number, Record::new(parameter, z)?)))
+        let records: Vec<(usize, RecordEvidence)> = (parameters.iter().enumerate())
+            .filter_map(|(number, parameter)| Some((number, RecordEvidence::new(parameter, z)?)))
             .collect();
-        let all: Vec<Record> = records.iter().map(|(_, record)| *record).collect();
+        let all: Vec<RecordEvidence> = records.iter().map(|(_, record)| *record).collect();
         if estimates(&all).count() < LEAST_ESTIMATES {
             return None;
         }
-        let fit = Fit::of(&all)?;
+        let fit = MeanFit::of(&all)?;
         let t = student_two_sided(confidence, fit.dof)?;
         let (reach, next) = (t * fit.error2.sqrt(), t * fit.next2(typical(&all)).sqrt());
         Some(Self {
@@ -82,10 +82,11 @@ impl RandomEffects {
 #[must_use]
 pub fn common_bound(parameters: &[Parameter], confidence: f64) -> Option<f64> {
     let z = normal_two_sided(confidence)?;
-    let records: Vec<Record> = parameters.iter().filter_map(|parameter| Record::new(parameter, z)).collect();
+    let records: Vec<RecordEvidence> =
+        parameters.iter().filter_map(|parameter| RecordEvidence::new(parameter, z)).collect();
     let (mut weights, mut weighted) = (0.0, 0.0);
     for record in &records {
-        let Record::Bound { log_upper, found, reach } = *record else { return None };
+        let RecordEvidence::Bound { log_upper, found, reach } = *record else { return None };
         let deviation = (2.0 * log_upper).exp() / reach;
         weights += deviation.powi(-2);
         weighted += found / deviation;
@@ -95,7 +96,7 @@ pub fn common_bound(parameters: &[Parameter], confidence: f64) -> Option<f64> {
 
 /// What one record says of the logarithm η of the amplitude.
 #[derive(Clone, Copy, Debug)]
-enum Record {
+enum RecordEvidence {
     /// Normal around `log`.
     Estimate { log: f64, variance: f64 },
     /// The square of the amplitude is normal: `found` is how many of its standard deviations it
@@ -103,7 +104,7 @@ enum Record {
     Bound { log_upper: f64, found: f64, reach: f64 },
 }
 
-impl Record {
+impl RecordEvidence {
     fn new(parameter: &Parameter, z: f64) -> Option<Self> {
         let log = |value: Option<f64>| value.filter(|value| *value > 0.0 && value.is_finite()).map(f64::ln);
         match parameter.status {
@@ -166,22 +167,22 @@ impl Record {
     }
 }
 
-fn estimates(records: &[Record]) -> impl Iterator<Item = (f64, f64)> {
+fn estimates(records: &[RecordEvidence]) -> impl Iterator<Item = (f64, f64)> {
     records.iter().filter_map(|record| match record {
-        Record::Estimate { log, variance } => Some((*log, *variance)),
-        Record::Bound { .. } => None,
+        RecordEvidence::Estimate { log, variance } => Some((*log, *variance)),
+        RecordEvidence::Bound { .. } => None,
     })
 }
 
 /// The variance within a record: the harmonic mean.
-fn typical(records: &[Record]) -> f64 {
+fn typical(records: &[RecordEvidence]) -> f64 {
     let (count, sum) = estimates(records).fold((0.0, 0.0), |(count, sum), (_, v)| (count + 1.0, sum + 1.0 / v));
     count / sum
 }
 
 /// The mean of all records and what is known of it.
 #[derive(Clone, Copy, Debug)]
-struct Fit {
+struct MeanFit {
     mean: f64,
     /// τ².
     between: f64,
@@ -192,9 +193,9 @@ struct Fit {
     dof: f64,
 }
 
-impl Fit {
+impl MeanFit {
     /// `None` below two estimates, and where bounds leave no maximum.
-    fn of(records: &[Record]) -> Option<Self> {
+    fn of(records: &[RecordEvidence]) -> Option<Self> {
         let estimates: Vec<(f64, f64)> = estimates(records).collect();
         if estimates.len() < 2 {
             return None;
@@ -219,7 +220,7 @@ impl Fit {
 }
 
 /// The most likely mean, and minus the second derivative there.
-fn mode(records: &[Record], estimates: &[(f64, f64)], between: f64) -> Option<(f64, f64)> {
+fn mode(records: &[RecordEvidence], estimates: &[(f64, f64)], between: f64) -> Option<(f64, f64)> {
     let weights: f64 = estimates.iter().map(|(_, v)| 1.0 / (v + between)).sum();
     let mut mean = estimates.iter().map(|(log, v)| log / (v + between)).sum::<f64>() / weights;
     let derivatives = |mean: f64| {
@@ -258,13 +259,13 @@ fn most_likely(estimates: &[(f64, f64)], restricted: impl Fn(f64) -> f64) -> f64
     if restricted(0.0) >= restricted(inner) { 0.0 } else { inner }
 }
 
-fn farthest(records: &[(usize, Record)]) -> Option<FarthestRecord> {
-    let count = records.iter().filter(|(_, record)| matches!(record, Record::Estimate { .. })).count() as f64;
+fn farthest(records: &[(usize, RecordEvidence)]) -> Option<FarthestRecord> {
+    let count = records.iter().filter(|(_, record)| matches!(record, RecordEvidence::Estimate { .. })).count() as f64;
     let without = |place: usize| {
-        let Record::Estimate { log, variance } = records[place].1 else { return None };
-        let others: Vec<Record> =
+        let RecordEvidence::Estimate { log, variance } = records[place].1 else { return None };
+        let others: Vec<RecordEvidence> =
             records.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, (_, record))| *record).collect();
-        let fit = Fit::of(&others)?;
+        let fit = MeanFit::of(&others)?;
         let apart = log - fit.mean;
         let p = student_two_sided_above((apart / fit.next2(variance).sqrt()).abs(), fit.dof)?;
         Some(FarthestRecord { record: records[place].0, ratio: apart.exp(), p: (count * p).min(1.0) })
@@ -399,9 +400,9 @@ mod tests {
 
     /// A linear congruential generator (Knuth, The Art of Computer Programming 2, 3.3.4, table 1)
     /// and the polar method: no code of the emulated sensor.
-    struct Noise(u64);
+    struct NormalNoise(u64);
 
-    impl Noise {
+    impl NormalNoise {
         fn uniform(&mut self) -> f64 {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (self.0 >> 11) as f64 / (1_u64 << 53) as f64
@@ -432,7 +433,7 @@ mod tests {
         assert_near(equal / z.sqrt(), 0.5_f64.sqrt(), 1e-9);
         assert_eq!(common_bound(&[bounded(0.0); 2], 0.95), None);
         assert_eq!(common_bound(&[bounded(0.0), bounded(0.0), bounded(0.0), estimate(0.0, 0.01)], 0.95), None);
-        let mut noise = Noise(7);
+        let mut noise = NormalNoise(7);
         for truth in [0.0, 0.25, 0.5, 1.0, 2.0] {
             let mut too_tight = 0;
             for _ in 0..TRIALS {
@@ -450,7 +451,7 @@ mod tests {
     }
 
     /// White noise of as many degrees of freedom, as its record shows it.
-    fn measured(truth: f64, dof: usize, noise: &mut Noise) -> Parameter {
+    fn measured(truth: f64, dof: usize, noise: &mut NormalNoise) -> Parameter {
         let mean_square = (0..dof).map(|_| noise.normal().powi(2)).sum::<f64>() / dof as f64;
         let interval = crate::infer::confidence::Interval::new(mean_square, dof as f64, 0.95).unwrap();
         Parameter::estimated(truth * mean_square.sqrt(), truth * interval.lower, truth * interval.upper)
@@ -460,7 +461,7 @@ mod tests {
     fn mean_and_next_record_hold_as_often_as_they_say() {
         const TRIALS: usize = 2000;
         for (k, spread) in [(3, 0.0), (3, 0.05), (5, 0.0), (5, 0.05)] {
-            let mut noise = Noise(20_261_122 + k as u64);
+            let mut noise = NormalNoise(20_261_122 + k as u64);
             let (mut mean_holds, mut next_holds, mut farthest) = (0, 0, 0);
             for _ in 0..TRIALS {
                 let mut record = || {

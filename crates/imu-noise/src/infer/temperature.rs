@@ -9,7 +9,7 @@ use core::fmt;
 use crate::accumulate::temperature_blocks::TemperatureBlocks;
 use noise_mixture::{Candidate, NoiseMixture, Regressor};
 pub use removal::TemperatureRemoval;
-use series::Series;
+use series::BlockSeries;
 
 /// Least range of the temperature for a coefficient, in °C.
 pub const LEAST_EXCURSION_C: f64 = 1.0;
@@ -107,7 +107,7 @@ pub struct TemperatureCoefficient {
 /// that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
-    series: Series,
+    series: BlockSeries,
     mixture: NoiseMixture,
     /// Cosine coefficients of the temperature in use.
     reach: usize,
@@ -125,7 +125,7 @@ impl TemperatureSearch {
     /// # Errors
     /// Why there is none to be found.
     pub fn new(blocks: &TemperatureBlocks, interval_s: f64, degrees_per_count: f64) -> Result<Self, NoCoefficient> {
-        let series = Series::longest(blocks, interval_s, degrees_per_count);
+        let series = BlockSeries::longest(blocks, interval_s, degrees_per_count);
         let (excursion_c, correlation) = (series.excursion_c(), series.correlation_with_time());
         if series.temperatures_c.len() < LEAST_BLOCKS {
             return Err(NoCoefficient::TooShort { blocks: series.temperatures_c.len() });

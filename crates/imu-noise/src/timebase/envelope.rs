@@ -10,7 +10,7 @@ const MIN_POINTS: usize = 4;
 
 /// Index in the stream, dropped samples counted.
 #[derive(Clone, Copy, Debug)]
-struct Arrival {
+struct LaggedArrival {
     index: u64,
     at_s: f64,
     /// Behind the nominal rate; only differences matter.
@@ -18,7 +18,7 @@ struct Arrival {
 }
 
 /// Above every arrival.
-const NO_ARRIVAL: Arrival = Arrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
+const NO_ARRIVAL: LaggedArrival = LaggedArrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
 /// The earliest arrival, against the nominal rate, of each of at most 64 blocks of equal length:
 /// [`RUN`] samples at first, doubled as the record grows.
@@ -28,8 +28,8 @@ pub(super) struct Envelope {
     block_len: u64,
     /// First index behind the present block.
     block_end: u64,
-    lowest: Arrival,
-    points: Vec<Arrival>,
+    lowest: LaggedArrival,
+    points: Vec<LaggedArrival>,
     /// Median slope over all pairs of points (Theil 1950, Sen 1968).
     pub(super) fitted_period_s: Option<f64>,
 }
@@ -59,7 +59,7 @@ impl Envelope {
         }
         let lag_s = at_s - index as f64 * self.nominal_period_s;
         if lag_s < self.lowest.lag_s {
-            self.lowest = Arrival { index, at_s, lag_s };
+            self.lowest = LaggedArrival { index, at_s, lag_s };
         }
         closes
     }

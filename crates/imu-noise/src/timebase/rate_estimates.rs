@@ -100,7 +100,7 @@ pub(super) fn is_whole_periods(stamps_s: &[f64], hz: f64) -> bool {
 }
 
 /// The least-squares line through the ends of stretches without a gap.
-pub(super) fn rate_by_stretches(stretches: &[Stretch]) -> Option<f64> {
+pub(super) fn rate_by_stretches(stretches: &[RateStretch]) -> Option<f64> {
     if stretches.is_empty() {
         return None;
     }
@@ -125,12 +125,12 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(super) struct RateStretch {
     pub(super) intervals: u64,
     pub(super) span_s: f64,
 }
 
-impl Stretch {
+impl RateStretch {
     pub(super) fn hz(self) -> f64 {
         self.intervals as f64 / self.span_s
     }
@@ -148,7 +148,7 @@ pub(super) struct StretchCutter {
 
 impl StretchCutter {
     /// The stretch that ended with the sample before, if one did.
-    pub(super) fn push(&mut self, at_s: f64) -> Option<Stretch> {
+    pub(super) fn push(&mut self, at_s: f64) -> Option<RateStretch> {
         let (sample, previous_s) = (self.next, self.previous_s);
         self.next += 1;
         self.previous_s = at_s;
@@ -166,6 +166,6 @@ impl StretchCutter {
             return None;
         }
         self.start = Some((sample - 1, previous_s));
-        Some(Stretch { intervals, span_s })
+        Some(RateStretch { intervals, span_s })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::gap_event::{NominalRate, Refusal};
 use super::rate_estimates::{
-    COARSE_TOLERANCE, LISTED_TOLERANCE, RUN, Stretch, StretchCutter, TOO_FAST, fastest, is_whole_periods,
+    COARSE_TOLERANCE, LISTED_TOLERANCE, RUN, RateStretch, StretchCutter, TOO_FAST, fastest, is_whole_periods,
     lowest_whole_rate, rate_by_intervals, rate_by_stretches, rounded, snap,
 };
 use super::read_pattern::BUNCHING_S;
@@ -61,7 +61,7 @@ pub(super) struct RateSearch {
     unstamped: u64,
     held_s: Vec<f64>,
     cutter: StretchCutter,
-    stretches: Vec<Stretch>,
+    stretches: Vec<RateStretch>,
 }
 
 impl RateSearch {

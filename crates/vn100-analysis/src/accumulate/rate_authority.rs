@@ -39,7 +39,7 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
-    change: Option<Change>,
+    change: Option<DatedChange>,
     /// Summary of the last connection that is over and had a rate.
     confirmed: Option<TimebaseSummary>,
     /// The first refusal of stamps in a connection that is over.
@@ -58,7 +58,7 @@ pub(crate) struct Rate {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Change {
+struct DatedChange {
     change: RateChange,
     /// Summary of the samples before.
     until: Option<TimebaseSummary>,
@@ -170,7 +170,7 @@ impl RateAuthority {
             Some(_) => RateEffect::None,
             None => {
                 let change = RateChange { after_samples: span.samples, from_hz, to_hz };
-                self.change = Some(Change { change, until, excluded: span.excluded });
+                self.change = Some(DatedChange { change, until, excluded: span.excluded });
                 RateEffect::Exclude
             }
         }

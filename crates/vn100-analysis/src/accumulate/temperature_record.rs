@@ -10,13 +10,13 @@ use crate::sensor::sensor_of;
 pub struct TemperatureRecord {
     blocks: TemperatureBlocks,
     /// Of each channel of the layout.
-    parts: Vec<Part>,
+    parts: Vec<ChannelRole>,
     degrees_per_count: f64,
     is_polled: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Part {
+enum ChannelRole {
     None,
     Temperature,
     Axis(usize),
@@ -27,7 +27,7 @@ impl TemperatureRecord {
     pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
         let temperature = layout.channels.iter().position(is_temperature)?;
         let mut record = Self::new(layout, &layout.channels[temperature], false)?;
-        record.parts[temperature] = Part::Temperature;
+        record.parts[temperature] = ChannelRole::Temperature;
         Some(record)
     }
 
@@ -41,11 +41,11 @@ impl TemperatureRecord {
         let part = |channel: &Channel| match sensor_of(channel.quantity) {
             Some(Sensor::Gyroscope | Sensor::Accelerometer) => {
                 axes += 1;
-                Part::Axis(axes - 1)
+                ChannelRole::Axis(axes - 1)
             }
-            Some(Sensor::Magnetometer) | None => Part::None,
+            Some(Sensor::Magnetometer) | None => ChannelRole::None,
         };
-        let parts: Vec<Part> = layout.channels.iter().map(part).collect();
+        let parts: Vec<ChannelRole> = layout.channels.iter().map(part).collect();
         (axes > 0).then(|| Self {
             blocks: TemperatureBlocks::new(axes),
             parts,
@@ -61,9 +61,9 @@ impl TemperatureRecord {
     /// Samples of the channel at this place of the layout.
     pub(crate) fn push(&mut self, place: usize, first: u64, counts: &[i32]) {
         match self.parts.get(place) {
-            Some(Part::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
-            Some(Part::Temperature) => self.blocks.push_temperature(first, counts),
-            Some(Part::None) | None => {}
+            Some(ChannelRole::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
+            Some(ChannelRole::Temperature) => self.blocks.push_temperature(first, counts),
+            Some(ChannelRole::None) | None => {}
         }
     }
 
@@ -97,7 +97,7 @@ impl TemperatureRecord {
     /// The number of the axis at this place of the layout, where there is one.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
         match self.parts.get(place) {
-            Some(Part::Axis(axis)) => Some(*axis),
+            Some(ChannelRole::Axis(axis)) => Some(*axis),
             _ => None,
         }
     }

@@ -116,13 +116,14 @@ const FIELD_GAUSS: std::ops::RangeInclusive<f64> = 0.22..=0.67;
 /// Heading deviates by so much more than pitch and roll where the magnetometer makes it.
 const YAW_FACTOR: f64 = 2.0;
 
-type Axis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
+type AssessedAxis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let of = |quantity: Quantity| -> Vec<Axis<'_>> {
+    let of = |quantity: Quantity| -> Vec<AssessedAxis<'_>> {
         snapshot.assessed(assessed).filter(|(channel, ..)| channel.quantity == quantity).collect()
     };
-    let names = |axes: &[Axis<'_>]| axes.iter().map(|(channel, ..)| channel.name.to_string()).collect::<Vec<_>>();
+    let names =
+        |axes: &[AssessedAxis<'_>]| axes.iter().map(|(channel, ..)| channel.name.to_string()).collect::<Vec<_>>();
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]| x.hypot(y).hypot(z));
     let mut warnings = Vec::new();
     let accel = of(Quantity::Acceleration);
@@ -160,8 +161,8 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
 }
 
 /// At any tau, beyond the intervals.
-fn heading_is_worse(yaw: Axis<'_>, others: [Axis<'_>; 2]) -> bool {
-    let bounds = |(_, results, assessed): Axis<'_>, octave: usize| {
+fn heading_is_worse(yaw: AssessedAxis<'_>, others: [AssessedAxis<'_>; 2]) -> bool {
+    let bounds = |(_, results, assessed): AssessedAxis<'_>, octave: usize| {
         let deviation = results.octaves.get(octave)?.deviation_counts()?;
         let relative = assessed.octaves.get(octave)?.relative.filter(|relative| relative.edf > 10.0)?;
         Some((deviation * relative.lower, deviation * relative.upper))

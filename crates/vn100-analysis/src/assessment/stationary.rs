@@ -128,21 +128,22 @@ impl<'a> Shake<'a> {
 }
 
 /// Something that happened on one channel, from and to seconds of data where it has a place.
-struct Event {
+struct LocatedDisturbance {
     channel: String,
     span_s: Option<(f64, f64)>,
     what: String,
 }
 
 fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
-    let mut found: Vec<Event> = channels.iter().flat_map(|(channel, found)| events(channel, found)).collect();
-    let start = |event: &Event| event.span_s.map_or(f64::INFINITY, |(start_s, _)| start_s);
+    let mut found: Vec<LocatedDisturbance> =
+        channels.iter().flat_map(|(channel, found)| events(channel, found)).collect();
+    let start = |event: &LocatedDisturbance| event.span_s.map_or(f64::INFINITY, |(start_s, _)| start_s);
     found.sort_by(|a, b| start(a).total_cmp(&start(b)).then_with(|| a.channel.cmp(&b.channel)));
     if found.is_empty() {
         return None;
     }
     let skipped_s = snapshot.skipped.as_secs_f64();
-    let list = list(&found, |Event { channel, span_s, what }| {
+    let list = list(&found, |LocatedDisturbance { channel, span_s, what }| {
         let span_s = span_s.map(|(start_s, end_s)| (start_s + skipped_s, end_s + skipped_s));
         match span_s {
             None => format!("{channel} {what}"),
@@ -166,8 +167,8 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
 }
 
 /// All but a warm-up.
-fn events(channel: &Channel, found: &Disturbed) -> Vec<Event> {
-    let event = |span_s, what| Event { channel: channel.name.to_string(), span_s, what };
+fn events(channel: &Channel, found: &Disturbed) -> Vec<LocatedDisturbance> {
+    let event = |span_s, what| LocatedDisturbance { channel: channel.name.to_string(), span_s, what };
     let NoiseChanges { change, bursts, frozen, spikes, .. } = &found.noise;
     let short = found
         .disturbances

@@ -111,7 +111,7 @@ impl Untested {
 
 /// What a record says of the noise of one channel, at all averaging times.
 #[derive(Debug, Clone, Copy)]
-struct Noise {
+struct RecordNoise {
     white: VarianceEstimate,
     flicker: SquaredAmplitude,
     walk: SquaredAmplitude,
@@ -122,11 +122,11 @@ struct Noise {
 struct Mean {
     record: usize,
     value: f64,
-    noise: Option<Noise>,
+    noise: Option<RecordNoise>,
 }
 
 /// One channel in all records.
-struct Found {
+struct ComparedChannel {
     name: String,
     unit: String,
     quantity: Quantity,
@@ -176,8 +176,8 @@ pub(super) fn means(
     channels
 }
 
-fn channels(records: &[ComparedRecord<'_>]) -> Vec<Found> {
-    let mut found: Vec<Found> = Vec::new();
+fn channels(records: &[ComparedRecord<'_>]) -> Vec<ComparedChannel> {
+    let mut found: Vec<ComparedChannel> = Vec::new();
     // what moves has no bias that its mean shows
     let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
     for (number, record) in at_rest {
@@ -194,7 +194,7 @@ fn channels(records: &[ComparedRecord<'_>]) -> Vec<Found> {
                     found.means.push(mean);
                     found.bias_removed |= bias_removed;
                 }
-                None => found.push(Found {
+                None => found.push(ComparedChannel {
                     name: channel.name.to_string(),
                     unit: channel.unit.to_string(),
                     quantity: channel.quantity,
@@ -211,11 +211,11 @@ fn mean(record: &ComparedRecord<'_>, number: usize, index: usize, channel: &Chan
     let results = record.snapshot.channels.get(index)?;
     let value = channel.in_unit(results.moments.mean_counts()? - results.branch_counts as f64);
     let noise = record.assessment.channels.get(index).and_then(|assessed| assessed.noise.as_ref());
-    let noise = noise.and_then(|noise| Noise::of(noise, record.assessment.confidence));
+    let noise = noise.and_then(|noise| RecordNoise::of(noise, record.assessment.confidence));
     Some(Mean { record: number, value, noise })
 }
 
-impl Noise {
+impl RecordNoise {
     fn of(noise: &ChannelNoise, confidence: f64) -> Option<Self> {
         if noise.long_taus != LongTauValidity::Sensor {
             return None;
@@ -254,7 +254,7 @@ fn noise_of_difference(
     VarianceEstimate::sum(white.into_iter().chain(slow.into_iter().flatten()))
 }
 
-fn error(noise: &Noise, record: &ComparedRecord<'_>) -> Option<MeanError> {
+fn error(noise: &RecordNoise, record: &ComparedRecord<'_>) -> Option<MeanError> {
     let duration_s = record.snapshot.timing.duration_s();
     let stretches = [0.0, duration_s].map(|start_s| Stretch { start_s, duration_s });
     let slow = [(Term::BiasInstability, noise.flicker.estimate()), (Term::RateRandomWalk, noise.walk.estimate())];

@@ -35,7 +35,7 @@ pub struct OctaveTest {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Point {
+struct OctavePoint {
     tau_s: f64,
     deviation: f64,
     edf: f64,
@@ -58,7 +58,7 @@ pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples]) -> Vec
             for point in points(a, index_a).into_iter().filter(|a| !one_is_tracked || a.tau_s <= BEFORE_FILTER_S) {
                 let found = points_b.iter().find(|other| (other.tau_s / point.tau_s - 1.0).abs() < SAME_TAU);
                 let Some(other) = found else { continue };
-                let square = |point: &Point| (point.deviation.powi(2), point.edf);
+                let square = |point: &OctavePoint| (point.deviation.powi(2), point.edf);
                 let Some(p) = f_test(square(&point), square(other)) else { continue };
                 probabilities.push(p);
                 tests.push(OctaveTest {
@@ -86,7 +86,7 @@ fn is_noise(channel: &Channel) -> bool {
 }
 
 /// Those known well enough; none where the last printed digit hides the noise.
-fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<Point> {
+fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<OctavePoint> {
     let ComparedRecord { snapshot, assessment, .. } = record;
     let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));
     let (Some(channel), Some(results), Some(assessed)) =
@@ -102,7 +102,7 @@ fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<Point> {
             let deviation = channel.in_unit(octave.deviation_counts()?);
             let edf = assessed.relative?.edf;
             let tau_s = octave.m as f64 / snapshot.timing.rate_hz;
-            (deviation > 0.0 && edf >= LEAST_EDF).then_some(Point { tau_s, deviation, edf })
+            (deviation > 0.0 && edf >= LEAST_EDF).then_some(OctavePoint { tau_s, deviation, edf })
         })
         .collect()
 }

@@ -6,7 +6,7 @@ use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
 use super::{
     BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
     column_map::{ColumnMap, ColumnName, MappedChannel, known},
-    header::{Header, Places},
+    header::{ColumnPlaces, Header},
     lines::{Fields, LastField, is_comment_or_blank},
     number::{ColumnScan, LastDigit, Number, Prior, SCANNED_ROWS},
     shown,
@@ -162,10 +162,10 @@ impl<'a> HeaderCandidate<'a> {
 
     /// The column of the stamps by its name, where the user mapped other columns only: if it holds
     /// times whose unit is sure. Otherwise it may be anything.
-    fn likely_stamp(&self, mapped: &Places, lines_above: usize) -> Option<usize> {
+    fn likely_stamp(&self, mapped: &ColumnPlaces, lines_above: usize) -> Option<usize> {
         let place = self.header.known_places().stamp?;
         let is_free = mapped.channels.iter().all(|&(taken, _)| taken != place);
-        let places = Places { stamp: Some(place), ..Places::default() };
+        let places = ColumnPlaces { stamp: Some(place), ..ColumnPlaces::default() };
         let (_, stamps) = self.first_rows(&places, lines_above).ok().filter(|_| is_free)?;
         stamps.are_times().then_some(place)
     }
@@ -206,7 +206,7 @@ impl<'a> HeaderCandidate<'a> {
     /// given.
     fn complete(
         &self,
-        places: &Places,
+        places: &ColumnPlaces,
         mut kind: Kind,
         priors: &[Prior],
         stamp_unit: Option<StampUnit>,
@@ -264,7 +264,7 @@ impl<'a> HeaderCandidate<'a> {
     }
 
     /// What the first rows print in the column of each channel, and in that of the stamps.
-    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<(Vec<ColumnScan>, StampScan), CsvError> {
+    fn first_rows(&self, places: &ColumnPlaces, lines_above: usize) -> Result<(Vec<ColumnScan>, StampScan), CsvError> {
         let mut scans = vec![ColumnScan::default(); places.channels.len()];
         let mut stamps = StampScan::default();
         let mut unreadable_stamp = None;

@@ -27,7 +27,7 @@ pub(super) struct Header {
 
 /// The columns that matter, by place.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Places {
+pub(super) struct ColumnPlaces {
     pub(super) stamp: Option<usize>,
     pub(super) sentence: Option<usize>,
     /// The place and the channel, in the order of the columns.
@@ -63,8 +63,8 @@ impl Header {
     }
 
     /// The columns with known names; of two with the same meaning the first.
-    pub(super) fn known_places(&self) -> Places {
-        let mut places = Places::default();
+    pub(super) fn known_places(&self) -> ColumnPlaces {
+        let mut places = ColumnPlaces::default();
         for (place, name) in self.names.iter().enumerate() {
             let name = name.to_ascii_lowercase();
             if STAMPS.contains(&&*name) {
@@ -81,7 +81,7 @@ impl Header {
     }
 
     /// As [`known_places`](Self::known_places), with the stamp in a column named by the user.
-    pub(super) fn known_places_stamped(&self, stamp: &ColumnName) -> Result<Places, CsvError> {
+    pub(super) fn known_places_stamped(&self, stamp: &ColumnName) -> Result<ColumnPlaces, CsvError> {
         let mut places = self.known_places();
         let place = self.mapped_place(STAMP, stamp)?;
         if let Some(&(_, channel)) = places.channels.iter().find(|(taken, _)| *taken == place) {
@@ -93,7 +93,7 @@ impl Header {
     }
 
     /// The columns that `map` names.
-    pub(super) fn mapped_places(&self, map: &ColumnMap) -> Result<Places, CsvError> {
+    pub(super) fn mapped_places(&self, map: &ColumnMap) -> Result<ColumnPlaces, CsvError> {
         let mut found: Vec<(&'static str, usize)> = Vec::new();
         for (channel, column) in map.columns() {
             let place = self.mapped_place(channel, column)?;
@@ -103,7 +103,7 @@ impl Header {
             found.push((channel, place));
         }
         let channels = map.channels.iter().zip(&found);
-        Ok(Places {
+        Ok(ColumnPlaces {
             stamp: found.get(map.channels.len()).map(|&(_, place)| place),
             sentence: None,
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
@@ -112,7 +112,7 @@ impl Header {
 
     /// Whether the line is none of names but of numbers, where `map` looks: a file without a
     /// header. Only columns called by number can be found in one.
-    pub(super) fn is_row(&self, map: &ColumnMap, places: &Places) -> bool {
+    pub(super) fn is_row(&self, map: &ColumnMap, places: &ColumnPlaces) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
         let mut mapped = places.channels.iter().map(|&(place, _)| place).chain(places.stamp);
         by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
@@ -149,7 +149,7 @@ impl Header {
     }
 }
 
-impl Places {
+impl ColumnPlaces {
     /// What the names of columns are looked through for, in words.
     pub(super) const SEARCHED: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
          x y z, yaw pitch roll, temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp \

@@ -341,20 +341,20 @@ impl Contents {
 }
 
 /// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
-pub(crate) struct Replay<R> {
+pub(crate) struct RecordingSamples<R> {
     recording: RecordingReader<R>,
     samples: SampleReader,
     /// Bytes since the last batch.
     unsent: usize,
 }
 
-impl<R: Read> Replay<R> {
+impl<R: Read> RecordingSamples<R> {
     pub(crate) fn new(recording: RecordingReader<R>, options: ReadOptions) -> Self {
         Self { recording, samples: SampleReader::new(options), unsent: 0 }
     }
 }
 
-impl<R: Read + Send + 'static> FileReader for Replay<R> {
+impl<R: Read + Send + 'static> FileReader for RecordingSamples<R> {
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
         let Self { recording, samples, unsent } = self;
         let link_event = recording.next_entry(|entry| match entry {

@@ -79,9 +79,9 @@ pub(super) fn write_noise(
     Ok(())
 }
 
-type Axis<'a> = (&'a ChannelValues, &'a ChannelNoise);
+type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
-fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str) -> fmt::Result {
+fn write_parameter(out: &mut String, group: &[AxisNoise<'_>], term: Term, name: &str) -> fmt::Result {
     let parameters: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.parameter(term)).collect();
     write_in_units(out, &parameters, conventions(group[0].1.sensor, term), name)
 }
@@ -113,15 +113,15 @@ fn write_in_units(out: &mut String, parameters: &[Option<Parameter>], units: &[C
 }
 
 /// How probable as much of a slow term is without it, beside each estimate.
-fn write_p(out: &mut String, group: &[Axis<'_>], term: Term) -> fmt::Result {
-    let p = |(_, noise): &Axis<'_>| noise.parameter(term).filter(|found| found.value.is_some())?.p;
+fn write_p(out: &mut String, group: &[AxisNoise<'_>], term: Term) -> fmt::Result {
+    let p = |(_, noise): &AxisNoise<'_>| noise.parameter(term).filter(|found| found.value.is_some())?.p;
     if group.iter().all(|axis| p(axis).is_none()) {
         return Ok(());
     }
     row(out, "  p without it", group, |axis| p(axis).map_or("-".into(), p_value))
 }
 
-fn write_budget(out: &mut String, group: &[Axis<'_>], rate_hz: f64) -> fmt::Result {
+fn write_budget(out: &mut String, group: &[AxisNoise<'_>], rate_hz: f64) -> fmt::Result {
     if group.iter().all(|(_, noise)| noise.white_budget.sampling.is_none()) {
         return Ok(());
     }
@@ -151,7 +151,7 @@ fn write_interval(out: &mut String, parameters: &[Option<Parameter>]) -> fmt::Re
 }
 
 /// In-run bias stability, as data sheets have it.
-fn write_minimum(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+fn write_minimum(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     let minima: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.curve_minimum()).collect();
     if minima.iter().flatten().all(|minimum| minimum.value.or(minimum.upper).is_none()) {
         return Ok(());
@@ -159,7 +159,7 @@ fn write_minimum(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
     write_in_units(out, &minima, conventions(group[0].1.sensor, Term::BiasInstability), "minimum of the curve")
 }
 
-fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+fn write_visible(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     if group.iter().all(|(_, noise)| noise.detectable_rrw.is_none()) {
         return Ok(());
     }
@@ -170,8 +170,8 @@ fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
 }
 
 /// How the bias follows the temperature, where the record has it.
-fn write_temperature(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    let known = |(_, noise): &Axis<'_>| noise.temperature.clone();
+fn write_temperature(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
+    let known = |(_, noise): &AxisNoise<'_>| noise.temperature.clone();
     let all: Vec<Option<AxisTemperature>> = group.iter().map(known).collect();
     if all.iter().all(Option::is_none) {
         return Ok(());
@@ -191,9 +191,9 @@ fn write_temperature(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
     }
 }
 
-fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    type Cell = fn(&FitQuality) -> String;
-    let cells: [(&str, Cell); 4] = [
+fn write_quality(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
+    type CellText = fn(&FitQuality) -> String;
+    let cells: [(&str, CellText); 4] = [
         ("fitted from tau (s)", |quality| short(quality.tau_min_s)),
         ("  to tau (s)", |quality| short(quality.tau_max_s)),
         ("  chi2 / dof", |quality| format!("{:.1} / {}", quality.chi2, quality.dof)),
@@ -205,7 +205,7 @@ fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
 }
 
 /// Beside the fit, for those who compare with older reports.
-fn write_classical(out: &mut String, group: &[Axis<'_>], deviation: Deviation) -> fmt::Result {
+fn write_classical(out: &mut String, group: &[AxisNoise<'_>], deviation: Deviation) -> fmt::Result {
     let sensor = group[0].1.sensor;
     if sensor == Sensor::Magnetometer {
         return Ok(());

@@ -84,8 +84,8 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
         row(out, &format!("{name}, {}", si_unit(sensor, term)), &[(); 0], |()| String::new())?;
         let pooled: Vec<_> = axes.iter().map(|axis| axis.and_then(|parameter| parameter.pooled)).collect();
         if pooled.iter().any(Option::is_some) {
-            type Cell = fn(&vn100_analysis::noise::RandomEffects) -> String;
-            let cells: [(&str, Cell); 6] = [
+            type CellText = fn(&vn100_analysis::noise::RandomEffects) -> String;
+            let cells: [(&str, CellText); 6] = [
                 ("  median", |found| four_digits(found.value)),
                 ("    from", |found| four_digits(found.lower)),
                 ("    to", |found| four_digits(found.upper)),

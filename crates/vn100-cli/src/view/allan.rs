@@ -20,7 +20,7 @@ use vn100_report::{
 };
 
 use super::{
-    curve::{Curve, LogAxis, Plot, next_octave},
+    curve::{AllanCurve, AllanPlot, LogAxis, next_octave},
     draw::{Regions, Scene, framed},
     parameters,
     source::{SourcePhase, SourceView},
@@ -35,7 +35,7 @@ const LABELS: u16 = 7;
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions, alone: bool) {
     let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
-    let plot = Plot::new(scene.state, source, &group);
+    let plot = AllanPlot::new(scene.state, source, &group);
     let deviation = deviation_name(source.snapshot.deviation);
     let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit);
     let title = scene.theme.spelled(title);
@@ -52,12 +52,12 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
 }
 
 /// Which sign is which axis, and when the next point comes; in fewer words where room is short.
-fn legend_line(theme: Theme, source: &SourceView, plot: &Plot, width: u16) -> Line<'static> {
+fn legend_line(theme: Theme, source: &SourceView, plot: &AllanPlot, width: u16) -> Line<'static> {
     let whole = legend(theme, source, plot, true);
     if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }
 }
 
-fn legend(theme: Theme, source: &SourceView, plot: &Plot, whole: bool) -> Line<'static> {
+fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> Line<'static> {
     let mut spans = Vec::new();
     for curve in &plot.curves {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
@@ -83,10 +83,10 @@ fn legend(theme: Theme, source: &SourceView, plot: &Plot, whole: bool) -> Line<'
     Line::from(spans)
 }
 
-fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
+fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let Some(octave) = scene.state.octave(octaves) else { return Vec::new() };
-    let line = |curve: &Curve| {
+    let line = |curve: &AllanCurve| {
         let point = curve.points.get(octave)?;
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
@@ -114,7 +114,7 @@ fn noise_name(alpha: i8) -> &'static str {
     }
 }
 
-fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, regions: &mut Regions) {
+fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot, regions: &mut Regions) {
     let (state, theme) = (scene.state, scene.theme);
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
@@ -126,11 +126,12 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, 
         return;
     };
     let x = x.zoomed(state.zoom, cursor_tau);
-    let seen =
-        |curve: &&Curve| -> Vec<_> { curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect() };
-    let shown = Plot {
+    let seen = |curve: &&AllanCurve| -> Vec<_> {
+        curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect()
+    };
+    let shown = AllanPlot {
         unit: plot.unit.clone(),
-        curves: plot.curves.iter().map(|curve| Curve { points: seen(&curve), ..curve.clone() }).collect(),
+        curves: plot.curves.iter().map(|curve| AllanCurve { points: seen(&curve), ..curve.clone() }).collect(),
     };
     let Some(y) = LogAxis::over(shown.deviations()) else {
         let text = " No deviation yet: the values have not changed.";
@@ -142,7 +143,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, 
     if chart.width < 10 || chart.height < 4 {
         return;
     }
-    let axes = Axes { x, y, chart };
+    let axes = ChartAxes { x, y, chart };
     regions.chart = chart;
     let first = plot.curves.first().map_or(&[][..], |curve| &curve.points);
     regions.octaves =
@@ -169,13 +170,13 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, 
 
 /// Both axes and where they are on the screen.
 #[derive(Clone, Copy)]
-struct Axes {
+struct ChartAxes {
     x: LogAxis,
     y: LogAxis,
     chart: Rect,
 }
 
-impl Axes {
+impl ChartAxes {
     fn column(self, tau_s: f64) -> Option<u16> {
         let part = self.x.part(tau_s)?;
         Some(self.chart.x + (part * f64::from(self.chart.width - 1)).round() as u16)
@@ -200,7 +201,7 @@ fn put(buffer: &mut Buffer, x: u16, y: u16, text: &str, style: Style) {
     }
 }
 
-fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, cursor_tau: f64) {
+fn draw_grid(buffer: &mut Buffer, axes: ChartAxes, label_row: u16, theme: Theme, cursor_tau: f64) {
     let chart = axes.chart;
     let columns = axes.x.ticks(usize::from(chart.width / 9));
     let rows = axes.y.ticks(usize::from(chart.height / 2));
@@ -227,7 +228,7 @@ fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, curs
     }
 }
 
-fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: Axes, curve: &Curve, color: Color) {
+fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAxes, curve: &AllanCurve, color: Color) {
     let logs: Vec<(f64, f64)> = (curve.points.iter())
         .filter_map(|point| Some((point.tau_s.log10(), point.deviation.filter(|d| *d > 0.0)?.log10())))
         .collect();
@@ -245,7 +246,7 @@ fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: Axes, c
 
 /// The signs of the points, over arrows where a bar runs out of the chart. Where curves lie on each
 /// other, their signs take turns from octave to octave: none of them hides behind the last.
-fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, cursor_tau: f64) {
+fn draw_points(buffer: &mut Buffer, axes: ChartAxes, curves: &[AllanCurve], theme: Theme, cursor_tau: f64) {
     let octaves = curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     for octave in 0..octaves {
         let turn = |place: usize| &curves[(octave + place) % curves.len()];
@@ -269,7 +270,7 @@ fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, 
     }
 }
 
-fn draw_letters(buffer: &mut Buffer, axes: Axes, plot: &Plot, theme: Theme) {
+fn draw_letters(buffer: &mut Buffer, axes: ChartAxes, plot: &AllanPlot, theme: Theme) {
     for line in plot.curves.iter().flat_map(|curve| &curve.model) {
         let Some(letter) = line.term else { continue };
         // N is read at its left end, the others at their right

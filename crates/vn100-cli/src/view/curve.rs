@@ -6,21 +6,21 @@ use vn100_analysis::{letter, sensor_of};
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
-    source::{Group, SourceView},
-    state::{Axes, ViewState},
+    source::{ChannelGroup, SourceView},
+    state::{ShownAxes, ViewState},
 };
 
 /// Places along an octave where the model is drawn.
 const MODEL_STEPS: u32 = 4;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Plot {
+pub(crate) struct AllanPlot {
     pub(crate) unit: String,
-    pub(crate) curves: Vec<Curve>,
+    pub(crate) curves: Vec<AllanCurve>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Curve {
+pub(crate) struct AllanCurve {
     pub(crate) name: String,
     /// Place among the axes of the sensor.
     pub(crate) axis: usize,
@@ -37,27 +37,27 @@ pub(crate) struct ModelLine {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-fn unit(group: &Group, state: &ViewState) -> Option<Convention> {
+fn unit(group: &ChannelGroup, state: &ViewState) -> Option<Convention> {
     sensor_of(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
 }
 
 /// Deviations in the unit chosen, over those in the unit of the channel.
-pub(super) fn factor(group: &Group, state: &ViewState) -> f64 {
+pub(super) fn factor(group: &ChannelGroup, state: &ViewState) -> f64 {
     unit(group, state).map_or(1.0, |unit| unit.factor)
 }
 
-impl Plot {
-    pub(crate) fn new(state: &ViewState, source: &SourceView, group: &Group) -> Self {
+impl AllanPlot {
+    pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
         let unit = unit(group, state);
         let factor = factor(group, state);
         let axes = group.channels.iter().enumerate();
-        let curves = axes.filter(|(axis, _)| state.axes == Axes::All || state.axes == Axes::One(*axis));
+        let curves = axes.filter(|(axis, _)| state.axes == ShownAxes::All || state.axes == ShownAxes::One(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
             let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
-            let alone = state.axes != Axes::All;
+            let alone = state.axes != ShownAxes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
-            Curve { name: channel.name.clone(), axis, points, model }
+            AllanCurve { name: channel.name.clone(), axis, points, model }
         });
         let own = || source.values[group.channels[0]].unit.clone();
         Self { unit: unit.map_or_else(own, shown_unit), curves: curves.collect() }

@@ -21,8 +21,8 @@ use vn100_report::{
 use super::{
     curve::{convention, shown_unit},
     draw::{Scene, framed},
-    source::{Group, SourceView},
-    state::{Axes, Panel},
+    source::{ChannelGroup, SourceView},
+    state::{Panel, ShownAxes},
     theme::SIGNS,
 };
 
@@ -55,7 +55,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
 }
 
 /// N of all axes in a line, for a screen that has no room for the panel.
-pub(crate) fn summary(scene: Scene<'_>, group: &Group) -> Option<Line<'static>> {
+pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup) -> Option<Line<'static>> {
     let unit = convention(sensor_of(group.quantity)?, Term::White, scene.state.units);
     let mut spans = vec![Span::styled(" N", Style::new().bold())];
     for (axis, place) in group.channels.iter().enumerate() {
@@ -73,14 +73,14 @@ pub(crate) fn summary(scene: Scene<'_>, group: &Group) -> Option<Line<'static>> 
     Some(Line::from(spans))
 }
 
-fn lines(scene: Scene<'_>, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
+fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Line<'static>> {
     let Scene { source, theme, .. } = scene;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
         return without_parameters(group.quantity).map(Line::raw).into();
     };
     let column_style = |axis: usize| match scene.state.axes {
-        Axes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
+        ShownAxes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
         _ => theme.axis(axis),
     };
     let with_cells = |mut spans: Vec<Span<'static>>, cells: Vec<String>| {

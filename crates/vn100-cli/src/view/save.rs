@@ -10,7 +10,7 @@ use std::{
 };
 
 use super::{
-    curve::{Plot, factor},
+    curve::{AllanPlot, factor},
     source::SourceView,
     state::ViewState,
 };
@@ -36,7 +36,7 @@ pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessmen
 /// The curves that are shown, in the unit chosen; `None` while there are none.
 pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> {
     let group = state.group(source)?;
-    let shown = Plot::new(state, source, &group);
+    let shown = AllanPlot::new(state, source, &group);
     let channels = group.channels.iter().map(|place| &source.values[*place]);
     let channels: Vec<&ChannelValues> =
         channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();

@@ -52,7 +52,7 @@ pub(crate) enum SourcePhase {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Group {
+pub(crate) struct ChannelGroup {
     pub(crate) quantity: Quantity,
     /// Places among the channels.
     pub(crate) channels: Vec<usize>,
@@ -106,12 +106,12 @@ impl SourceView {
         link.into_iter().chain(recording).collect()
     }
 
-    pub(crate) fn groups(&self) -> Vec<Group> {
+    pub(crate) fn groups(&self) -> Vec<ChannelGroup> {
         // what was asked for between the lines stands behind the stream's own
         let streamed = &self.values[..self.snapshot.channels.len().min(self.values.len())];
         let of = |quantity| {
             let channels = streamed.iter().enumerate().filter(|(_, channel)| channel.quantity == quantity);
-            Group { quantity, channels: channels.map(|(place, _)| place).collect() }
+            ChannelGroup { quantity, channels: channels.map(|(place, _)| place).collect() }
         };
         QUANTITIES.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
     }

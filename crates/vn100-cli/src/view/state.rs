@@ -8,7 +8,7 @@ use vn100_pipeline::Command;
 
 use super::{
     draw::Regions,
-    source::{Group, SourceView},
+    source::{ChannelGroup, SourceView},
 };
 
 /// A part of the screen that may have it to itself.
@@ -37,7 +37,7 @@ impl Panel {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum Axes {
+pub(crate) enum ShownAxes {
     #[default]
     All,
     One(usize),
@@ -74,7 +74,7 @@ pub(crate) struct ViewState {
     pub(crate) expanded: bool,
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
-    pub(crate) axes: Axes,
+    pub(crate) axes: ShownAxes,
     /// The octave that is read out; `None` for the last one.
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
@@ -100,7 +100,7 @@ impl ViewState {
     }
 
     /// The sensor shown, of those the source has.
-    pub(crate) fn group(&self, source: &SourceView) -> Option<Group> {
+    pub(crate) fn group(&self, source: &SourceView) -> Option<ChannelGroup> {
         let mut groups = source.groups();
         (!groups.is_empty()).then(|| groups.swap_remove(self.sensor.min(groups.len() - 1)))
     }
@@ -109,8 +109,8 @@ impl ViewState {
     pub(crate) fn channel(&self, source: &SourceView) -> Option<usize> {
         let group = self.group(source)?;
         let axis = match self.axes {
-            Axes::All => 0,
-            Axes::One(axis) => axis.min(group.channels.len() - 1),
+            ShownAxes::All => 0,
+            ShownAxes::One(axis) => axis.min(group.channels.len() - 1),
         };
         group.channels.get(axis).copied()
     }
@@ -124,7 +124,7 @@ impl ViewState {
     pub(crate) fn choose_channel(&mut self, channel: usize, source: &SourceView) {
         for (sensor, group) in source.groups().iter().enumerate() {
             if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
-                (self.sensor, self.axes) = (sensor, Axes::One(axis));
+                (self.sensor, self.axes) = (sensor, ShownAxes::One(axis));
             }
         }
     }
@@ -199,8 +199,8 @@ impl ViewState {
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,
-            KeyCode::Char('a') => self.axes = Axes::All,
-            KeyCode::Char(axis @ 'x'..='z') => self.axes = Axes::One(axis as usize - 'x' as usize),
+            KeyCode::Char('a') => self.axes = ShownAxes::All,
+            KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
             KeyCode::Char('=' | '+') => *self.zoom_of_panel() = (*self.zoom_of_panel() + 1).min(MOST_ZOOM),
             KeyCode::Char('-') => *self.zoom_of_panel() = self.zoom_of_panel().saturating_sub(1),
@@ -272,16 +272,16 @@ impl ViewState {
             .collect();
         let here = match self.axes {
             // all axes of a sensor stand before its first
-            Axes::All => axes.iter().position(|place| *place == (self.sensor, 0)),
-            Axes::One(axis) => axes.iter().position(|place| *place == (self.sensor, axis)),
+            ShownAxes::All => axes.iter().position(|place| *place == (self.sensor, 0)),
+            ShownAxes::One(axis) => axes.iter().position(|place| *place == (self.sensor, axis)),
         };
         let next = match (here, self.axes) {
-            (Some(here), Axes::All) if down => here,
+            (Some(here), ShownAxes::All) if down => here,
             (Some(here), _) => step(here, down, axes.len()),
             (None, _) => 0,
         };
         if let Some((sensor, axis)) = axes.get(next) {
-            (self.sensor, self.axes) = (*sensor, Axes::One(*axis));
+            (self.sensor, self.axes) = (*sensor, ShownAxes::One(*axis));
         }
     }
 

@@ -20,7 +20,7 @@ use super::{
     curve::NextOctave,
     draw::{Regions, Scene, draw},
     source::{SourcePhase, SourceView},
-    state::{Axes, Panel, Question, ViewState},
+    state::{Panel, Question, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};
@@ -89,7 +89,7 @@ fn each_sensor_and_one_axis_with_its_model() {
     for (sensor, name) in [(1, "accel"), (2, "mag"), (3, "angle")] {
         check(&format!("sensor-{name}"), &ViewState { sensor, ..one() }, &[measured()]);
     }
-    let state = ViewState { axes: Axes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
+    let state = ViewState { axes: ShownAxes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
     check("gyro-y-zoomed", &state, &[measured()]);
 }
 
@@ -298,7 +298,7 @@ fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
     check_with("ascii", &one(), &[damaged()], theme, &SIZES);
     let panels = Panel::ALL.map(|panel| ViewState { panel, expanded: true, ..one() });
-    let others = [one(), ViewState { axes: Axes::One(0), ..one() }, ViewState { overview: true, ..one() }];
+    let others = [one(), ViewState { axes: ShownAxes::One(0), ..one() }, ViewState { overview: true, ..one() }];
     for state in panels.into_iter().chain(others) {
         for source in [measured(), damaged()] {
             for size in SIZES {
@@ -324,7 +324,7 @@ fn any_size_and_state_is_drawn() {
     for width in (1..220).step_by(13) {
         for height in (1..70).step_by(7) {
             for panel in Panel::ALL {
-                let state = ViewState { panel, overview: false, axes: Axes::One(2), ..ViewState::new(3) };
+                let state = ViewState { panel, overview: false, axes: ShownAxes::One(2), ..ViewState::new(3) };
                 for source in 0..3 {
                     drawn(&ViewState { source, ..state.clone() }, &sources, PLAIN, (width, height));
                 }
@@ -336,10 +336,10 @@ fn any_size_and_state_is_drawn() {
 
 #[test]
 fn a_picture_has_all_that_the_screen_has() {
-    let state = ViewState { axes: Axes::One(1), ..one() };
+    let state = ViewState { axes: ShownAxes::One(1), ..one() };
     let source = measured();
     let group = state.group(&source).unwrap();
-    let plot = super::curve::Plot::new(&state, &source, &group);
+    let plot = super::curve::AllanPlot::new(&state, &source, &group);
     let picture = |state: &ViewState| super::save::picture(state, &source).unwrap().svg_file();
     let svg = picture(&state);
     let points = plot.curves[0].points.len();

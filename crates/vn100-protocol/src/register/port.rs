@@ -69,7 +69,7 @@ impl RegisterValue for BaudRate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct AsyncType(pub u8);
 
-struct Message {
+struct AsyncMessage {
     code: AsyncType,
     header: &'static str,
     usual_length: Option<u32>,
@@ -84,7 +84,7 @@ macro_rules! messages {
             pub const $constant: Self = Self($code);)*
         }
 
-        const MESSAGES: [Message; [$($code),*].len()] = [$(Message {
+        const MESSAGES: [AsyncMessage; [$($code),*].len()] = [$(AsyncMessage {
             code: AsyncType::$constant,
             header: $header,
             usual_length: $usual_length,
@@ -143,7 +143,7 @@ impl AsyncType {
         if self == Self::OFF { Some(0) } else { self.message()?.usual_length }
     }
 
-    fn message(self) -> Option<&'static Message> {
+    fn message(self) -> Option<&'static AsyncMessage> {
         MESSAGES.iter().find(|message| message.code == self)
     }
 }

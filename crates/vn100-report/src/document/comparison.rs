@@ -20,14 +20,14 @@ pub struct ComparisonDocument {
     /// In the order given, those that could not be read too.
     records: Vec<RecordDocument>,
     /// F-tests of the octaves that two records share; corrected for all of them together.
-    channels: Vec<ChannelDocument>,
+    channels: Vec<ComparedChannelDocument>,
     sensors: Vec<SensorDocument>,
     recommended: RecommendationDocument,
     /// Records that hold the same samples; these are not tested against each other.
     same_samples: Vec<SameSamplesDocument>,
     /// Means of the channels of sensors, and how far they lie apart.
     means: Vec<MeansDocument>,
-    disturbances: Vec<DisturbanceDocument>,
+    disturbances: Vec<ComparedDisturbanceDocument>,
     /// What could not be compared, or only in part.
     caveats: Vec<CaveatDocument>,
 }
@@ -47,7 +47,7 @@ struct RecordDocument {
 }
 
 #[derive(Debug, Serialize)]
-struct ChannelDocument {
+struct ComparedChannelDocument {
     name: String,
     unit: String,
     octaves: Vec<OctaveDocument>,
@@ -180,7 +180,7 @@ struct DifferenceDocument {
 }
 
 #[derive(Debug, Serialize)]
-struct DisturbanceDocument {
+struct ComparedDisturbanceDocument {
     record: usize,
     kind: &'static str,
     channels: Vec<String>,
@@ -213,9 +213,9 @@ impl ComparisonDocument {
         let channels = tests_by_channel(&comparison.octaves).into_iter().filter_map(|tests| {
             let OctaveTest { channel, unit, .. } = tests.first()?;
             let octaves = tests.iter().map(|test| octave(test)).collect();
-            Some(ChannelDocument { name: channel.clone(), unit: unit.clone(), octaves })
+            Some(ComparedChannelDocument { name: channel.clone(), unit: unit.clone(), octaves })
         });
-        let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
+        let disturbances = comparison.disturbances.iter().map(|disturbance| ComparedDisturbanceDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),

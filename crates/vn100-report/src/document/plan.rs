@@ -13,7 +13,7 @@ pub struct PlanDocument {
     confidence: f64,
     /// The share of records of the planned length that meet a want.
     met_in: f64,
-    settings: Settings,
+    settings: SettingsDocument,
     /// Excluded at the beginning.
     warm_up_s: f64,
     /// Length behind it for all that was asked for.
@@ -27,7 +27,7 @@ pub struct PlanDocument {
 }
 
 #[derive(Debug, Serialize)]
-struct Settings {
+struct SettingsDocument {
     message: Option<&'static str>,
     rate_hz: u32,
     window: u32,
@@ -86,7 +86,7 @@ impl PlanDocument {
             schema: "vn100.plan/1",
             confidence: given.confidence,
             met_in: Plan::MET_IN,
-            settings: Settings {
+            settings: SettingsDocument {
                 message: plan.message.header(),
                 rate_hz: plan.rate.hz(),
                 window: plan.window,

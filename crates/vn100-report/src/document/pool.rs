@@ -15,16 +15,16 @@ use crate::{codes::code_of_status, units::si_unit};
 #[derive(Debug, Serialize)]
 pub struct PoolDocument {
     schema: &'static str,
-    source: Source,
+    source: PooledSource,
     confidence: f64,
     deviation: &'static str,
     estimator: &'static str,
-    channels: Vec<ChannelDocument>,
+    channels: Vec<PooledChannelDocument>,
     notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
-struct Source {
+struct PooledSource {
     kind: &'static str,
     parts: Vec<PartDocument>,
 }
@@ -41,12 +41,12 @@ struct PartDocument {
 }
 
 #[derive(Debug, Serialize)]
-struct ChannelDocument {
+struct PooledChannelDocument {
     name: String,
     unit: String,
     /// All recordings in one curve; the intervals are those of sampling alone.
     points: Vec<PointDocument>,
-    noise: Vec<ParameterDocument>,
+    noise: Vec<PooledParameterDocument>,
 }
 
 #[derive(Debug, Serialize)]
@@ -62,7 +62,7 @@ struct PointDocument {
 }
 
 #[derive(Debug, Serialize)]
-struct ParameterDocument {
+struct PooledParameterDocument {
     parameter: &'static str,
     unit: &'static str,
     /// `null` below three estimates: see the parts.
@@ -113,11 +113,11 @@ impl PoolDocument {
     pub fn new(pool: &Pool, (deviation, estimator): (Deviation, Estimator)) -> Self {
         Self {
             schema: "vn100.pool/1",
-            source: Source { kind: "pool", parts: pool.parts.iter().map(PartDocument::new).collect() },
+            source: PooledSource { kind: "pool", parts: pool.parts.iter().map(PartDocument::new).collect() },
             confidence: pool.confidence,
             deviation: deviation_name(deviation),
             estimator: estimator_name(estimator),
-            channels: pool.channels.iter().map(ChannelDocument::new).collect(),
+            channels: pool.channels.iter().map(PooledChannelDocument::new).collect(),
             notes: pool.notes.clone(),
         }
     }
@@ -136,11 +136,11 @@ impl PartDocument {
     }
 }
 
-impl ChannelDocument {
+impl PooledChannelDocument {
     fn new(pooled: &PooledChannel) -> Self {
         let sensor = sensor_of(pooled.quantity());
         let parameters = sensor.into_iter().flat_map(|sensor| {
-            pooled.parameters.iter().map(move |parameter| ParameterDocument::new(parameter, sensor))
+            pooled.parameters.iter().map(move |parameter| PooledParameterDocument::new(parameter, sensor))
         });
         Self {
             name: pooled.channel.name.to_string(),
@@ -167,7 +167,7 @@ impl PointDocument {
     }
 }
 
-impl ParameterDocument {
+impl PooledParameterDocument {
     fn new(parameter: &PooledParameter, sensor: Sensor) -> Self {
         let part = |(part, found): (usize, &Option<Parameter>)| {
             let Parameter { status: known, value, lower, upper, .. } = (*found)?;

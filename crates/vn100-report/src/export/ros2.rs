@@ -76,7 +76,7 @@ pub struct Ros2Messages<W: Write> {
     stamped: bool,
 }
 
-type Axes = Option<[f64; 3]>;
+type MeasuredVector = Option<[f64; 3]>;
 
 impl<W: Write> Ros2Messages<W> {
     /// Of the capture behind `record`, by `program`, such as `vn100 1.0.0`.
@@ -151,7 +151,7 @@ impl<W: Write> Ros2Messages<W> {
     }
 
     fn sample(&mut self, layout: &Layout, counts: &[i32], at_ns: u64) -> Result<(), Ros2Error> {
-        let of = |quantity: Quantity| -> Axes {
+        let of = |quantity: Quantity| -> MeasuredVector {
             let axes = layout.channels.iter().zip(counts).filter(|(channel, _)| channel.quantity == quantity);
             let values: Vec<f64> = axes.take(3).map(|(channel, count)| channel.value(*count)).collect();
             values.try_into().ok()

@@ -7,8 +7,8 @@ use vn100_analysis::noise::{
 use vn100_analysis::{ChannelNoise, letter};
 
 use super::{
-    Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
-    solid,
+    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value, axes::Scale,
+    pretty_unit, quiet, solid,
 };
 use crate::{
     names::deviation_name,
@@ -49,10 +49,10 @@ pub fn allan_in_unit(
 /// With deviations that are `factor` times as large as the parameters say.
 fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option<Figure> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
-    let model = model.map(|noise| Model { noise, factor });
+    let model = model.map(|noise| FittedModel { noise, factor });
     let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.octaves));
     let (x, y) = axes(&[channel], &reaches, deviation)?;
-    let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
+    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
     }
@@ -91,7 +91,7 @@ fn together(id: String, title: &str, curves: &[(String, &ChannelValues)], deviat
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
     let (x, y) = axes(&channels, &[], deviation)?;
     let legend: Vec<_> = (curves.iter().enumerate())
-        .map(|(index, (name, _))| (Sample::Both(connecting(index), Shape::of_series(index)), short_name(name)))
+        .map(|(index, (name, _))| (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name)))
         .collect();
     let mut plot = Plot::new(id, format!("{title}: {}", deviation_name(deviation)), x, y, &legend);
     for (index, channel) in channels.iter().enumerate() {
@@ -103,7 +103,7 @@ fn together(id: String, title: &str, curves: &[(String, &ChannelValues)], deviat
 }
 
 /// Both sides, around the deviations, their intervals and `more`.
-fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(Axis, Axis)> {
+fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(PlotAxis, PlotAxis)> {
     let first = channels.first()?;
     let points = || channels.iter().flat_map(|channel| &channel.deviations).filter(|point| point.deviation > Some(0.0));
     points().next()?;
@@ -111,8 +111,8 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
         let (lower, upper) = interval(point).unzip();
         [point.deviation, lower, upper].into_iter().flatten()
     });
-    let x = Axis::new("averaging time τ", "s", Scale::around(points().map(|point| point.tau_s), true));
-    let y = Axis::new(
+    let x = PlotAxis::new("averaging time τ", "s", Scale::around(points().map(|point| point.tau_s), true));
+    let y = PlotAxis::new(
         deviation_name(deviation),
         pretty_unit(&first.unit),
         Scale::around(reaches.chain(more.iter().copied()), true),
@@ -143,7 +143,7 @@ fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
             marks.push(Primitive::Line { points, stroke: solid(index, 1.1) });
         }
     }
-    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index), Colour::Series(index));
+    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Marker::of_series(index), Colour::Series(index));
     marks.extend(known.iter().map(symbol));
     marks
 }
@@ -157,19 +157,19 @@ fn connecting(index: usize) -> Stroke {
     Stroke { colour: Colour::Series(index), width: 1.0, dash: Dash::of_series(index) }
 }
 
-fn series(name: String, points: &[Point]) -> Series {
+fn series(name: String, points: &[Point]) -> PlottedSeries {
     let value =
         |point: &Point| Some(Value { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
-    Series { name, values: points.iter().filter_map(value).collect() }
+    PlottedSeries { name, values: points.iter().filter_map(value).collect() }
 }
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.
-struct Model<'a> {
+struct FittedModel<'a> {
     noise: &'a ChannelNoise,
     factor: f64,
 }
 
-impl Model<'_> {
+impl FittedModel<'_> {
     fn value(&self, term: Term) -> Option<f64> {
         Some(self.noise.parameter(term)?.value? * self.factor)
     }
@@ -204,24 +204,24 @@ impl Model<'_> {
         .collect()
     }
 
-    fn legend(&self, legend: &mut Vec<(Sample, String)>) {
+    fn legend(&self, legend: &mut Vec<(LegendSample, String)>) {
         if self.noise.fit.quality.is_some() {
-            legend.push((Sample::Line(MODEL), "fitted model, all of it".into()));
+            legend.push((LegendSample::Line(MODEL), "fitted model, all of it".into()));
         }
         let classical = &self.noise.classical;
         if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
-            legend.push((Sample::Symbol(Shape::Ring, Colour::Ink), "read by rule".into()));
+            legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "read by rule".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
             let Parameter { value, upper, .. } = self.noise.parameter(term)?;
             let number = |value: f64| digits(value * self.factor, 3);
             Some(match (value, upper, dash(term)) {
                 (Some(value), _, Some(dash)) => {
-                    (Sample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
+                    (LegendSample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
                 }
-                (Some(value), _, None) => (Sample::Nothing, format!("{} {}", letter(term), number(value))),
+                (Some(value), _, None) => (LegendSample::Nothing, format!("{} {}", letter(term), number(value))),
                 // a bound is no line of the curve
-                (None, Some(upper), _) => (Sample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
+                (None, Some(upper), _) => (LegendSample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
                 (None, None, _) => return None,
             })
         }));
@@ -244,14 +244,14 @@ impl Model<'_> {
             marks.push(plot.line(fitted, MODEL));
         }
         for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
-            marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));
+            marks.push(plot.symbol(tau_s, deviation, Marker::Diamond, Colour::Ink));
             marks.push(match slope {
                 0.0 => plot.note_at_edge(deviation, letter),
                 _ => plot.note(tau_s, deviation, letter),
             });
         }
         let classical = &self.noise.classical;
-        let read = [(Shape::Ring, 1.0, classical.white), (Shape::HollowTriangle, 3.0, classical.rate_random_walk)];
+        let read = [(Marker::Ring, 1.0, classical.white), (Marker::HollowTriangle, 3.0, classical.rate_random_walk)];
         marks
             .extend(read.into_iter().filter_map(|(shape, tau_s, value)| {
                 Some(plot.symbol(tau_s, value? * self.factor, shape, Colour::Ink))
@@ -259,7 +259,7 @@ impl Model<'_> {
         if let Some(flicker) = classical.bias_instability {
             let lowest = points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
             let tau_s = lowest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(1.0, |(tau_s, _)| tau_s);
-            marks.push(plot.symbol(tau_s, FLAT * flicker * self.factor, Shape::HollowSquare, Colour::Ink));
+            marks.push(plot.symbol(tau_s, FLAT * flicker * self.factor, Marker::HollowSquare, Colour::Ink));
         }
         marks
     }

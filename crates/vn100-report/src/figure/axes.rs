@@ -127,14 +127,14 @@ pub(crate) fn superscript(number: i32) -> String {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct Axis {
+pub(crate) struct PlotAxis {
     pub(crate) name: String,
     /// Empty where it has none.
     pub(crate) unit: String,
     pub(crate) scale: Scale,
 }
 
-impl Axis {
+impl PlotAxis {
     pub(crate) fn new(name: &str, unit: impl Into<String>, scale: Scale) -> Self {
         Self { name: name.into(), unit: unit.into(), scale }
     }
@@ -166,7 +166,7 @@ impl Place {
     }
 }
 
-pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Primitive> {
+pub(crate) fn frame(place: &Place, x: &PlotAxis, y: &PlotAxis) -> Vec<Primitive> {
     let Rectangle { left, top, width, height } = place.area;
     let (right, bottom) = (left + width, top + height);
     let stroke = |colour, width| Stroke { colour, width, dash: Dash::Solid };
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(labels(Scale { from: -9.93, to: -9.84, log: false }), ["−9.92", "−9.90", "−9.88", "−9.86", "−9.84"]);
         let small = Scale { from: -3.1e-3, to: 4.2e-3, log: false };
         assert_eq!(labels(small), ["−2", "0", "2", "4"]);
-        let axis = Axis { name: "gyro_y".into(), unit: "rad/s".into(), scale: small };
+        let axis = PlotAxis { name: "gyro_y".into(), unit: "rad/s".into(), scale: small };
         assert_eq!(axis.label(), "gyro_y (10⁻³ rad/s)");
     }
 

@@ -39,7 +39,7 @@ pub(crate) struct Rectangle {
 pub(crate) enum Primitive {
     Line { points: Vec<At>, stroke: Stroke },
     Area { points: Vec<At>, colour: Colour, opacity: f64 },
-    Symbol { at: At, shape: Shape, colour: Colour },
+    Symbol { at: At, shape: Marker, colour: Colour },
     Text { at: At, text: String, size: f64, anchor: Anchor, upwards: bool },
 }
 
@@ -81,7 +81,7 @@ impl Dash {
 
 /// Distinct without colour, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(crate) enum Marker {
     Disc,
     Square,
     Triangle,
@@ -144,7 +144,7 @@ impl Colour {
     }
 }
 
-impl Shape {
+impl Marker {
     pub(crate) const fn of_series(series: usize) -> Self {
         match series % 4 {
             0 => Self::Disc,

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    Axis, Colour, Figure, Plot, Primitive, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit, solid,
+    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale,
+    pretty_unit, solid,
 };
 use crate::units::{BarValues, ChannelValues};
 
@@ -19,15 +20,15 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     };
     let highest = counts.iter().copied().max().unwrap_or(0) as f64;
     let top = normal.and_then(|(mean, _)| expected(mean)).unwrap_or(0.0).max(highest);
-    let x = Axis::new(
+    let x = PlotAxis::new(
         &channel.name,
         pretty_unit(&channel.unit),
         Scale::around([edge(0), edge(counts.len())].into_iter(), false),
     );
-    let y = Axis::new("samples in a bar", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
-    let mut legend = vec![(Sample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
+    let y = PlotAxis::new("samples in a bar", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
+    let mut legend = vec![(LegendSample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
     if normal.is_some() {
-        legend.push((Sample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
+        legend.push((LegendSample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
     }
     let id = format!("histogram-{}", id_of(&channel.name));
     let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend);
@@ -53,5 +54,5 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
         y: *count as f64,
         reach: None,
     });
-    Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }]))
+    Some(plot.done(vec![PlottedSeries { name: "samples".into(), values: values.collect() }]))
 }

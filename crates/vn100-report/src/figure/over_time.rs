@@ -2,8 +2,8 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, allan::id_of, axes::Scale,
-    pretty_unit, solid,
+    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value, allan::id_of,
+    axes::Scale, pretty_unit, solid,
 };
 use crate::units::{BlockValues, ChannelValues};
 
@@ -14,16 +14,17 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     let (unit, unit_s) = time_unit(last.start_s + last.duration_s);
     let start = |block: &BlockValues| block.start_s / unit_s;
     let end = |block: &BlockValues| (block.start_s + block.duration_s) / unit_s;
-    let x = Axis::new("time", unit, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
-    let y = Axis::new(
+    let x =
+        PlotAxis::new("time", unit, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
+    let y = PlotAxis::new(
         &channel.name,
         pretty_unit(&channel.unit),
         Scale::around(blocks.iter().flat_map(|block| [block.min, block.max]), false),
     );
     let legend = [
-        (Sample::Area(Colour::Series(0), 0.25), "smallest to largest".to_owned()),
-        (Sample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()),
-        (Sample::Line(solid(1, 1.6)), "mean".to_owned()),
+        (LegendSample::Area(Colour::Series(0), 0.25), "smallest to largest".to_owned()),
+        (LegendSample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()),
+        (LegendSample::Line(solid(1, 1.6)), "mean".to_owned()),
     ];
     let id = format!("time-{}", id_of(&channel.name));
     let mut plot = Plot::new(id, format!("{}: time plot", channel.name), x, y, &legend);
@@ -49,7 +50,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
         reach: Some((block.min, block.max)),
     };
     let values = blocks.iter().map(value).collect();
-    Some(plot.done(vec![Series { name: "mean, smallest to largest".into(), values }]))
+    Some(plot.done(vec![PlottedSeries { name: "mean, smallest to largest".into(), values }]))
 }
 
 /// What people would say the length of a record in, and its seconds.
@@ -72,22 +73,22 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
         .map(|blocks| blocks.iter().filter_map(|block| Some((middle(block), block.std?))).collect())
         .collect();
     let first = channels.first().filter(|_| curves.iter().any(|points| !points.is_empty()))?;
-    let x = Axis::new("time", unit, Scale::around(curves.iter().flatten().map(|(x, _)| *x), false));
+    let x = PlotAxis::new("time", unit, Scale::around(curves.iter().flatten().map(|(x, _)| *x), false));
     let highest = curves.iter().flatten().map(|(_, std)| *std).fold(0.0, f64::max);
-    let y = Axis::new(
+    let y = PlotAxis::new(
         "standard deviation",
         pretty_unit(&first.unit),
         Scale { from: 0.0, to: if highest > 0.0 { 1.08 * highest } else { 1.0 }, log: false },
     );
     let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.2, dash: Dash::of_series(index) };
     let legend: Vec<_> = (channels.iter().enumerate())
-        .map(|(index, channel)| (Sample::Both(stroke(index), Shape::of_series(index)), channel.name.clone()))
+        .map(|(index, channel)| (LegendSample::Both(stroke(index), Marker::of_series(index)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
     for (index, points) in curves.iter().enumerate() {
         let marks = plot.marked_line(index, points, stroke(index));
         plot.draw(index, marks);
     }
-    let series = channels.iter().zip(&curves).map(|(channel, points)| Series::of(&channel.name, points));
+    let series = channels.iter().zip(&curves).map(|(channel, points)| PlottedSeries::of(&channel.name, points));
     Some(plot.done(series.collect()))
 }

@@ -6,7 +6,7 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::{
     DrawingError,
-    drawing::{Anchor, At, Colour, Drawing, LayerKind, Primitive, Rectangle, Shape},
+    drawing::{Anchor, At, Colour, Drawing, LayerKind, Marker, Primitive, Rectangle},
 };
 
 /// Pixels in a unit of the drawing.
@@ -47,7 +47,7 @@ impl Canvas<'_> {
             }
             Primitive::Symbol { at: (x, y), shape, colour } => {
                 let outline = match shape.corners() {
-                    [] => PathBuilder::from_circle(0.0, 0.0, Shape::RADIUS as f32),
+                    [] => PathBuilder::from_circle(0.0, 0.0, Marker::RADIUS as f32),
                     corners => path(corners, true),
                 };
                 match shape.is_hollow() {

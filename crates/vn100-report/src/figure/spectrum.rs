@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Axis, Colour, Figure, Plot, Sample, Series, Shape, axes::Scale, pretty_unit, solid};
+use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, axes::Scale, pretty_unit, solid};
 use crate::{findings::shakes, units::ChannelValues};
 
 /// Logarithm of the ratio of frequencies of one line, and of those whose numbers would overlap.
@@ -23,14 +23,14 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
         .collect();
     let all = || curves.iter().flat_map(|(_, points)| points);
     let (first, _) = curves.first().filter(|_| all().next().is_some())?;
-    let x = Axis::new("frequency", "Hz", Scale::around(all().map(|(frequency, _)| *frequency), true));
-    let y = Axis::new(
+    let x = PlotAxis::new("frequency", "Hz", Scale::around(all().map(|(frequency, _)| *frequency), true));
+    let y = PlotAxis::new(
         "amplitude density",
         format!("{}/√Hz", pretty_unit(&first.unit)),
         Scale::around(all().map(|(_, amplitude)| *amplitude), true),
     );
     let legend: Vec<_> = (curves.iter().enumerate())
-        .map(|(index, (channel, _))| (Sample::Line(solid(index, 1.1)), channel.name.clone()))
+        .map(|(index, (channel, _))| (LegendSample::Line(solid(index, 1.1)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend);
     let mut peaks: Vec<Peak> =
@@ -45,12 +45,12 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
     for (index, (_, points)) in curves.iter().enumerate() {
         let mut marks = vec![plot.line(points.iter().copied(), solid(index, 1.1))];
         for Peak { hz, frequency, amplitude, is_labelled, .. } in peaks.iter().filter(|peak| peak.series == index) {
-            marks.push(plot.symbol(*frequency, *amplitude, Shape::of_series(index), Colour::Series(index)));
+            marks.push(plot.symbol(*frequency, *amplitude, Marker::of_series(index), Colour::Series(index)));
             marks.extend(is_labelled.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
         }
         plot.draw(index, marks);
     }
-    let series = curves.iter().map(|(channel, points)| Series::of(&channel.name, points));
+    let series = curves.iter().map(|(channel, points)| PlottedSeries::of(&channel.name, points));
     Some(plot.done(series.collect()))
 }
 

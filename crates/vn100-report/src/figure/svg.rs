@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Primitive, Shape};
+use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive};
 
 /// As an element of a page. `id` is unique on it; `title` is read aloud.
 pub(crate) fn element(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
@@ -100,7 +100,7 @@ fn write_mark(out: &mut String, mark: &Primitive) -> fmt::Result {
     }
 }
 
-fn write_symbol(out: &mut String, at: At, shape: Shape, colour: Colour) -> fmt::Result {
+fn write_symbol(out: &mut String, at: At, shape: Marker, colour: Colour) -> fmt::Result {
     let (class, rgb) = (colour.class(), hex(colour));
     let paint = if shape.is_hollow() {
         format!("class=\"h {class}\" fill=\"none\" stroke=\"{rgb}\" stroke-width=\"1.4\"")
@@ -109,7 +109,7 @@ fn write_symbol(out: &mut String, at: At, shape: Shape, colour: Colour) -> fmt::
     };
     write!(out, "<g transform=\"translate({} {})\">", short(at.0), short(at.1))?;
     match shape.corners() {
-        [] => write!(out, "<circle r=\"{}\" {paint}/>", Shape::RADIUS)?,
+        [] => write!(out, "<circle r=\"{}\" {paint}/>", Marker::RADIUS)?,
         corners => write!(out, "<path d=\"{}Z\" {paint}/>", path(corners))?,
     }
     out.write_str("</g>")

@@ -103,13 +103,13 @@ pub fn span(seconds: f64, blank: &str) -> String {
     joined(&parts(seconds.ceil().max(0.0) as u64), blank)
 }
 
-type Part = (u64, &'static str);
+type SpanPart = (u64, &'static str);
 
-fn parts(seconds: u64) -> [Part; 4] {
+fn parts(seconds: u64) -> [SpanPart; 4] {
     [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")]
 }
 
-fn joined(parts: &[Part], blank: &str) -> String {
+fn joined(parts: &[SpanPart], blank: &str) -> String {
     let parts: Vec<String> =
         parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count}{blank}{unit}")).collect();
     if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }

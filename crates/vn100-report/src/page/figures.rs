@@ -6,7 +6,7 @@ use vn100_analysis::noise::Deviation;
 
 use super::table;
 use crate::{
-    figure::{Axis, Figure, Figures, Rectangle, Scale, Series, pretty_unit},
+    figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale, pretty_unit},
     measured::Record,
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
@@ -109,13 +109,13 @@ fn value(point: &Point) -> String {
 
 /// What can be read off a figure, for the script of the page: numbers to six digits.
 #[derive(Serialize)]
-struct Reading<'a> {
+struct FigureReadout<'a> {
     id: &'a str,
     /// Of the plot: left, top, width, height.
     area: [f64; 4],
     x: Side<'a>,
     y: Side<'a>,
-    series: Vec<Curve<'a>>,
+    series: Vec<CurveReadout<'a>>,
 }
 
 #[derive(Serialize)]
@@ -128,7 +128,7 @@ struct Side<'a> {
 }
 
 #[derive(Serialize)]
-struct Curve<'a> {
+struct CurveReadout<'a> {
     name: &'a str,
     x: Vec<f64>,
     y: Vec<f64>,
@@ -138,13 +138,13 @@ struct Curve<'a> {
 
 /// A JSON array that may stand in a script element.
 pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
-    let readings: Vec<Reading<'_>> = figures.map(reading).collect();
+    let readings: Vec<FigureReadout<'_>> = figures.map(reading).collect();
     Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))
 }
 
-fn reading(figure: &Figure) -> Reading<'_> {
+fn reading(figure: &Figure) -> FigureReadout<'_> {
     let Rectangle { left, top, width, height } = figure.area;
-    Reading {
+    FigureReadout {
         id: &figure.id,
         area: [left, top, width, height].map(six_digits),
         x: side(&figure.x),
@@ -153,10 +153,10 @@ fn reading(figure: &Figure) -> Reading<'_> {
     }
 }
 
-fn curve(series: &Series) -> Curve<'_> {
+fn curve(series: &PlottedSeries) -> CurveReadout<'_> {
     let values = &series.values;
     let reach = || values.iter().map(|value| value.reach.map(|(low, high)| [low, high].map(six_digits))).collect();
-    Curve {
+    CurveReadout {
         name: &series.name,
         x: values.iter().map(|value| six_digits(value.x)).collect(),
         y: values.iter().map(|value| six_digits(value.y)).collect(),
@@ -164,7 +164,7 @@ fn curve(series: &Series) -> Curve<'_> {
     }
 }
 
-fn side(axis: &Axis) -> Side<'_> {
+fn side(axis: &PlotAxis) -> Side<'_> {
     let Scale { from, to, log } = axis.scale;
     Side { name: &axis.name, unit: &axis.unit, log, from: six_digits(from), to: six_digits(to) }
 }

@@ -9,7 +9,7 @@ use crate::sensor::{Deltas, SensorValues, single, transposed};
 
 /// What one packet can say.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Contents<'a> {
+pub(crate) struct PacketContents<'a> {
     pub(crate) measured: &'a SensorValues,
     pub(crate) deltas: &'a Deltas,
     /// Time since start-up, ns.
@@ -108,7 +108,7 @@ impl PacketOutput {
     /// ```text
     /// FA | groups | field word, little-endian, for each group | fields | CRC-16, high byte first
     /// ```
-    pub(crate) fn packet(&self, contents: &Contents<'_>) -> Vec<u8> {
+    pub(crate) fn packet(&self, contents: &PacketContents<'_>) -> Vec<u8> {
         let mut packet = vec![0xFA, self.groups];
         packet.extend(self.words.iter().flat_map(|word| word.to_le_bytes()));
         for (group, word) in self.words() {
@@ -129,7 +129,7 @@ fn bits(word: u16) -> impl Iterator<Item = usize> {
     (0..16).filter(move |bit| word >> bit & 1 == 1)
 }
 
-impl Contents<'_> {
+impl PacketContents<'_> {
     /// Appends a field of one of the groups in `FIELD_BYTES`; nothing for one that is not known.
     fn append(&self, group: usize, bit: usize, out: &mut Vec<u8>) {
         let Self { measured, deltas, .. } = self;

@@ -4,7 +4,7 @@ use std::{fmt::Write, mem};
 
 use vn100_protocol::{Check, DeviceError};
 
-use super::{Device, PORT, Phase, TICK_HZ, binary::Contents, registers::Registers};
+use super::{BootPhase, Device, PORT, TICK_HZ, binary::PacketContents, registers::Registers};
 use crate::{
     message::{MESSAGES, Message},
     sensor::Deltas,
@@ -38,7 +38,7 @@ impl SyncOut {
 impl Device {
     /// Takes all ticks up to a time, and queues what they send.
     pub(super) fn run_until(&mut self, until_ns: u64) {
-        let Phase::Running { since_ns } = self.phase else { return };
+        let BootPhase::Running { since_ns } = self.phase else { return };
         // behind the answer to a restart nothing is sent
         while self.run.restart_ns.is_none() && self.tick_ns(since_ns, self.run.ticks) <= until_ns {
             let tick = self.run.ticks;
@@ -100,7 +100,7 @@ impl Device {
 
     pub(super) fn packet(&mut self, index: usize) -> Vec<u8> {
         let deltas = if self.registers.binary[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
-        self.registers.binary[index].packet(&Contents {
+        self.registers.binary[index].packet(&PacketContents {
             measured: &self.sensor.measure(&self.processing),
             deltas: &deltas,
             // by its own clock, which runs from the start of the boot

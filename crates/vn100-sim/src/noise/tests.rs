@@ -13,7 +13,7 @@ use super::*;
 const SIGMAS: f64 = 4.5;
 
 fn stream(noise: &NoiseTruth, rate_hz: u32, seed: u64) -> ChannelStream {
-    ChannelStream::new(noise, Window::None, NonZeroU32::new(rate_hz).unwrap(), seed, 0)
+    ChannelStream::new(noise, AveragingWindow::None, NonZeroU32::new(rate_hz).unwrap(), seed, 0)
 }
 
 fn samples(noise: &NoiseTruth, rate_hz: u32, seed: u64, n: usize) -> Vec<f64> {

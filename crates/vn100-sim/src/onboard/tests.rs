@@ -6,7 +6,7 @@ use rand::SeedableRng;
 /// Standard deviations a test may be off by; the seeds are fixed, so that it never fails by chance.
 const SIGMAS: f64 = 4.5;
 
-fn white(window: Window, rate_hz: u32, samples: usize) -> Vec<f64> {
+fn white(window: AveragingWindow, rate_hz: u32, samples: usize) -> Vec<f64> {
     let rng = ChaCha8Rng::seed_from_u64(7);
     let mut white = White::new(1.0, window, NonZeroU32::new(rate_hz).unwrap(), rng);
     let mut next = || {
@@ -38,7 +38,7 @@ fn boxcar_correlates_neighbours() {
     for (rate_hz, samples, expected) in
         [(800, 4, [0.75, 0.5, 0.25, 0.0, 0.0]), (200, 4, [0.0; 5]), (200, 20, [0.8, 0.6, 0.4, 0.2, 0.0])]
     {
-        let values = white(Window::Boxcar { refresh_hz: 800, samples }, rate_hz, n);
+        let values = white(AveragingWindow::Boxcar { refresh_hz: 800, samples }, rate_hz, n);
         // Bartlett: far from lag 0 the variance is (1 + 2 sum of squared correlations)/n, nearer less
         let squares: f64 = expected.iter().map(|r: &f64| r * r).sum();
         let tolerance = SIGMAS * ((1.0 + 2.0 * squares) / n as f64).sqrt();
@@ -53,13 +53,13 @@ fn boxcar_correlates_neighbours() {
 #[test]
 fn density_rises_by_aliasing() {
     for (rate_hz, window, factor) in [
-        (200, Window::IMU_DEFAULT, 1.0),
-        (100, Window::IMU_DEFAULT, 2.0_f64.sqrt()),
-        (40, Window::IMU_DEFAULT, 5.0_f64.sqrt()),
-        (40, Window::Boxcar { refresh_hz: 800, samples: 20 }, 1.0),
-        (40, Window::None, 1.0),
-        (40, Window::MAG_DEFAULT, 6.25_f64.sqrt()),
-        (200, Window::MAG_DEFAULT, 1.25_f64.sqrt()),
+        (200, AveragingWindow::IMU_DEFAULT, 1.0),
+        (100, AveragingWindow::IMU_DEFAULT, 2.0_f64.sqrt()),
+        (40, AveragingWindow::IMU_DEFAULT, 5.0_f64.sqrt()),
+        (40, AveragingWindow::Boxcar { refresh_hz: 800, samples: 20 }, 1.0),
+        (40, AveragingWindow::None, 1.0),
+        (40, AveragingWindow::MAG_DEFAULT, 6.25_f64.sqrt()),
+        (200, AveragingWindow::MAG_DEFAULT, 1.25_f64.sqrt()),
     ] {
         let values = white(window, rate_hz, 800_000);
         let (density, deviation) = apparent_density(&values, f64::from(rate_hz));
@@ -70,7 +70,7 @@ fn density_rises_by_aliasing() {
 
 #[test]
 fn output_faster_than_the_refresh_repeats() {
-    let values = white(Window::MAG_DEFAULT, 800, 3200);
+    let values = white(AveragingWindow::MAG_DEFAULT, 800, 3200);
     let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
     // 5 refreshes in 16 samples: 1000 in all, of which the first or the last may fall outside
     assert!((999..=1000).contains(&changes), "{changes}");
@@ -78,6 +78,6 @@ fn output_faster_than_the_refresh_repeats() {
 
 #[test]
 fn a_window_of_zero_is_a_window_of_one() {
-    let one = white(Window::Boxcar { refresh_hz: 250, samples: 1 }, 40, 100);
-    assert_eq!(white(Window::MAG_DEFAULT, 40, 100), one);
+    let one = white(AveragingWindow::Boxcar { refresh_hz: 250, samples: 1 }, 40, 100);
+    assert_eq!(white(AveragingWindow::MAG_DEFAULT, 40, 100), one);
 }

@@ -213,11 +213,11 @@ impl Outbox {
 
 /// A symbolic link that leads to the port of the moment; removed when it is dropped.
 #[derive(Debug)]
-pub(super) struct Link {
+pub(super) struct SymbolicLink {
     path: PathBuf,
 }
 
-impl Link {
+impl SymbolicLink {
     /// Makes the link, or turns the one that is there.
     pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
         // where it leads somewhere, another sensor may be reached by it
@@ -237,7 +237,7 @@ impl Link {
     }
 }
 
-impl Drop for Link {
+impl Drop for SymbolicLink {
     fn drop(&mut self) {
         // a link that another program has removed is gone as well
         _ = fs::remove_file(&self.path);
@@ -250,7 +250,7 @@ fn lead(path: &Path, target: &Path) -> Result<(), PtyError> {
     }
     let fresh = with_suffix(path, &format!(".{}", std::process::id()));
     let turned = symlink(target, &fresh).and_then(|()| fs::rename(&fresh, path));
-    turned.map_err(|source| PtyError::Link { path: path.to_owned(), source })
+    turned.map_err(|source| PtyError::SymbolicLink { path: path.to_owned(), source })
 }
 
 /// The same path with more text at its end.
@@ -302,7 +302,7 @@ mod tests {
     fn a_link_turns_and_goes() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");
-        let link = Link::make(&path, Path::new("one")).unwrap();
+        let link = SymbolicLink::make(&path, Path::new("one")).unwrap();
         assert_eq!(fs::read_link(&path)?, Path::new("one"));
         link.turn(Path::new("other")).unwrap();
         assert_eq!(fs::read_link(&path)?, Path::new("other"));
@@ -316,9 +316,9 @@ mod tests {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");
         symlink("dead", &path)?;
-        drop(Link::make(&path, Path::new("one")).unwrap());
+        drop(SymbolicLink::make(&path, Path::new("one")).unwrap());
         fs::write(&path, "precious")?;
-        let error = Link::make(&path, Path::new("one")).unwrap_err().to_string();
+        let error = SymbolicLink::make(&path, Path::new("one")).unwrap_err().to_string();
         assert!(
             error
                 .ends_with("sensor exists and is not a symbolic link: remove it, or choose another place for the link")
@@ -332,8 +332,8 @@ mod tests {
         let folder = tempfile::tempdir()?;
         let (path, port) = (folder.path().join("sensor"), folder.path().join("port"));
         fs::write(&port, "")?;
-        let link = Link::make(&path, &port).unwrap();
-        let error = Link::make(&path, Path::new("other")).unwrap_err();
+        let link = SymbolicLink::make(&path, &port).unwrap();
+        let error = SymbolicLink::make(&path, Path::new("other")).unwrap_err();
         assert!(matches!(error, PtyError::LinkInUse { .. }), "{error}");
         assert_eq!(fs::read_link(&path)?, port);
         drop(link);
@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_link_into_nowhere_names_its_path() {
-        let error = Link::make(Path::new("/nowhere/sensor"), Path::new("one")).unwrap_err().to_string();
+        let error = SymbolicLink::make(Path::new("/nowhere/sensor"), Path::new("one")).unwrap_err().to_string();
         assert!(error.starts_with("cannot make the link /nowhere/sensor to"), "{error}");
     }
 }

@@ -19,7 +19,7 @@ use rustix::{
 
 use super::{
     PtyError, PtyOptions, PtyStats,
-    port::{HostChange, Link, Outbox, PseudoTerminal, with_suffix},
+    port::{HostChange, Outbox, PseudoTerminal, SymbolicLink, with_suffix},
 };
 use crate::{device::Device, fault::PlugEvent, wire::Wire};
 
@@ -128,7 +128,7 @@ struct Server {
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
     outbox: Outbox,
-    link: Option<Link>,
+    link: Option<SymbolicLink>,
     link_path: Option<PathBuf>,
     switched_on: Instant,
     on_for: Duration,
@@ -229,7 +229,7 @@ impl Server {
             None => port.path.clone(),
             Some(link) => {
                 let link = if other_name { with_suffix(link, "-1") } else { link.clone() };
-                self.link = Some(Link::make(&link, &port.path)?);
+                self.link = Some(SymbolicLink::make(&link, &port.path)?);
                 link
             }
         };

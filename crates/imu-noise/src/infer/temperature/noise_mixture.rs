@@ -30,11 +30,11 @@ const HALVINGS: usize = 14;
 #[derive(Clone)]
 pub(super) struct NoiseMixture {
     blocks: usize,
-    noises: Arc<[Noise]>,
+    noises: Arc<[MixtureComponent]>,
     transform: Arc<dyn RealToComplex<f64>>,
 }
 
-struct Noise {
+struct MixtureComponent {
     log_prior: f64,
     /// By coefficient, from the first on: 1 over the variance.
     weights: Vec<f64>,
@@ -52,7 +52,7 @@ pub(super) struct Regressor {
 }
 
 /// One axis.
-pub(super) struct Axis<'a> {
+pub(super) struct WeightedAxis<'a> {
     mixture: &'a NoiseMixture,
     /// By noise, of those that matter: its place, the coefficients times its weights, and their
     /// weighted squares.
@@ -89,7 +89,7 @@ impl NoiseMixture {
             let each = flicker.iter().zip(&walk);
             let variances: Vec<f64> =
                 each.map(|(flicker, walk)| white + of_flicker * flicker + of_walk * walk).collect();
-            Noise {
+            MixtureComponent {
                 log_prior: WALK_WEIGHT * crossing.ln(),
                 log_determinant: variances.iter().map(|variance| variance.ln()).sum(),
                 weights: variances.iter().map(|variance| 1.0 / variance).collect(),
@@ -132,7 +132,7 @@ impl NoiseMixture {
     }
 
     /// `None` where the values do not vary.
-    pub(super) fn axis(&self, values: &[f64]) -> Option<Axis<'_>> {
+    pub(super) fn axis(&self, values: &[f64]) -> Option<WeightedAxis<'_>> {
         let coefficients = self.cosine_coefficients(values);
         let dof = coefficients.len() as f64;
         let weighted = self.noises.iter().enumerate().map(|(place, noise)| {
@@ -146,7 +146,11 @@ impl NoiseMixture {
             -0.5 * (self.noises[*place].log_determinant + dof * squares.ln())
         };
         let likeliest = weighted.iter().max_by(|a, b| log_likelihood(a).total_cmp(&log_likelihood(b)))?.0;
-        weighted.iter().all(|(.., squares)| *squares > 0.0).then_some(Axis { mixture: self, weighted, likeliest })
+        weighted.iter().all(|(.., squares)| *squares > 0.0).then_some(WeightedAxis {
+            mixture: self,
+            weighted,
+            likeliest,
+        })
     }
 
     /// From the first on, without that of the level.
@@ -166,7 +170,7 @@ impl NoiseMixture {
     }
 }
 
-impl Axis<'_> {
+impl WeightedAxis<'_> {
     /// Of every noise and every lag. The weight is the restricted likelihood of the noise with a
     /// coefficient that may have any value; that of a lag, in the noise that is likeliest without
     /// it, does not depend on how much of the temperature the lag leaves.
@@ -179,7 +183,7 @@ impl Axis<'_> {
                 let of_lag = squares[*place];
                 let (value, dof) = (product / of_lag, weighted.len() as f64 - 1.0);
                 let residual = (of_axis - value * product).max(f64::MIN_POSITIVE);
-                let Noise { log_prior, log_determinant, .. } = &self.mixture.noises[*place];
+                let MixtureComponent { log_prior, log_determinant, .. } = &self.mixture.noises[*place];
                 let log_weight = log_prior - 0.5 * (log_determinant + (of_lag / reference).ln() + dof * residual.ln());
                 candidates.push(Candidate {
                     lag_s: *lag_s,

@@ -3,7 +3,7 @@
 use crate::accumulate::blocks::Block;
 use crate::accumulate::record::Deviation;
 
-use super::series::{Series, less_mean};
+use super::series::{BlockSeries, less_mean};
 
 /// Least share of the blocks of the record that the stretch of the fit must have.
 const LEAST_OF_RECORD: f64 = 0.9;
@@ -20,7 +20,7 @@ pub struct TemperatureRemoval {
 
 impl TemperatureRemoval {
     /// `None` where a gap leaves less than nine tenths of the record in one stretch.
-    pub(super) fn new(series: &Series, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<Self> {
+    pub(super) fn new(series: &BlockSeries, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<Self> {
         let axis = series.axes.get(axis)?.clone();
         let of_record = (series.record.end - series.record.start) as f64;
         let made = series.lagged_c(lag_s).iter().map(|degrees| degrees * counts_per_degree).collect();

@@ -11,7 +11,7 @@ const LEAST_PRESENT: f64 = 0.75;
 const LEAST_READ: f64 = 0.9;
 
 #[derive(Clone, Debug)]
-pub(super) struct Series {
+pub(super) struct BlockSeries {
     pub(super) block_s: f64,
     /// Samples of a block, and the number of the first one on the absolute grid.
     pub(super) length: u64,
@@ -24,7 +24,7 @@ pub(super) struct Series {
     pub(super) temperatures_c: Vec<f64>,
 }
 
-impl Series {
+impl BlockSeries {
     /// With blocks so long that the temperature was read in nearly each of them.
     pub(super) fn longest(blocks: &TemperatureBlocks, interval_s: f64, degrees_per_count: f64) -> Self {
         let mut blocks = blocks.clone();

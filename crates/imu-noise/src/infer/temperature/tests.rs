@@ -12,7 +12,7 @@ use crate::{ChannelAccumulator, counts_to_unit};
 const INTERVAL_S: f64 = 0.025;
 
 /// Counts of an axis that are a hundredth of a unit; the temperature is in tenths of a degree.
-struct Record {
+struct SyntheticRecord {
     blocks: TemperatureBlocks,
     axis: Vec<i32>,
 }
@@ -26,7 +26,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-impl Record {
+impl SyntheticRecord {
     /// An axis that follows `temperature_c` (of seconds) by `coefficient`, behind a lag.
     fn new(seconds: usize, temperature_c: impl Fn(f64) -> f64, coefficient: f64, lag_s: f64, seed: u64) -> Self {
         let samples = seconds * 40;
@@ -65,7 +65,7 @@ fn a_coefficient_is_found_with_its_lag() {
     for lag_s in [0.0, 20.0, 60.0] {
         let mut held = 0;
         for seed in 1..=8 {
-            let found = Record::new(1800, cycle, 0.2, lag_s, seed).coefficient();
+            let found = SyntheticRecord::new(1800, cycle, 0.2, lag_s, seed).coefficient();
             assert!((found.value - 0.2).abs() < 0.05 && found.p < 1e-6, "{found:?}");
             held += usize::from(found.lower < 0.2 && 0.2 < found.upper);
             let (shortest, longest) = found.lag_range_s;
@@ -77,14 +77,14 @@ fn a_coefficient_is_found_with_its_lag() {
 
 #[test]
 fn an_axis_that_does_not_follow_has_an_interval_about_zero() {
-    let found: Vec<_> = (1..=20).map(|seed| Record::new(900, cycle, 0.0, 0.0, seed).coefficient()).collect();
+    let found: Vec<_> = (1..=20).map(|seed| SyntheticRecord::new(900, cycle, 0.0, 0.0, seed).coefficient()).collect();
     assert!(found.iter().filter(|found| found.lower < 0.0 && 0.0 < found.upper).count() >= 18);
     assert!(found.iter().filter(|found| found.p < 0.05).count() <= 3);
 }
 
 #[test]
 fn white_noise_alone_has_the_error_of_least_squares() {
-    let record = Record::new(1800, cycle, 0.2, 0.0, 3);
+    let record = SyntheticRecord::new(1800, cycle, 0.2, 0.0, 3);
     let search = record.search().unwrap();
     let axis = search.mixture.axis(&search.series.axes[0]).unwrap();
     // the first noise is white alone, the first lag is none
@@ -101,7 +101,9 @@ fn white_noise_alone_has_the_error_of_least_squares() {
 
 #[test]
 fn a_record_that_cannot_show_one_says_why() {
-    let why = |seconds, temperature_c: fn(f64) -> f64| Record::new(seconds, temperature_c, 0.2, 0.0, 1).search().err();
+    let why = |seconds, temperature_c: fn(f64) -> f64| {
+        SyntheticRecord::new(seconds, temperature_c, 0.2, 0.0, 1).search().err()
+    };
     assert!(matches!(why(20, cycle), Some(NoCoefficient::TooShort { blocks: 25 })), "{:?}", why(20, cycle));
     let little = |time_s: f64| 25.0 + 0.2 * (cycle(time_s) - 25.0) / 2.0;
     let Some(NoCoefficient::Excursion { excursion_c }) = why(900, little) else { panic!() };
@@ -122,7 +124,7 @@ fn a_record_that_cannot_show_one_says_why() {
 
 #[test]
 fn an_axis_that_does_not_vary_has_none() {
-    let mut record = Record::new(900, cycle, 0.2, 0.0, 1);
+    let mut record = SyntheticRecord::new(900, cycle, 0.2, 0.0, 1);
     let mut constant = TemperatureBlocks::new(2);
     constant.push_samples(0, record.axis.len());
     constant.push_axis(0, 0, &record.axis);
@@ -138,7 +140,7 @@ fn an_axis_that_does_not_vary_has_none() {
 
 #[test]
 fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
-    let all = Record::new(1800, cycle, 0.2, 0.0, 5);
+    let all = SyntheticRecord::new(1800, cycle, 0.2, 0.0, 5);
     let mut polled = TemperatureBlocks::new(1);
     polled.push_samples(0, all.axis.len());
     polled.push_axis(0, 0, &all.axis);
@@ -168,9 +170,10 @@ fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
 
 #[test]
 fn what_is_removed_leaves_the_noise() {
-    let (with, without) = (Record::new(1800, cycle, 0.2, 0.0, 9), Record::new(1800, cycle, 0.0, 0.0, 9));
+    let (with, without) =
+        (SyntheticRecord::new(1800, cycle, 0.2, 0.0, 9), SyntheticRecord::new(1800, cycle, 0.0, 0.0, 9));
     let removal = with.search().unwrap().removal(0, 20.0, 0.0).unwrap();
-    let sums = |record: &Record| {
+    let sums = |record: &SyntheticRecord| {
         let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
         channel.push(&record.axis);
         channel.octaves().sums().filter_map(|sum| Some((sum.m, sum.variance_counts2()?))).collect::<Vec<_>>()

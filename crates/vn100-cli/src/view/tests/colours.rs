@@ -9,7 +9,7 @@ use vn100_driver::LinkState;
 use super::{damaged, drawn, measured, one};
 use crate::view::{
     source::SourceView,
-    state::{Axes, Panel, ViewState},
+    state::{Panel, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 
@@ -81,7 +81,7 @@ fn curves_on_each_other_hide_no_sign() {
 #[test]
 fn terminals_get_no_colours_they_do_not_have() {
     for panel in Panel::ALL {
-        let state = ViewState { panel, axes: Axes::One(0), ..one() };
+        let state = ViewState { panel, axes: ShownAxes::One(0), ..one() };
         for (colours, allowed) in [
             (Colours::Sixteen, (|color| !matches!(color, Color::Rgb(..) | Color::Indexed(_))) as fn(Color) -> bool),
             (Colours::None, |color| color == Color::Reset),

@@ -7,7 +7,7 @@ use vn100_pipeline::{Command, Playback, Speed};
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     source::SourceView,
-    state::{Axes, Panel, Question, ViewRequest, ViewState, mouse},
+    state::{Panel, Question, ShownAxes, ViewRequest, ViewState, mouse},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -91,16 +91,16 @@ fn panels_sensors_and_axes_are_chosen() {
     let sources = [measured()];
     assert_eq!(pressed("\t\t", &sources).0.panel, Panel::Statistics);
     assert_eq!(pressed("\t\t\t\t\t", &sources).0.panel, Panel::Allan);
-    assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axes: Axes::One(1), ..one() });
+    assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axes: ShownAxes::One(1), ..one() });
     assert_eq!(pressed("2ya", &sources).0, ViewState { sensor: 1, ..one() });
     assert_eq!(pressed("9", &sources).0, one(), "there is no ninth sensor");
-    assert_eq!(pressed("j", &sources).0.axes, Axes::One(0));
+    assert_eq!(pressed("j", &sources).0.axes, ShownAxes::One(0));
     assert_eq!(
         pressed("jjjj", &sources).0,
-        ViewState { sensor: 1, axes: Axes::One(0), ..one() },
+        ViewState { sensor: 1, axes: ShownAxes::One(0), ..one() },
         "on to the next sensor"
     );
-    assert_eq!(pressed("jjjjk", &sources).0.axes, Axes::One(2));
+    assert_eq!(pressed("jjjjk", &sources).0.axes, ShownAxes::One(2));
     assert!(pressed("e", &sources).0.expanded && !pressed("e\x1b", &sources).0.expanded);
     assert!(pressed("f", &sources).0.frozen && !pressed("ff", &sources).0.frozen);
 }

@@ -27,7 +27,7 @@ use vn100_sim::{Generator, Message, Profile, write_capture};
 use super::{drawn, nothing, one};
 use crate::view::{
     source::{SourcePhase, SourceView},
-    state::{Axes, Panel, ViewState},
+    state::{Panel, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 
@@ -42,7 +42,7 @@ const CELL: (f64, f64) = (8.4, 17.0);
 
 #[test]
 fn every_panel() {
-    check("all-panels", &ViewState { axes: Axes::One(1), ..one() }, (120, 40));
+    check("all-panels", &ViewState { axes: ShownAxes::One(1), ..one() }, (120, 40));
 }
 
 #[test]
