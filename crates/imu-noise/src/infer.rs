@@ -16,6 +16,7 @@ pub(crate) mod power_law;
 pub(crate) mod random_effects;
 pub(crate) mod roll_off;
 pub(crate) mod spectral_lines;
+mod spectral_peak;
 pub(crate) mod spikes;
 pub(crate) mod temperature;
 pub(crate) mod two_sample;

@@ -1,7 +1,7 @@
 //! The codes of documents: the word for each in text and pages, and what it means. The project's
 //! documentation has them as a table.
 
-use vn100_analysis::noise::{Grade, Status, Verdict};
+use vn100_analysis::noise::{Grade, NoCoefficient, Status, Verdict};
 use vn100_analysis::{AxisTemperature, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
 
 /// A code of documents.
@@ -48,11 +48,13 @@ pub const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
             ("bias-not-in-stream", "a filter takes the bias out before the stream has it")
         }
         WhyNoCoefficient::Constant => ("constant", "the values do not vary"),
-        WhyNoCoefficient::TooShort { .. } => {
+        WhyNoCoefficient::Temperature(NoCoefficient::TooShort { .. }) => {
             ("too-short", "fewer than 32 blocks with samples and temperature lie behind one another")
         }
-        WhyNoCoefficient::Excursion { .. } => ("excursion", "the temperature changed by less than 1 °C"),
-        WhyNoCoefficient::OneDirection { .. } => {
+        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => {
+            ("excursion", "the temperature changed by less than 1 °C")
+        }
+        WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { .. }) => {
             ("one-direction", "the temperature only rose or only fell: a drift of any other cause would look the same")
         }
     };

@@ -4,22 +4,17 @@
 use core::f64::consts::PI;
 
 use super::chi_squared;
+use super::spectral_peak::{LOWEST, REACH, interpolated};
 use crate::accumulate::blocks::WINDOW;
 use crate::accumulate::record::Deviation;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
-
-/// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
-const LOWEST: usize = 4;
 
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 25;
 
 /// Probability that the noise alone lifts one point above the threshold.
 const FALSE_ALARM: f64 = 1e-5;
-
-/// Points on either side that a steady line reaches under the Hann window.
-const REACH: usize = 2;
 
 /// Variance in points² of the power of a line of one frequency under the Hann window is 1/3; wider
 /// bands are of a line that drifts.
@@ -123,36 +118,12 @@ fn bands(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
     let Some(threshold) = chi_squared::quantile(1.0 - FALSE_ALARM, freedom).map(|quantile| quantile / freedom) else {
         return Vec::new();
     };
-    let floors = floors(spectrum);
+    let floors = spectrum.floors(SIDE);
     let high: Vec<usize> =
         (LOWEST..=last).filter(|&k| floors[k] > 0.0 && spectrum.powers[k] > threshold * floors[k]).collect();
     // Points of one band are at most the reach of a line apart.
     let bands = high.chunk_by(|a, b| b - a <= 2 * REACH);
     bands.filter_map(|points| band(spectrum, &floors, points, samples)).collect()
-}
-
-/// For each point the median of those around it, as many on either side, so that a slope cancels.
-fn floors(spectrum: &Powers) -> Vec<f64> {
-    let last = spectrum.segment_samples / 2;
-    let mirrored = |k: usize| spectrum.powers[if k > last { 2 * last - k } else { k }];
-    let mut floors = vec![f64::INFINITY; LOWEST.min(last + 1)];
-    // in rising order: from point 1 on at first, then as many on either side
-    let mut around: Vec<f64> = Vec::with_capacity(2 * SIDE + 1);
-    let place = |around: &[f64], power: f64| around.partition_point(|other| other.total_cmp(&power).is_lt());
-    let mut end = 1;
-    for k in LOWEST..=last {
-        let side = SIDE.min(k - 1);
-        while end <= k + side {
-            let power = mirrored(end);
-            around.insert(place(&around, power), power);
-            end += 1;
-        }
-        if around.len() > 2 * side + 1 {
-            around.remove(place(&around, mirrored(k - side - 1)));
-        }
-        floors.push(around[side]);
-    }
-    floors
 }
 
 fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Option<NarrowBand> {
@@ -170,12 +141,7 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
     let mean: f64 = shares.iter().map(|(k, share)| k * share / total).sum();
     let variance: f64 = shares.iter().map(|(k, share)| (k - mean).powi(2) * share / total).sum();
     let parts = if variance < STEADY && peak < last && peak > LOWEST {
-        // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
-        // (1 + δ)/(2 - δ).
-        let (below, here, beyond) = (above(peak - 1).max(0.0), above(peak), above(peak + 1).max(0.0));
-        let ratio = (below.max(beyond) / here).sqrt();
-        let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
-        vec![(frequency(peak as f64 + if beyond >= below { off } else { -off }), frequency(INTERPOLATED), 1.0)]
+        vec![(frequency(interpolated(peak, above)), frequency(INTERPOLATED), 1.0)]
     } else {
         shares.iter().map(|(k, share)| (frequency(*k), frequency(0.5), share / total)).collect()
     };

@@ -1,17 +1,12 @@
 //! Vibration lines of a channel, as they are reported.
 
 use super::chi_squared;
+use super::spectral_peak::{LOWEST, REACH, interpolated, points_on_a_side};
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::spectrum::{Powers, Spectrum};
 
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;
-
-/// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
-const LOWEST: usize = 4;
-
-/// Points on either side that a line reaches under the Hann window.
-const REACH: usize = 2;
 
 /// Probability that a clean record of twelve channels shows a line.
 const FALSE_ALARM: f64 = 1e-4;
@@ -75,13 +70,14 @@ fn peaks(spectrum: &Powers) -> Vec<(usize, f64)> {
     let freedom = 2.0 * spectrum.averages;
     let Some(quantile) = chi_squared::quantile(1.0 - FALSE_ALARM / candidates, freedom) else { return Vec::new() };
     let threshold = quantile / freedom;
+    let floors = spectrum.floors(SIDE);
     let mut peaks = Vec::new();
     for k in LOWEST..=last {
         let power = spectrum.power(k);
         if (1..=REACH).any(|off| power < spectrum.power(k + off) || power <= spectrum.power(k - off)) {
             continue;
         }
-        let (floor, points) = spectrum.floor(k);
+        let (floor, points) = (floors[k], 2 * points_on_a_side(k, SIDE) + 1);
         // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
         let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * points as f64).sqrt();
         if floor > 0.0 && power > floor * threshold * uncertain {
@@ -92,28 +88,9 @@ fn peaks(spectrum: &Powers) -> Vec<(usize, f64)> {
 }
 
 impl Powers {
-    /// The power at point k, mirrored about half the sampling rate as every sampled spectrum is.
-    fn power(&self, k: usize) -> f64 {
-        let last = self.segment_samples / 2;
-        self.powers[if k > last { 2 * last - k } else { k }]
-    }
-
-    /// Median and number of the points around k; as many on either side, so that a slope cancels.
-    fn floor(&self, k: usize) -> (f64, usize) {
-        let side = SIDE.min(k - 1);
-        let mut around: Vec<_> = (k - side..=k + side).map(|k| self.power(k)).collect();
-        around.sort_by(f64::total_cmp);
-        (around[side], around.len())
-    }
-
     fn line(&self, peak: usize, floor: f64, step_hz: f64, decimals: u8) -> SpectralLine {
         let above = |k: usize| (self.power(k) - floor).max(0.0);
-        // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
-        // (1 + δ)/(2 - δ).
-        let (below, here, beyond) = (above(peak - 1), above(peak), above(peak + 1));
-        let ratio = (below.max(beyond) / here).sqrt();
-        let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
-        let place = peak as f64 + if beyond >= below { off } else { -off };
+        let place = interpolated(peak, above);
         let half = self.segment_samples as f64 / 2.0;
         // Points beyond half the sampling rate are the mirror image of those below it, and count once.
         let reach = (peak - REACH)..=(peak + REACH).min(self.segment_samples / 2);

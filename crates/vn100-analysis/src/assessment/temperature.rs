@@ -61,31 +61,8 @@ pub enum WhyNoCoefficient {
     BiasNotInStream,
     /// The values do not vary.
     Constant,
-    /// Too few blocks with samples and temperature lie behind one another.
-    TooShort {
-        /// How many in the longest stretch.
-        blocks: usize,
-    },
-    /// The temperature changed too little.
-    Excursion {
-        /// From the lowest to the highest block mean, in °C.
-        excursion_c: f64,
-    },
-    /// The temperature only rose, or only fell.
-    OneDirection {
-        /// Of temperature and time.
-        correlation: f64,
-    },
-}
-
-impl From<NoCoefficient> for WhyNoCoefficient {
-    fn from(why: NoCoefficient) -> Self {
-        match why {
-            NoCoefficient::TooShort { blocks } => Self::TooShort { blocks },
-            NoCoefficient::Excursion { excursion_c } => Self::Excursion { excursion_c },
-            NoCoefficient::OneDirection { correlation } => Self::OneDirection { correlation },
-        }
-    }
+    /// The record of the temperature does not show one.
+    Temperature(NoCoefficient),
 }
 
 impl WhyNoCoefficient {
@@ -94,9 +71,9 @@ impl WhyNoCoefficient {
         Self::Moved,
         Self::BiasNotInStream,
         Self::Constant,
-        Self::TooShort { blocks: 0 },
-        Self::Excursion { excursion_c: 0.0 },
-        Self::OneDirection { correlation: 1.0 },
+        Self::Temperature(NoCoefficient::TooShort { blocks: 0 }),
+        Self::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
+        Self::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
     ];
 }
 
@@ -106,9 +83,7 @@ impl fmt::Display for WhyNoCoefficient {
             Self::Moved => f.write_str("the sensor was moved"),
             Self::BiasNotInStream => f.write_str("the bias is not in the stream"),
             Self::Constant => f.write_str("the values do not vary"),
-            Self::TooShort { blocks } => NoCoefficient::TooShort { blocks }.fmt(f),
-            Self::Excursion { excursion_c } => NoCoefficient::Excursion { excursion_c }.fmt(f),
-            Self::OneDirection { correlation } => NoCoefficient::OneDirection { correlation }.fmt(f),
+            Self::Temperature(why) => why.fmt(f),
         }
     }
 }
@@ -144,7 +119,7 @@ fn coefficients(
         let axis = axis(place)?;
         Some(match (why_none(place, channel), search) {
             (Some(why), _) => Err(why),
-            (None, Err(why)) => Err((*why).into()),
+            (None, Err(why)) => Err(WhyNoCoefficient::Temperature(*why)),
             (None, Ok(search)) => {
                 search.coefficient(axis, channel.in_unit(1.0), confidence).ok_or(WhyNoCoefficient::Constant)
             }

@@ -1,4 +1,8 @@
 //! White noise, flicker noise and a random walk in many proportions, and regressions beneath each.
+//!
+//! The spectra are those of `level_noise`, which takes the likeliest proportion to find a change of
+//! the level. Here all proportions count, each by its weight: the interval of a coefficient must
+//! contain what is not known of the noise.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
