@@ -34,7 +34,7 @@ pub struct ComparedRecord<'a> {
     pub started_ns: Option<i64>,
 }
 
-/// What several records say of each other. Records are numbered in the order given.
+/// A comparison of several records. Records are numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct Comparison {
     /// Two-sided level of every interval; differences are significant below 1 - confidence.
@@ -43,7 +43,7 @@ pub struct Comparison {
     pub octaves: Vec<OctaveTest>,
     /// By sensor, the records in the order of their white noise.
     pub rankings: Vec<Ranking>,
-    /// By channel of a sensor: the mean in each record, and how far apart they lie.
+    /// By channel of a sensor: the mean in each record, and their differences.
     pub means: Vec<ChannelMeans>,
     /// Events that disturbed a record.
     pub disturbances: Vec<RecordDisturbance>,

@@ -11,7 +11,7 @@ use crate::{
     snapshot::{RateFrom, Snapshot},
 };
 
-/// What a maker says of a sensor's noise.
+/// The noise of a sensor as its maker specifies it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Datasheet {
     /// The sensor.
@@ -55,7 +55,7 @@ pub struct DatasheetFigure {
     pub source: Option<String>,
 }
 
-/// What a measurement says of one figure.
+/// The verdict of a measurement on one figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureVerdict {
     /// The figure.
@@ -70,10 +70,11 @@ pub struct FigureVerdict {
     pub unknown: Option<StreamUnknown>,
     /// Whether the averaging on board is known, which is no matter to other noise than white.
     pub window_known: bool,
-    /// From where to where a sensor at the figure reads in this stream, in SI units; a density of
-    /// unknown sides taken as two-sided.
+    /// Lower and upper value expected in this stream of a sensor at the figure, in SI units; a
+    /// density of unknown sides taken as two-sided.
     pub expected: (f64, f64),
-    /// Of a density of unknown sides, what it says as either; else empty.
+    /// The verdict for each convention where it is not known whether a density is one-sided; else
+    /// empty.
     pub readings: Vec<Reading>,
 }
 
@@ -84,11 +85,11 @@ pub struct Reading {
     pub sides: Sides,
     /// The verdict if that was meant.
     pub verdict: Verdict,
-    /// From where to where a sensor at the figure reads then in this stream, in SI units.
+    /// Lower and upper value then expected in this stream, in SI units.
     pub expected: (f64, f64),
 }
 
-/// What a measurement says of all figures of a data sheet.
+/// The verdicts of a measurement on all figures of a data sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdicts {
     /// Name of the sheet.
@@ -118,7 +119,7 @@ fn floor_of_flicker() -> f64 {
 }
 
 impl Datasheet {
-    /// What the assessment of a snapshot says of every figure.
+    /// The verdict of an assessment on every figure.
     ///
     /// White noise is compared with the figure times what averaging and decimation on board make of
     /// it; where these are unknown it neither passes nor fails. Neither of them changes B. All but

@@ -64,7 +64,7 @@ impl Goal {
         self.relative_half_width > WIDEST || least <= self.relative_half_width
     }
 
-    /// Whether each axis meant meets it, whatever the others say of it.
+    /// Whether each selected axis meets it, independently of the others.
     fn is_met_by_each(&self, snapshot: &Snapshot, axes: &mut SingleAxes<'_>) -> bool {
         let mut concerned = (snapshot.layout_channels().iter().enumerate())
             .filter(|(_, channel)| self.figure.concerns(channel))

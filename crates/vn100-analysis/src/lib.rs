@@ -1,5 +1,5 @@
-//! From batches of samples to statistics, and what they say of the sensor. Pure: no task, no clock,
-//! no file.
+//! From batches of samples to statistics, and from these to an assessment of the sensor. Pure: no
+//! task, no clock, no file.
 //!
 //! [`Analysis`] takes batches and gives a [`Snapshot`] of all numbers at any time; an
 //! [`Assessment`] is what a snapshot says at one level of confidence. [`Datasheet`],

@@ -38,11 +38,11 @@ pub struct Want {
 /// How well a figure shall be known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Known {
-    /// It is seen, at the size that is typical.
+    /// It is detected, at its typical size.
     Seen,
     /// Half the width of its interval over the value is so much at most.
     Within(f64),
-    /// It is seen if it is so large, in SI units.
+    /// It is detected if it is at least so large, in SI units.
     AtLeast(f64),
     /// Whether it lies above or below this limit is decided, in SI units.
     AtMost(f64),
@@ -153,7 +153,7 @@ impl fmt::Display for Want {
             Known::AtLeast(value) | Known::AtMost(value) => {
                 let sign = if matches!(self.known, Known::AtMost(_)) { "<=" } else { ">=" };
                 let unit = conventions(self.figure.sensor, self.figure.term).first().map_or("", |si| si.unit);
-                // rounded, without the zeros behind
+                // rounded, without trailing zeros
                 let digits = format!("{value:.3e}").parse().unwrap_or(value);
                 write!(f, "{} {sign} {digits:e} {unit}", self.figure)
             }
@@ -191,7 +191,7 @@ pub struct Plan {
     pub baud: BaudRate,
     /// To be excluded at the beginning, in seconds.
     pub warm_up_s: f64,
-    /// Length behind the warm-up in seconds, rounded up; `None` where something is out of reach.
+    /// Length after the warm-up in seconds, rounded up; `None` where something is out of reach.
     pub record_s: Option<f64>,
 }
 
@@ -200,7 +200,7 @@ pub struct Plan {
 pub struct PlannedWant {
     /// What is wanted.
     pub want: Want,
-    /// Seconds behind the warm-up; `None` where 100 days are too short.
+    /// Seconds after the warm-up; `None` where 100 days are too short.
     pub record_s: Option<f64>,
     /// For a random walk: seconds if the sensor had no bias instability that hides it.
     pub without_bias_instability_s: Option<f64>,

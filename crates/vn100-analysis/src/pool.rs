@@ -69,9 +69,9 @@ pub struct PooledOctave {
 pub struct PooledParameter {
     /// Which.
     pub term: Term,
-    /// What each recording says of it; `None` for one that is excluded.
+    /// The estimate of each recording; `None` for one that is excluded.
     pub parts: Vec<Option<Parameter>>,
-    /// From three estimates on; below that they stand side by side.
+    /// From three estimates on; fewer are only listed.
     pub pooled: Option<RandomEffects>,
     /// Where three recordings or more bound it and none estimates it: the bound of all, if it is
     /// the same in all.

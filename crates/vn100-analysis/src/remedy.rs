@@ -18,7 +18,7 @@ pub enum Remedy {
     MapColumns,
     /// Give the data sheet of the sensor.
     GiveDatasheet,
-    /// Say what register 85 was.
+    /// State the setting of register 85.
     GiveWindow,
     /// Take what is typical for a limit.
     TypicalIsLimit,
@@ -38,7 +38,7 @@ pub enum Remedy {
     ExportKalibr,
     /// Fit the models for filters, which bound what is not estimated.
     FilterModels,
-    /// Say that the sensor was not switched off between two records.
+    /// State that the sensor was not switched off between two records.
     SayStayedOn,
 }
 

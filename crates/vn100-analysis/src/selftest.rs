@@ -26,7 +26,7 @@ pub struct SelfTestCheck {
     pub m: Option<u64>,
     /// As it is printed.
     pub reference: &'static str,
-    /// `None` where nothing came out.
+    /// `None` without a result.
     pub ours: Option<f64>,
     /// Largest relative difference that is none: the last digit printed, or rounding.
     pub tolerance: f64,

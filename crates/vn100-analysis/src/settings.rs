@@ -40,7 +40,7 @@ pub struct Settings {
     pub duration: Option<Duration>,
     /// What is removed from each channel before its deviation is taken.
     pub detrend: Option<Detrend>,
-    /// Look for quantisation noise too, beside the other terms.
+    /// Fit quantisation noise in addition to the other terms.
     pub quantization: bool,
     /// The averaging window of gyroscope and accelerometer that register 85 had, in refreshes,
     /// where the stream does not carry the register.

@@ -109,7 +109,7 @@ impl Snapshot {
         self.arrivals.as_ref()?.samples_held()
     }
 
-    /// How the octaves of every channel came about.
+    /// How the octaves of every channel were computed.
     #[must_use]
     pub fn shape(&self) -> RecordShape {
         RecordShape {
@@ -264,7 +264,7 @@ impl RateFrom {
 pub struct ChannelSnapshot {
     /// Mean, spread and extremes.
     pub moments: Moments,
-    /// Which values came how often.
+    /// How often each value occurred.
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
@@ -282,11 +282,11 @@ pub struct ChannelSnapshot {
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,
-    /// What the temperature made of the channel, where it was removed.
+    /// The contribution of the temperature to the channel, where it was removed.
     pub removed_temperature: Option<RemovedTemperature>,
 }
 
-/// What the temperature made of a channel, and its deviation before that was removed.
+/// The contribution of the temperature to a channel, and the deviation before its removal.
 #[derive(Debug, Clone)]
 pub struct RemovedTemperature {
     /// What was removed.

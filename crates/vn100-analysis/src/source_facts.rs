@@ -85,7 +85,7 @@ pub enum LinkStatus {
     Scanning,
     /// The sensor's output is received.
     Connected,
-    /// The port is open and nothing comes on it.
+    /// The port is open and no bytes arrive.
     Silent,
     /// A connection was lost; it is opened again.
     Lost,

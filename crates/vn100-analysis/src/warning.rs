@@ -44,7 +44,7 @@ pub enum WarningKind {
     RejectedLines,
     /// Lines carry no checksum.
     UncheckedLines,
-    /// Lines came again.
+    /// Lines repeat earlier ones.
     RepeatedLines,
     /// The sensor's printed resolution changed in mid-stream.
     PrintFormat,
@@ -52,7 +52,7 @@ pub enum WarningKind {
     StuckDigits,
     /// A spectrum has peaks: something shakes the sensor.
     VibrationLine,
-    /// Noise that is correlated over seconds lies beside the white noise.
+    /// Besides white noise there is noise correlated over seconds.
     CorrelatedNoise,
     /// A filter slower than the output takes the high frequencies.
     LowPass,

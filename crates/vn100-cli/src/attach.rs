@@ -40,7 +40,7 @@ pub(crate) fn attach(args: AttachArgs, format: OutputFormat) -> Result<Completio
     }
     let conditions = read_conditions(args.recording.meta.as_deref())?;
     let log = args.link.log.clone();
-    // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
+    // there is little work, in small pieces: a second worker would be woken for each and find nothing to do
     let mut runtime = Builder::new_multi_thread();
     run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
 }
@@ -90,7 +90,7 @@ async fn attach_all(
             let measured = source.await.context(FAULT).and_then(|measured| measured);
             written = written.and(measured.and_then(|measured| job.status.suspend(|| writer.write(&measured))));
             if written.is_err() {
-                // the others end in order: with whole recordings and restored settings
+                // the other sources end properly: recordings complete, settings restored
                 stop.cancel();
             }
         }
@@ -104,7 +104,7 @@ struct Job {
     settings: Settings,
     evaluation: Arc<Evaluation>,
     format: OutputFormat,
-    /// As the user wrote them down.
+    /// As given by the user.
     conditions: BTreeMap<String, String>,
     status: StatusLines,
     log: Entries,
@@ -149,7 +149,7 @@ impl Job {
 
 async fn attach_one(
     session: Session,
-    // stays on until the sensor is set back
+    // powered until the settings are restored
     _emulated: Option<EmulatedPort>,
     job: Arc<Job>,
     stop: CancellationToken,
@@ -196,7 +196,7 @@ async fn follow(
     let mut ticks = time::interval(StatusLines::PERIOD);
     loop {
         tokio::select! {
-            // those that wait stand before the result
+            // pending messages are written before the result
             biased;
             Some(event) = session.events.recv() => report(event),
             result = &mut session.result => return result.context(FAULT),
@@ -216,7 +216,7 @@ async fn follow(
                     line.report_link(now);
                 }
                 link.clone_from(&state.link);
-                // a writer that stalls misses seconds and delays nothing
+                // a stalled writer misses seconds; the measurement is not delayed
                 let second = state.snapshot.timing.duration_s() as u64;
                 if job.format == OutputFormat::Ndjson && written.is_ok() && second > written_second {
                     written_second = second;

@@ -1,4 +1,4 @@
-//! `vn100 compare`: captures side by side. What stands between them first, then who is quietest,
+//! `vn100 compare`: captures side by side. Differences of the setup first, then the ranking,
 //! what differs, and how far means lie apart.
 
 use std::fmt::{self, Write};

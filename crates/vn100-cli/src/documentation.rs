@@ -1,5 +1,5 @@
-//! `vn100 completions` and `vn100 man`: the command line for shells and as manual pages, made of
-//! the same words as `--help`.
+//! `vn100 completions` and `vn100 man`: the command line for shells and as manual pages, from the
+//! texts of `--help`.
 
 use std::{fs::File, io::Write, path::Path};
 

@@ -1,4 +1,4 @@
-//! How the program speaks and ends: the exit codes scripts rely on, the one place that writes
+//! Output and end of the program: the exit codes scripts rely on, the one place that writes
 //! results and errors, and the signals that end the data first and the program then.
 
 use std::{
@@ -78,7 +78,7 @@ fn printable_lines(text: &str) -> String {
 /// The code of a process that Ctrl-C has ended.
 const KILLED_BY_INTERRUPT: i32 = 130;
 
-/// Who knows what to do when the terminal hangs up, as at the end of a remote session.
+/// What handles a hang-up of the terminal, as at the end of a remote session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HangUp {
     /// It ends the data too; not under `nohup`.
@@ -157,7 +157,7 @@ impl Signals {
 
     async fn next(&mut self) {
         if tokio::signal::ctrl_c().await.is_err() {
-            // nothing will ever come
+            // no signal exists on this system
             std::future::pending::<()>().await;
         }
     }

@@ -68,7 +68,7 @@ fn link_hint(hint: LinkHint) -> &'static str {
 /// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
 const ON_FOR: Duration = Duration::from_secs(2);
 
-/// Stays on while this is there.
+/// The sensor is powered until this is dropped.
 pub(crate) struct EmulatedPort {
     name: PathBuf,
     sensor: Arc<PtySensor>,
@@ -90,10 +90,10 @@ impl EmulatedPort {
     }
 }
 
-/// The port of the moment; `None` while the sensor is unplugged.
+/// The current port; `None` while the sensor is unplugged.
 fn plugged_in(sensor: &Weak<PtySensor>, adapter_number: &str) -> Option<PortEntry> {
     let path = sensor.upgrade()?.path();
-    // without a port its name leads nowhere
+    // without a port its name resolves to nothing
     let device = fs::canonicalize(path).ok()?;
     let usb = UsbAdapter {
         vendor_id: 0x0403,

@@ -84,7 +84,7 @@ impl Log {
 impl Drop for Log {
     fn drop(&mut self) {
         if let Some(sender) = &self.entries.sender {
-            // behind all entries; a writer that is gone needs no end
+            // after all entries; a writer that has ended needs no end mark
             let _ = sender.send(None);
         }
         if let Some(writer) = self.writer.take() {
@@ -165,7 +165,7 @@ pub(crate) fn takes_terminal(args: &LogArgs) -> bool {
 }
 
 fn create(path: &Path) -> Result<File> {
-    // also where a link leads nowhere
+    // also for a dangling link
     File::create_new(path).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log never replaces a file", path.display()),
         _ => anyhow::Error::new(error).context(format!("cannot make the log {}", path.display())),

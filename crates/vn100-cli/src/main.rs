@@ -1,5 +1,5 @@
-//! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. The table of contents of
-//! the program.
+//! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. Dispatches to the
+//! commands.
 
 mod args;
 mod attach;

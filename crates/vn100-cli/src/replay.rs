@@ -96,7 +96,7 @@ async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation
     let report = |event| words::event(&name, event).into_iter().for_each(|text| messages.push(text));
     let result = loop {
         tokio::select! {
-            // those that wait stand before the result
+            // pending messages are written before the result
             biased;
             Some(event) = session.events.recv() => report(event),
             result = &mut session.result => break result.context(FAULT)?,
@@ -178,7 +178,7 @@ async fn follow(mut session: Session, progress: &ProgressBar) -> Result<SessionR
     let mut shown = 0;
     loop {
         tokio::select! {
-            // those that wait stand before the result
+            // pending messages are written before the result
             biased;
             Some(state) = session.seconds.recv() => print_state(&state)?,
             result = &mut session.result => return result.context(FAULT),
@@ -191,7 +191,7 @@ async fn follow(mut session: Session, progress: &ProgressBar) -> Result<SessionR
     }
 }
 
-/// The size of a regular file; nothing else knows how much it will bring.
+/// The size of a regular file; no other source has a known size.
 fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
 }

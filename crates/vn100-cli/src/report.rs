@@ -111,7 +111,7 @@ fn option_text(args: &ReportArgs) -> String {
 
 /// Of the stored bytes, compressed or not; `None` where they cannot be read again.
 fn capture_file(path: &Path) -> Option<FileFacts> {
-    // a second reading of anything but a file would wait, or bring something else
+    // only a file gives the same bytes when it is read twice
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
     if is_file { digest(path).ok() } else { None }
 }

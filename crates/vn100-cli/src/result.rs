@@ -1,4 +1,4 @@
-//! What sessions came to, evaluated and written to standard output.
+//! Results of sessions, evaluated and written to standard output.
 
 use std::{io, sync::Arc};
 
@@ -19,12 +19,12 @@ use crate::{
     words::{self, remedy_words},
 };
 
-/// A task of the measurement died.
+/// A task of the measurement panicked.
 pub(crate) const FAULT: &str = "the measurement stopped by a fault of this program";
 
 pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
     let evaluation = Arc::clone(evaluation);
-    // it takes its time, in which other sources are measured
+    // it is slow: other sources are measured meanwhile
     Ok(task::spawn_blocking(move || evaluation.complete(measured(result))).await?)
 }
 
@@ -48,7 +48,7 @@ fn measured(result: SessionResult) -> Measured {
     facts.error = failed;
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
     if matches!(*end, EndReason::NotStarted(StartError::Recording(_))) {
-        // the source itself may be well
+        // the source itself may be fine
         measured.completion = Completion::Failed;
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
@@ -70,7 +70,7 @@ fn missing_times(measured: &Measured) -> Option<String> {
     (!missing.is_empty()).then(|| format!("{}: {}", measured.facts.name, missing.join("; ")))
 }
 
-/// What became of the recording that was made meanwhile. Where it failed the result says so, and
+/// The outcome of the recording made meanwhile. Where it failed the result says so, and
 /// the command has failed.
 fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64) {
     let path = recording.path.display();
@@ -148,7 +148,7 @@ impl ResultWriter {
         Ok(())
     }
 
-    /// After the last: writes what was kept, and gives what became of the command.
+    /// After the last: writes what was kept, and returns the outcome of the command.
     pub(crate) fn finish(self) -> Result<Completion> {
         if self.format == OutputFormat::Json {
             match &self.documents[..] {

@@ -110,7 +110,7 @@ fn make_room(output: &Path) -> Result<()> {
             fs::remove_file(output).with_context(|| format!("cannot replace {}", output.display()))
         }
         Ok(_) => bail!("{} is not a file of its own, and --force replaces nothing else", output.display()),
-        // whatever else is wrong shows when it is written
+        // any other problem is reported by the write
         Err(_) => Ok(()),
     }
 }

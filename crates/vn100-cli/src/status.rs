@@ -18,7 +18,7 @@ use crate::{
 #[derive(Clone)]
 pub(crate) struct StatusLines {
     lines: MultiProgress,
-    /// Where words go while a view has the terminal.
+    /// Takes messages while a view has the terminal.
     view: Option<MessageQueue>,
 }
 
@@ -52,7 +52,7 @@ impl StatusLines {
         StatusLine { bar, status, name, reported: None, failure_reported: false, hint_reported: false }
     }
 
-    /// Takes the lines away while `print` writes to the terminal.
+    /// Clears the lines while `print` writes to the terminal.
     pub(crate) fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
         self.lines.suspend(print)
     }

@@ -1,4 +1,4 @@
-//! A capture's result as text for people: what is wrong first, then the statistics, then the
+//! A capture's result as text for people: problems first, then the statistics, then the
 //! deviations.
 
 mod noise;
@@ -61,7 +61,7 @@ pub(crate) fn result(measured: &Measured) -> String {
     text(|out| write_result(out, measured))
 }
 
-/// What came and what may be wrong with it. Ends with a line feed.
+/// The input and its possible problems. Ends with a line feed.
 pub(crate) fn summary(measured: &Measured) -> String {
     text(|out| write_summary(out, measured))
 }

@@ -19,7 +19,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::SensorConfigured(configured) => describe(&configured),
         SessionEvent::SettingsRestored { output_paused: false } => RESTORED.into(),
         SessionEvent::SettingsRestored { output_paused: true } => format!("{RESTORED}, with its output paused"),
-        // it says itself what stays
+        // its own text names the settings that remain
         SessionEvent::SettingsNotRestored { error: error @ SetupError::Configure(_), .. } => {
             format!("could not be put back as it was: {}", chain(&error))
         }

@@ -93,7 +93,7 @@ impl Default for DeviceConfig {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BootPhase {
-    /// Silent and deaf.
+    /// Neither sends nor receives.
     Booting { until_ns: u64 },
     /// Ticks are counted.
     Running { since_ns: u64 },
@@ -110,7 +110,7 @@ pub struct Device {
     flash: Registers,
     started_with: Registers,
     sensor: SensorModel,
-    /// What `registers` make of raw values.
+    /// The processing that `registers` ask for.
     processing: Processing,
     /// What the integrals were when they were last taken.
     deltas: Deltas,
@@ -168,7 +168,7 @@ impl Device {
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         self.advance(ns(now));
         for byte in bytes {
-            // a restart makes it deaf
+            // it receives nothing during a restart
             if self.run.restart_ns.is_some() || matches!(self.phase, BootPhase::Booting { .. }) {
                 return;
             }
@@ -283,7 +283,7 @@ impl Device {
         self.run.flash_until_ns = None;
         self.flash = self.registers.clone();
         self.answer("VNWNV");
-        // commands that came meanwhile
+        // commands received meanwhile
         while self.run.flash_until_ns.is_none() && self.run.restart_ns.is_none() {
             let Some(line) = self.run.waiting.pop_front() else { break };
             self.execute_line(&line);

@@ -88,10 +88,10 @@ pub enum FaultPlanError {
         "`{0}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"
     )]
     Unknown(String),
-    /// A fault must say when.
+    /// A fault needs a time.
     #[error("`{0}` does not say when: write `@` and a time from power-up behind its name, such as `@12.5s`")]
     WhenMissing(String),
-    /// A fault must say how long.
+    /// A fault needs a duration.
     #[error("`{0}` does not say how long: write `+` and a time behind the first, such as `@10s+2s`")]
     LengthMissing(String),
     /// This is no time.
@@ -110,7 +110,7 @@ pub enum FaultPlanError {
         /// The part that is wrong.
         text: String,
     },
-    /// What stands behind the colon is not for this fault.
+    /// The option after the colon is not one of this fault.
     #[error(
         "`{detail}` behind the colon does not fit `{item}`: flip takes bit0 to bit7, unplug with two times takes other, baud needs one of {}",
         BaudRate::ALL.map(|rate| rate.to_string()).join(", ")

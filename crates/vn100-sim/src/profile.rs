@@ -28,7 +28,7 @@ pub struct ChannelProfile {
 /// The truth of an emulated sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// The name it is asked for by.
+    /// The name that selects it.
     pub name: &'static str,
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).

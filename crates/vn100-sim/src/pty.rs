@@ -34,7 +34,7 @@ pub use server::{PtySensor, serve};
 /// How the sensor is connected.
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
-    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one
+    /// A symbolic link to the current pseudo-terminal. It is made anew where one
     /// exists, and removed at the end. A sensor that returns under another name has it with `-1`
     /// behind.
     pub link: Option<PathBuf>,
@@ -49,7 +49,7 @@ pub struct PtyOptions {
     pub on_for: Duration,
 }
 
-/// What has passed.
+/// Byte counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PtyStats {
     /// How often the port was opened.
@@ -87,12 +87,12 @@ pub enum PtyError {
         /// Where it should be.
         path: PathBuf,
     },
-    /// A link in its place leads to something, as to the port of another sensor.
+    /// A link of that name has a target, such as the port of another sensor.
     #[error("{} leads to {} already: end what is there, or choose another place for the link", path.display(), leads_to.display())]
     LinkInUse {
         /// Where it should be.
         path: PathBuf,
-        /// What is reached by it.
+        /// The target of that link.
         leads_to: PathBuf,
     },
     /// The thread of the sensor cannot be started.
@@ -123,13 +123,13 @@ impl PtySensor {
         match *self {}
     }
 
-    /// What has passed so far.
+    /// Byte counts so far.
     #[must_use]
     pub fn stats(&self) -> PtyStats {
         match *self {}
     }
 
-    /// Takes the sensor away.
+    /// Unplugs the sensor.
     ///
     /// # Errors
     /// None here.

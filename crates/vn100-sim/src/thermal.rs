@@ -62,7 +62,7 @@ impl Thermal {
     }
 }
 
-/// What is asked of the temperature cannot be.
+/// The options of the temperature are impossible.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "\"{item}\" is no thermal truth: give gyro=DEG_S_C accel=MG_C lag=S heating=C warm-up=S cycle=C period=S age=S, times above 0 but lag and \

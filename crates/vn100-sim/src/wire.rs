@@ -121,7 +121,7 @@ impl Wire {
         host
     }
 
-    /// Lets the faults that are no matter of bytes happen by `now`; call it until it gives `None`.
+    /// Applies the faults of the whole link due by `now`; call it until it returns `None`.
     pub fn poll_plug(&mut self, now: Duration) -> Option<PlugEvent> {
         while let Some((at, event)) = self.faults.take_event(now) {
             match event {

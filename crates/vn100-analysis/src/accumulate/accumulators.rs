@@ -32,7 +32,7 @@ pub(crate) struct Accumulators {
     quaternion: Option<QuaternionSign>,
     /// Only if the temperature is known, from its first reading on.
     pub(super) temperature: Option<TemperatureRecord>,
-    /// Absolute index behind the last row.
+    /// Absolute index after the last row.
     end: u64,
     /// Only if asked for.
     pub(super) recent: Option<Recent>,
@@ -52,7 +52,7 @@ pub(crate) struct Accumulators {
 /// Rows are added so many at a time.
 const HELD_ROWS: usize = 64;
 
-/// Where rows stand, and how they are kept for a screen.
+/// Indices of rows, and how they are kept for a screen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Rows {
     first_index: u64,
@@ -166,7 +166,7 @@ impl Accumulators {
         }
     }
 
-    /// The temperature as the sensor answered behind the last row, in counts; unused before the
+    /// The temperature the sensor reported after the last row, in counts; unused before the
     /// first row, and where the stream has it.
     pub(crate) fn push_reading(&mut self, counts: i32) {
         let (Some(layout), Some(last)) = (self.layout.clone(), self.end.checked_sub(1)) else { return };

@@ -107,7 +107,7 @@ impl Analysis {
         self.last_row_ns.is_some() || self.outages.times > 0
     }
 
-    /// Takes what one read brought.
+    /// Takes the batch of one read.
     pub fn absorb(&mut self, batch: &Batch) {
         self.link = batch.link;
         self.last_row_ns = batch.arrivals.last().map(|arrival| arrival.at_ns).or(self.last_row_ns);

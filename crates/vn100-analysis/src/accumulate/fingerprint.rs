@@ -35,7 +35,7 @@ impl Fingerprint {
         self.thin_out();
     }
 
-    /// Adds the rows behind these.
+    /// Adds the rows that follow.
     pub(crate) fn append(&mut self, next: &Self) {
         self.zeros = self.zeros.max(next.zeros);
         self.hashes.extend(&next.hashes);

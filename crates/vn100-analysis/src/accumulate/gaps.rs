@@ -58,7 +58,7 @@ impl Gaps {
         self.by_rejected += next.by_rejected;
     }
 
-    /// Forgets them: a gap of unknown length stands before the next row.
+    /// Forgets them: a gap of unknown length precedes the next row.
     pub(crate) fn forget_rejected(&mut self) {
         self.pending_rejected = 0;
     }

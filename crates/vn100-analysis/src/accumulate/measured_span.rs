@@ -21,7 +21,7 @@ pub(crate) struct MeasuredSpan {
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
-    /// A break stands before the first sample that counts.
+    /// A break precedes the first sample that counts.
     pub(super) begins_anew: bool,
 }
 
@@ -134,7 +134,7 @@ impl MeasuredSpan {
         (self.skip, self.index, self.start.index) = (skip, 0, 0);
     }
 
-    /// `pending` data time comes on top.
+    /// `pending` data time is added.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
         let is_passed = self.has_rows() && self.index >= self.end(rate_hz);
         let is_asked_for = |duration| self.data_time(rate_hz).saturating_add(pending) >= duration;

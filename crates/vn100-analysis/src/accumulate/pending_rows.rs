@@ -181,7 +181,7 @@ mod tests {
             let mut batch = batch(first, &[0; 3]);
             batch.marks = vec![mark(0), mark(1), mark(1), mark(3)];
             pending.push(&batch);
-            // the last one waits for a row behind it
+            // the last one waits for a following row
             let before = if first == 0 { vec![-1] } else { vec![-1, -1] };
             let expected = [before, vec![first, -1, -1, first + 1, first + 2]].concat();
             assert_eq!(resolved(&mut pending), expected);

@@ -1,4 +1,4 @@
-//! Who decides the sample rate, and what a change of it does.
+//! Which source decides the sample rate, and what a change of it does.
 
 use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, MESSAGES, OUTPUT_RATES_HZ};
@@ -32,8 +32,8 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
     if is_output { &OUTPUT_RATES } else { &[] }
 }
 
-/// Who gave the sample rate of a record, when it was wrong, and when it changed. The user outranks
-/// the sensor, the sensor arrival times, and these the default. A deviation has one sample
+/// The source of the sample rate of a record, when it was wrong, and when it changed. The user
+/// outranks the sensor, the sensor arrival times, and these the default. A deviation has one sample
 /// interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
@@ -53,7 +53,7 @@ pub(crate) struct RateAuthority {
 pub(crate) struct Rate {
     pub(crate) hz: f64,
     pub(crate) from: RateFrom,
-    /// By how many samples arrival times decided, where too few came to be sure.
+    /// How many samples arrival times decided by, where these are too few to be sure.
     pub(crate) by_few: Option<u64>,
 }
 
@@ -225,7 +225,7 @@ impl RateAuthority {
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// Excluded samples say nothing of the record.
+    /// Excluded samples are no evidence.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);

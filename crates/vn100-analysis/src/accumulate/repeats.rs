@@ -70,7 +70,7 @@ impl Repeats {
         self.in_passes.max(if is_chance { 0 } else { twice })
     }
 
-    /// Adds the rows behind these. Whether they come again as a loop is not known: they would have
+    /// Adds the rows that follow. Whether they come again as a loop is not known: they would have
     /// to be compared with these one by one.
     pub(crate) fn append(&mut self, next: &Self) {
         let alike = |one: Option<u64>, other: Option<u64>| u64::from(one.is_some() && one == other);
@@ -96,7 +96,7 @@ impl Repeats {
             self.first = if self.first[0].is_none() { [Some(row), None] } else { [self.first[0], Some(row)] };
         }
         if self.beginning.len() < BEGINNING {
-            // rows that stand still mark nothing
+            // constant rows identify no place
             if is_like_last {
                 self.beginning.clear();
                 self.sums.clear();

@@ -70,7 +70,7 @@ impl SensorReplies {
         }
     }
 
-    /// The link is lost after so many samples: perhaps another sensor replies next.
+    /// The link is lost after so many samples: the next reply may be another sensor's.
     pub(crate) fn mark_break(&mut self, samples: u64) {
         self.before_break = Some((self.registers.clone(), samples));
     }

@@ -18,7 +18,7 @@ use crate::{
 ///
 /// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s², quiet or on a
 /// shaking table. Of six records of cars, walks and hands the slowest has 0.10 rad/s and 0.68 m/s².
-/// A bumped table lasts too short to come near.
+/// A bump of the table is too short to reach them.
 const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
 
@@ -113,7 +113,7 @@ const GRAVITY_TOLERANCE_M_S2: f64 = 0.6;
 /// The Earth's field at its surface, in gauss (0.22 to 0.67).
 const FIELD_GAUSS: std::ops::RangeInclusive<f64> = 0.22..=0.67;
 
-/// Heading deviates by so much more than pitch and roll where the magnetometer makes it.
+/// Ratio of the heading's deviation to that of pitch and roll when the magnetometer dominates it.
 const YAW_FACTOR: f64 = 2.0;
 
 type AssessedAxis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);

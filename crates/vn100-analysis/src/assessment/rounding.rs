@@ -18,8 +18,8 @@ pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> b
     deviation.is_some_and(|deviation| channel.in_unit(deviation) < LEAST_NOISE_STEPS * results.step(channel))
 }
 
-/// The terms whose values would be those of the rounding. A walk or a ramp that goes over several
-/// steps shows all the same.
+/// The terms whose values would be those of the rounding. A walk or a ramp over several steps is
+/// still detected.
 pub(super) fn hidden_terms(channel: &Channel, results: &ChannelSnapshot) -> &'static [Term] {
     const WITHIN_A_STEP: [Term; 3] = [Term::Quantization, Term::White, Term::BiasInstability];
     if results.moments.count() < LEAST_SAMPLES || !is_rounded_away(channel, results) {

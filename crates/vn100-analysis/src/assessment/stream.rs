@@ -1,5 +1,5 @@
-//! What stands between the sensor and its stream: averaging and decimation on board, a filter of
-//! the bias, rounding.
+//! What changes the noise between the sensor and its stream: averaging and decimation on board, a
+//! filter of the bias, rounding.
 
 use imu_noise::BoxcarWindow;
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
@@ -32,7 +32,7 @@ pub struct Onboard {
 pub enum WindowFrom {
     /// Register 85, within the stream.
     Register,
-    /// The user says what register 85 was.
+    /// The user gave the setting of register 85.
     Given,
     /// The sensor's factory default, which may have been changed.
     Default,
@@ -51,7 +51,7 @@ impl Onboard {
     /// at 40 Hz with a window of four refreshes were 2.17 to 2.47 where the formula gives 2.236.
     pub const UNCERTAINTY: f64 = 0.10;
 
-    /// [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise folds. Where the windows cover all
+    /// [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise is aliased. Where the windows cover all
     /// refreshes evenly, the density at low frequencies stays as it is, whatever the roll-off.
     pub(crate) fn uncertainty_of(window: BoxcarWindow) -> f64 {
         const EXACT: f64 = 1e-9;

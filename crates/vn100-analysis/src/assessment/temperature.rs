@@ -164,7 +164,7 @@ fn removal(
     search.removal(axis, coefficient.value / channel.in_unit(1.0), coefficient.lag_s)
 }
 
-/// The axes that the temperature makes look noisier than they are.
+/// The axes whose noise the temperature exaggerates.
 pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Option<Warning> {
     let following = |(channel, _, assessed)| -> Option<(&Channel, f64)> {
         let assessed: &ChannelAssessment = assessed;

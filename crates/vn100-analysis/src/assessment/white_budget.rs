@@ -5,7 +5,7 @@ use imu_noise::{Parameter, Status, TimebaseSummary};
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};
 
-/// What N is uncertain by. The scale factor of the sensor is none of these: a record at rest does
+/// The uncertainty of N. The scale factor of the sensor is none of these: a record at rest does
 /// not show it, and its relative error is that of N as well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhiteBudget {
@@ -31,7 +31,7 @@ pub struct RateShare {
     pub relative: Option<f64>,
 }
 
-/// What averaging and decimation on board make of white noise: N in the stream over that of the
+/// The effect of averaging and decimation on board on white noise: N in the stream over that of the
 /// sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aliasing {
@@ -41,7 +41,7 @@ pub struct Aliasing {
     pub uncertainty: f64,
     /// Where the window comes from.
     pub window_from: WindowFrom,
-    /// The factor without any averaging, the most that any window makes of it.
+    /// The factor without any averaging, the largest of any window.
     pub most: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The means of each channel, how far they lie apart, and whether noise alone takes them there.
+//! The means of each channel, their differences, and whether noise alone explains these.
 
 use imu_noise::{
     Spread, SquaredAmplitude, Status, Stretch, Term, VarianceEstimate, mean_difference_test, standard_error_of_mean,
@@ -53,18 +53,18 @@ pub struct MeanError {
     pub tau_s: f64,
 }
 
-/// How far two means lie apart.
+/// The difference of two means.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanDifference {
     /// The two records.
     pub records: [usize; 2],
     /// The second mean less the first, in the unit of the channel.
     pub difference: f64,
-    /// Whether noise makes that, or why nothing says so.
+    /// Whether noise explains it, or why that is unknown.
     pub test: Result<MeanTest, Untested>,
 }
 
-/// A difference of means beside what noise makes of it.
+/// A difference of means compared with that expected from noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanTest {
     /// Of the difference, under the N, B and K of both records and the time between them; in the
@@ -76,7 +76,7 @@ pub struct MeanTest {
     pub chance: Chance,
 }
 
-/// Why nothing says whether noise makes two means differ so.
+/// Why it is unknown whether noise explains the difference of two means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Untested {
     /// They are of several sensors.
@@ -109,7 +109,7 @@ impl Untested {
     }
 }
 
-/// What a record says of the noise of one channel, at all averaging times.
+/// The noise of one channel as estimated from a record, at all averaging times.
 #[derive(Debug, Clone, Copy)]
 struct RecordNoise {
     white: VarianceEstimate,
@@ -230,7 +230,7 @@ impl RecordNoise {
         Some(Self { white: squared, flicker: of(Term::BiasInstability)?, walk: of(Term::RateRandomWalk)? })
     }
 
-    /// What both records say of slow noise: each white noise is its record's own.
+    /// Slow noise as estimated from both records; white noise is each record's own.
     fn slow(&self, other: &Self) -> [(Term, VarianceEstimate); 2] {
         [
             (Term::BiasInstability, self.flicker.and(other.flicker).estimate()),
@@ -302,7 +302,7 @@ fn stretch(record: &ComparedRecord<'_>) -> Option<Stretch> {
     Some(Stretch { start_s, duration_s: record.snapshot.timing.duration_s() })
 }
 
-/// Whether two of the records say serial numbers, and different ones.
+/// Whether two of the records have different serial numbers.
 pub(super) fn are_of_several_sensors(records: &[ComparedRecord<'_>]) -> bool {
     let mut serials = records.iter().filter_map(|record| record.snapshot.registers.get(&Register::SERIAL_NUMBER.0));
     let first = serials.next();

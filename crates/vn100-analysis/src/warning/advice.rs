@@ -299,7 +299,7 @@ fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot
         .collect()
 }
 
-/// No more than two values for as long as the quantity may stand still.
+/// No more than two values for as long as the quantity may be constant.
 fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool {
     let least_s = match channel.quantity {
         // no room changes in seconds, nor does the weather; their own noise may be finer than the digits printed

@@ -25,7 +25,7 @@ pub(crate) struct Exports<'a> {
 }
 
 impl<'a> Exports<'a> {
-    /// Fails early, where something is in the way.
+    /// Fails early where a file exists.
     pub(crate) fn new(args: &'a ReportArgs, output: &'a Output) -> Result<Self> {
         let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
@@ -145,7 +145,7 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
     }
 }
 
-/// Reads the capture again, as its time base is known by now.
+/// Reads the capture again, with the time base that is now known.
 fn write_samples(out: impl Write, input: &Path, files: &FileArgs, record: &Record<'_>) -> Result<()> {
     let mut messages = Ros2Messages::new(out, record, PROGRAM.name)?;
     let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;

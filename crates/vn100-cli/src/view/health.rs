@@ -92,7 +92,7 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
         (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
         (SourcePhase::Ended(None), _) => ("ended".into(), Style::new()),
         (SourcePhase::Measuring, None) => match source.playback {
-            // as much as was to be measured
+            // the requested duration
             Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
                 ("read as far as asked".into(), Style::new())
             }
@@ -160,7 +160,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         match detail {
             Detail::All => parts.add(format!("measured {hz:.3} Hz ({})", ppm(offset_ppm)), Style::new()),
             Detail::Some => parts.add(format!("measured {hz:.3} Hz"), Style::new()),
-            // the rate that came before
+            // the previous rate
             Detail::Least if snapshot.rate_change.is_some() => {}
             Detail::Least => parts.add(format!("clock {}", ppm(offset_ppm)), Style::new()),
         }

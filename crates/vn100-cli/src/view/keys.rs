@@ -145,7 +145,7 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
     let keys = lines(&KEYS, 16, Style::new(), scene.theme);
-    // no more digits than anybody asks for, and none that rounds to certainty
+    // no more digits than are useful, and no rounding to 100 %
     let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;
     let bars = format!("the truth lies within: {percent} % sure");
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();

@@ -50,7 +50,7 @@ fn stem(source: &SourceView) -> String {
     format!("vn100-{}-{}", name.trim_matches('-'), source.snapshot.timing.samples)
 }
 
-/// Never writes over a file: what is there gets a neighbour with a number.
+/// Never overwrites a file: the name gets a number.
 fn new_file(folder: &Path, stem: &str, extension: &str, text: &str) -> io::Result<String> {
     const MOST_NEIGHBOURS: u32 = 1000;
     for number in 1..MOST_NEIGHBOURS {

@@ -47,7 +47,7 @@ pub(crate) struct SourceView {
 pub(crate) enum SourcePhase {
     Preparing,
     Measuring,
-    /// Nothing more will come; the reason, unless it was asked for.
+    /// No more data; the reason, unless the user ended it.
     Ended(Option<String>),
 }
 
@@ -188,7 +188,7 @@ impl SourceMonitor {
         if !matches!(self.state.borrow().stage, Stage::Measuring) {
             return Some("nothing is measured there".into());
         }
-        // who presses a key again finds room
+        // pressing the key again will succeed
         self.commands.try_send(command).err().map(|_| "that cannot be done now".into())
     }
 }

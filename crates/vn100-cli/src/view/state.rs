@@ -1,4 +1,4 @@
-//! What is shown and chosen, and what keys and the mouse do to it. Pure: input in, requests out.
+//! What is shown and selected, and how keys and the mouse change it. Pure: input in, requests out.
 
 use ratatui::{
     crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind},

@@ -22,7 +22,7 @@ use ratatui::{
     },
 };
 
-/// A terminal that takes no output in this time will not be waited for.
+/// How long to wait for a terminal that takes no output.
 const STALLED_AFTER: Duration = Duration::from_millis(500);
 
 /// The terminal, as long as the view has it.

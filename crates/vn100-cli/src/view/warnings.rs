@@ -18,8 +18,8 @@ use super::{
 };
 use crate::words::remedy_words;
 
-/// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
-/// behind the newest.
+/// Rows that they take, at most so many: the last one names what has no row, so that none is
+/// omitted.
 pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
     ((source.warnings.len() + source.errors().len()).clamp(1, usize::from(most))) as u16
 }

@@ -7,7 +7,7 @@ use vn100_protocol::{DeviceError, crc16};
 use super::command::check_count;
 use crate::sensor::{Deltas, SensorValues, single, transposed};
 
-/// What one packet can say.
+/// The values one packet can carry.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketContents<'a> {
     pub(crate) measured: &'a SensorValues,

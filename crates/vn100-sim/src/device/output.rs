@@ -152,11 +152,11 @@ impl Device {
         check.sentence(body).into_bytes()
     }
 
-    /// Queues a whole message, or drops it and says so.
+    /// Queues a whole message, or drops it and reports that.
     pub(super) fn send(&mut self, at_ns: u64, message: Vec<u8>) {
         if !self.uart.send(at_ns, message) && self.registers.whole(30, 6) > 0 {
             let error = self.closed(&error_body(DeviceError::OutputBufferOverflow));
-            // where that does not fit either, nothing can be said
+            // where that does not fit either, it is dropped silently
             _ = self.uart.send(at_ns, error);
         }
     }

@@ -24,7 +24,7 @@ pub(crate) enum ScheduledEvent {
     Baud(std::num::NonZeroU32),
 }
 
-/// The port comes or goes.
+/// The port appears or disappears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlugEvent {
     /// It vanishes.

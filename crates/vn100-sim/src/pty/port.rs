@@ -1,5 +1,5 @@
-//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the link
-//! that leads to it.
+//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the
+//! symbolic link to it.
 
 use std::{
     collections::VecDeque,
@@ -185,14 +185,14 @@ pub(super) struct Outbox {
 }
 
 impl Outbox {
-    /// Takes bytes behind those that wait: how many found no room and are lost.
+    /// Queues bytes, and returns how many did not fit and are lost.
     pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = bytes.len().min(ROOM - self.waiting.len());
         self.waiting.extend(&bytes[..taken]);
         bytes.len() - taken
     }
 
-    /// Forwards what the terminal has room for: how many.
+    /// Forwards as many bytes as the terminal has room for, and returns their number.
     pub(super) fn forward(&mut self, port: &PseudoTerminal) -> io::Result<usize> {
         let sent = port.write(self.waiting.make_contiguous())?;
         self.waiting.drain(..sent);
@@ -203,7 +203,7 @@ impl Outbox {
         self.waiting.is_empty()
     }
 
-    /// Gives up what waits: how many.
+    /// Discards the pending bytes and returns their number.
     pub(super) fn clear(&mut self) -> usize {
         let left = self.waiting.len();
         self.waiting.clear();
@@ -211,16 +211,16 @@ impl Outbox {
     }
 }
 
-/// A symbolic link that leads to the port of the moment; removed when it is dropped.
+/// A symbolic link to the current port; removed when it is dropped.
 #[derive(Debug)]
 pub(super) struct SymbolicLink {
     path: PathBuf,
 }
 
 impl SymbolicLink {
-    /// Makes the link, or turns the one that is there.
+    /// Creates the link, or changes the target of the existing one.
     pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
-        // where it leads somewhere, another sensor may be reached by it
+        // where it has a target, that may be another sensor
         if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
             && let Ok(leads_to) = fs::canonicalize(path)
         {
@@ -230,7 +230,7 @@ impl SymbolicLink {
         Ok(Self { path: path.to_owned() })
     }
 
-    /// Leads elsewhere from here on. A program that opens the path meanwhile finds the one or the
+    /// Changes the target. A program that opens the path meanwhile finds the one or the
     /// other target.
     pub(super) fn turn(&self, target: &Path) -> Result<(), PtyError> {
         lead(&self.path, target)

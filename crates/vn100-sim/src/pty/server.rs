@@ -1,4 +1,4 @@
-//! The thread that stands between an emulated sensor and its pseudo-terminal.
+//! The thread that connects an emulated sensor and its pseudo-terminal.
 
 use std::{
     num::NonZeroU32,
@@ -90,13 +90,13 @@ impl PtySensor {
         self.shared.state().path.clone()
     }
 
-    /// What has passed so far.
+    /// Byte counts so far.
     #[must_use]
     pub fn stats(&self) -> PtyStats {
         self.shared.state().stats
     }
 
-    /// Takes the sensor away when the host has read what it was sent, or after a second.
+    /// Unplugs the sensor when the host has read what it was sent, or after a second.
     ///
     /// # Errors
     /// [`PtyError`] when the sensor was gone before.
@@ -118,7 +118,7 @@ impl PtySensor {
 
 impl Drop for PtySensor {
     fn drop(&mut self) {
-        // the receiver is gone
+        // the receiver was dropped
         _ = self.end();
     }
 }
