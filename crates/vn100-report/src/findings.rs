@@ -65,6 +65,7 @@ pub(crate) struct AxisFindings {
     /// What to exclude at the start, in seconds of data.
     pub(crate) warm_up_s: Option<f64>,
     pub(crate) std: Option<f64>,
+    pub(crate) has_temperature_coefficient: bool,
     /// Of the figures of the data sheet, each with what was compared, in words.
     pub(crate) verdicts: Vec<(Term, Verdict, String)>,
 }
@@ -202,6 +203,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let change = disturbed.and_then(|disturbed| disturbed.level_change);
     let noise_changes = disturbed.map(|disturbed| &disturbed.noise);
     let sensor = channel.noise.as_ref().map(|noise| noise.sensor);
+    let temperature = channel.noise.as_ref().and_then(|noise| noise.temperature.as_ref());
     let said = |verdict: &FigureVerdict| Some((verdict.figure.term, verdict.verdict, sentence(sensor?, verdict)));
     AxisFindings {
         name: channel.name.clone(),
@@ -224,6 +226,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
             LevelShape::Step { .. } | LevelShape::Cycle { .. } => None,
         }),
         std: channel.std,
+        has_temperature_coefficient: temperature.is_some_and(|temperature| temperature.coefficient.is_ok()),
         verdicts: record.verdicts(channel).iter().filter_map(said).collect(),
     }
 }

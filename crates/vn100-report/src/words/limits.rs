@@ -152,8 +152,12 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
 }
 
 pub(super) fn not_tested(findings: &Findings) -> Vec<String> {
+    let mut biased = findings.sensors.iter().filter(|sensor| sensor.sensor != Sensor::Magnetometer).peekable();
+    let is_temperature_tested =
+        biased.peek().is_some() && biased.flat_map(|sensor| &sensor.axes).all(|axis| axis.has_temperature_coefficient);
+    let temperature = if is_temperature_tested { "" } else { "temperature, " };
     let mut texts = vec![
-        "Turn-on to turn-on bias, scale factor, misalignment, sensitivity to temperature, supply and acceleration: one record at rest shows none of them.".into(),
+        format!("Turn-on to turn-on bias, scale factor, misalignment, sensitivity to {temperature}supply and acceleration: one record at rest shows none of them."),
         "Whether the sensor rested in truth: the record shows disturbances of more than its noise, not slow ones that look like noise.".into(),
     ];
     if !findings.has_registers {

@@ -35,6 +35,7 @@ fn axis(name: &str) -> AxisFindings {
         detectable_factor: Some(1.03),
         warm_up_s: None,
         std: Some(6.4e-4),
+        has_temperature_coefficient: false,
         verdicts: Vec::new(),
     }
 }
@@ -243,6 +244,10 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
             "it covers the noise",
             "Nothing of this record",
         ],
+    );
+    changes(
+        |findings| findings.sensors[0].axes.iter_mut().for_each(|axis| axis.has_temperature_coefficient = true),
+        &["misalignment, sensitivity to supply and acceleration"],
     );
     changes(|findings| findings.timing.samples = 24_000, &["10 min of data", "Record longer"]);
 }
