@@ -35,7 +35,7 @@ pub struct Capture {
     pub stored_bytes: Option<u64>,
     /// How many stored bytes have been read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
-    /// What it says of itself, where it is a recording of this program.
+    /// Its metadata, where it is a recording of this program.
     pub recorded: Option<Recorded>,
     start_reading: StartReading,
 }
@@ -136,7 +136,7 @@ pub enum OpenError {
     Io {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// What it said.
+        /// Its error.
         source: io::Error,
     },
     /// A folder was named.
@@ -167,7 +167,7 @@ pub enum OpenError {
     NotACapture {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// What stands there instead.
+        /// The content instead.
         found: String,
     },
 }

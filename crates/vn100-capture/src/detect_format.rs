@@ -9,7 +9,7 @@ use crate::{
     recording,
 };
 
-/// How much of a file is searched for a first sentence: the log of a boot may stand before it.
+/// How much of a file is searched for a first sentence: a boot log may precede it.
 const HEAD_BYTES: usize = 1024 * 1024;
 
 /// Files that are no captures by their first bytes, unless a sentence is found in them.
@@ -49,7 +49,7 @@ pub(crate) enum Detected {
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
     UnusableCsv(CsvError),
-    /// Nothing of a VN-100 in it; holds what was found instead, in words.
+    /// Not VN-100 data; holds what was found instead, in words.
     Unknown(String),
 }
 

@@ -1,4 +1,4 @@
-//! A channel that never makes its sender wait: what finds no room is dropped, counted and reported.
+//! A channel that never makes its sender wait: what does not fit is dropped, counted and reported.
 
 use std::collections::VecDeque;
 
@@ -42,7 +42,7 @@ impl LossySender {
         }
     }
 
-    /// Sends what waits, as far as there is room; says whether nothing waits any more.
+    /// Sends what is pending, as far as there is room; returns whether nothing is pending.
     pub fn send_waiting(&mut self) -> bool {
         while let Some(event) = self.waiting.front() {
             if self.inputs.try_send(StreamInput::Link(event.clone())).is_err() {

@@ -1,5 +1,4 @@
-//! Whatever delivers bytes, for everything that reads them, and the clock that they are stamped
-//! with.
+//! Sources of bytes, for all readers, and the clock that stamps them.
 
 use std::{
     future::Future,
@@ -84,9 +83,9 @@ fn read_to_end(mut reader: impl Read, clock: Option<Clock>, chunks: &mpsc::Sende
     }
 }
 
-/// Unix time that runs evenly: what the wall clock said at the start, plus what has passed since.
+/// Unix time that runs evenly: the wall clock at the start, plus the time elapsed since.
 ///
-/// Steps of the wall clock do not bend it. On Linux the time in suspend counts; elsewhere that is
+/// Steps of the wall clock do not affect it. On Linux the time in suspend counts; elsewhere that is
 /// up to the system.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
@@ -115,7 +114,7 @@ fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// A point on the clock that no one sets. The standard library's stands still during suspend.
+/// A point on the clock that no one sets. The standard library's stops during suspend.
 #[cfg(target_os = "linux")]
 #[derive(Debug, Clone, Copy)]
 struct Moment(Duration);

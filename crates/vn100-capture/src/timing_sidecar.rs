@@ -34,7 +34,7 @@ pub(crate) struct Sidecar {
 struct ReadStamp {
     /// When it returned, in nanoseconds from the recorder's origin.
     at_ns: i64,
-    /// Where its first byte stands in the capture.
+    /// The offset of its first byte in the capture.
     offset: u64,
 }
 

@@ -78,7 +78,7 @@ pub enum ConnectError {
     Server {
         /// The address.
         address: String,
-        /// What the system said.
+        /// The error of the system.
         error: io::Error,
     },
 }
@@ -103,13 +103,13 @@ pub enum PortProblem {
     /// It is something else than a serial port.
     #[error("it is not a serial port; {}", candidate_advice(.0))]
     NotASerialPort(Vec<PortEntry>),
-    /// Anything else that the system said.
+    /// Any other error of the system.
     #[error("{0}")]
     Other(io::Error),
 }
 
 impl ConnectError {
-    /// What a port, `given` by the user, said when it was opened by `name`, which leads to it now.
+    /// The error of opening a port, `given` by the user, by its current `name`.
     pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
         use serialport::ErrorKind::{Io, NoDevice};
         let path = Path::new(name);

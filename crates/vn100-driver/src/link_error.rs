@@ -79,7 +79,7 @@ impl LinkError {
         matches!(self, Self::Open(ConnectError::Port { problem: Busy(_) | Denied(_), .. }) | Self::NotSet(_))
     }
 
-    /// What the user can do, where the error itself does not say it.
+    /// What the user can do, where the error does not contain it.
     pub(crate) fn hint(&self) -> Option<LinkHint> {
         let Self::NoSensor { tried, bytes, echoes, asked, .. } = self else { return None };
         Some(match (*echoes, &tried[..]) {
@@ -91,9 +91,9 @@ impl LinkError {
     }
 }
 
-/// What a failed read or write means for the one who pulled the cable.
+/// The meaning of a failed read or write for the user.
 fn lost(error: &io::Error) -> String {
-    // a write to an adapter that is gone: EIO, ENXIO, ENODEV
+    // a write to an unplugged adapter: EIO, ENXIO, ENODEV
     let is_gone = cfg!(unix) && matches!(error.raw_os_error(), Some(5 | 6 | 19));
     match error.kind() {
         _ if is_gone => GONE.into(),

@@ -110,7 +110,7 @@ pub(crate) enum LinkOutput {
     Recorded(StreamInput),
     /// To the receiver of the stream.
     Stream(StreamEvent),
-    /// To those who watch the state.
+    /// To the observers of the state.
     State(LinkState),
 }
 

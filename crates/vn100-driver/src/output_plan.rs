@@ -74,8 +74,8 @@ pub enum PlanError {
         baud: BaudRate,
         /// What the lines need.
         lines: LinkLoad,
-        /// What the binary outputs need beside them, to whichever port they go: which one this is,
-        /// the sensor does not say.
+        /// What the binary outputs need beside them, to whichever port they go: the sensor does not
+        /// report which one this is.
         packets: LinkLoad,
         /// The highest rate of the message that fits.
         highest: Option<AsyncRate>,
@@ -90,7 +90,7 @@ pub enum PlanError {
         /// What there is.
         allowed: String,
     },
-    /// A register does not say what it should.
+    /// A register does not hold what it should.
     #[error("{0}; this sensor cannot be set here")]
     Value(#[from] ValueError),
     /// The sensor does not have a register that the plan needs.

@@ -23,13 +23,13 @@ pub struct PortEntry {
     pub name: String,
     /// A name that stays the same when the adapter is plugged in again, where the system has one.
     pub stable_name: Option<PathBuf>,
-    /// What the USB adapter says of itself; `None` for a port that is not on USB.
+    /// The description of the USB adapter; `None` for a port that is not on USB.
     pub usb: Option<UsbAdapter>,
     /// Whether it looks like the cable of a VN-100.
     pub likely: bool,
 }
 
-/// What a USB adapter says of itself.
+/// The description of a USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbAdapter {
     /// Vendor number.
@@ -63,7 +63,7 @@ pub fn list_ports() -> Vec<PortEntry> {
     entries(found, &stable_names(Path::new(STABLE_NAMES)))
 }
 
-/// Symlinks in `folder`, each with the port it leads to.
+/// Symlinks in `folder`, each with its target port.
 fn stable_names(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     // a machine without such adapters has no such folder
     let links = fs::read_dir(folder).into_iter().flatten().flatten();

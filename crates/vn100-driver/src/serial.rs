@@ -79,7 +79,7 @@ impl SerialPorts {
                 }
                 Err(error) => ConnectError::of_port(&given, &name, baud, error, ports.clone()),
             };
-            // a name that leads nowhere says less than a port that is there and cannot be opened
+            // a dangling name explains less than a port that exists and cannot be opened
             if failure.as_ref().is_none_or(is_not_found) {
                 failure = Some(error);
             }
@@ -161,7 +161,7 @@ impl Source for SerialConnection {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.inputs.recv().await {
             Some(input) => Ok(Some(input)),
-            // the reading thread says why before it lets go of the channel, unless it was stopped
+            // the reading thread sends the reason before it drops the channel, unless it was stopped
             None => self.end.try_recv().map_or(Ok(None), Err),
         }
     }
@@ -247,7 +247,7 @@ impl Reader {
         };
         drop(port);
         self.forward(&buffer[..length], at_ns);
-        // nothing comes any more that waiting could delay
+        // no more bytes can arrive
         self.inputs.send_waiting_blocking();
         if let Some(error) = error {
             // a receiver that was dropped has no use for it

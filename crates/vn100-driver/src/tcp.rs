@@ -113,7 +113,7 @@ impl Connection for TcpConnection {
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.stream.write_all(bytes).await.map_err(|error| match error.kind() {
-            // of a socket this means that the server has hung up; of a port, that it is gone
+            // for a socket: the server has hung up; for a port: it was unplugged
             ErrorKind::BrokenPipe => ErrorKind::ConnectionReset.into(),
             _ => error,
         })

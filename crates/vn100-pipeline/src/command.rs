@@ -5,13 +5,13 @@
 pub enum Command {
     /// Exclude everything so far from the result, as warm-up.
     EndWarmUp,
-    /// Forget everything so far and begin anew; data time counts from here.
+    /// Discard everything so far and restart; data time counts from here.
     StartOver,
     /// End the session. What was measured so far is the result.
     Stop,
     /// Pause the playback, or resume it.
     TogglePause,
-    /// Pause the playback behind one more second of data.
+    /// Pause the playback after one more second of data.
     Step,
     /// The next higher speed of the playback.
     Faster,

@@ -62,7 +62,7 @@ pub enum StartError {
 }
 
 impl fmt::Display for EndReason {
-    /// In a word, as it stands in a recording.
+    /// As a word, as recordings hold it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotStarted(error) => error.fmt(f),
@@ -77,7 +77,7 @@ impl fmt::Display for EndReason {
     }
 }
 
-/// What a session came to. Where nothing could be measured it is the result of no samples.
+/// The result of a session. Where nothing could be measured it is the result of no samples.
 #[derive(Debug)]
 pub struct SessionResult {
     /// The source; its `error` is for the face to put into words.

@@ -6,7 +6,7 @@ use std::time::Duration;
 pub(crate) struct Excluded {
     /// Until the measurement was last started over.
     before: Duration,
-    /// Behind that, as warm-up.
+    /// After that, as warm-up.
     warm_up: Duration,
     /// The measurement began with this as its skip.
     is_carried: bool,
@@ -27,7 +27,7 @@ impl Excluded {
     }
 
     /// For another measurement from the beginning of the record, as far as `place` of data time;
-    /// what reaches behind that place is dropped.
+    /// what reaches beyond that place is dropped.
     pub(crate) fn carried_to(self, place: Duration) -> Self {
         let total = self.total();
         if total.is_zero() || total > place {

@@ -126,7 +126,7 @@ async fn measure_and_record(
     }
     let result = match measured {
         MeasurementEnd::Ended(ending) => result(ending, &spec.settings.until, channels),
-        // only a paced replay goes back
+        // only a paced replay seeks back
         MeasurementEnd::Again { .. } => not_started(StartError::Stopped, channels),
     };
     let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };
@@ -138,7 +138,7 @@ async fn measure_and_record(
 
 /// Waits until the link has closed its port: whether an output found paused is so again.
 async fn closed(link: &LinkHandle) -> Option<bool> {
-    // a link that is gone has no state any more
+    // a link that has ended has no state
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
         Ok(LinkState::Closed { paused_again }) => *paused_again,
         _ => None,

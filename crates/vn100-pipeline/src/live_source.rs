@@ -59,7 +59,7 @@ pub enum LiveError {
     /// The thread that reads a stream cannot be started.
     #[error("cannot start to read")]
     Read(#[source] io::Error),
-    /// The task of the link is gone.
+    /// The task of the link has ended.
     #[error("the link stopped by a fault of this program")]
     LinkTask(#[from] task::JoinError),
 }
@@ -133,7 +133,7 @@ impl LiveSource {
         }
     }
 
-    /// Opens it for a measurement. What comes of that, the events say. The link is `None` for a
+    /// Opens it for a measurement; events report the outcome. The link is `None` for a
     /// stream.
     pub(crate) fn open(
         &self,
@@ -166,7 +166,7 @@ impl<S: Source> Source for Tee<S> {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = self.source.next_input().await?;
         if let (Some(recording), Some(input)) = (&self.recording, &input) {
-            // a recording that has stopped says so itself
+            // a recording that has stopped reports that itself
             let _ = recording.send(input.clone()).await;
         }
         Ok(input)

@@ -76,7 +76,7 @@ impl Channels {
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
-    /// What was excluded before, as `settings` say already.
+    /// What was excluded before, as in `settings`.
     pub(crate) excluded: Excluded,
     pub(crate) origin: Origin,
     /// Whether the settings end it where its recording ended: what little follows there is read,
@@ -153,7 +153,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     let mut held = VecDeque::new();
     loop {
         tokio::select! {
-            // a command that came in time counts
+            // a command received in time counts
             biased;
             Some(command) = channels.commands.recv() => {
                 if let Some(again) = source.handle(command, channels) {
@@ -240,7 +240,7 @@ struct Measuring {
     rate_hz: f64,
     /// Seconds of data time whose states were handed out.
     seconds: u64,
-    /// Something came since the latest snapshot.
+    /// The latest snapshot is outdated.
     has_changed: bool,
     /// Why the stream is given up although it still brings lines.
     stream_ended: Option<EndReason>,
@@ -248,10 +248,10 @@ struct Measuring {
 }
 
 impl Measuring {
-    /// Takes what came; `None` when the task that reads is gone.
+    /// Takes an event; `None` when the reading task has ended.
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
-            // what it delivered stands
+            // what it delivered is valid
             let error = io::Error::other("the task that reads the source stopped");
             self.end = Some((EndReason::SourceFailed(error), None));
             return;
@@ -295,7 +295,7 @@ impl Measuring {
         }
     }
 
-    /// Whether what came ends the measurement, or a second of it.
+    /// Whether an event ends the measurement, or a second of it.
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
@@ -425,7 +425,7 @@ impl Measuring {
         }
     }
 
-    /// Nothing more comes of a paced replay; it can still go back.
+    /// A paced replay is at its end; it can still seek back.
     fn stand_at_end(&mut self, channels: &Channels) {
         if let Some(pace) = &mut self.pace {
             pace.end();

@@ -6,7 +6,7 @@ use tokio::time::Instant;
 
 use crate::command::Command;
 
-/// In seconds of data a second; behind the last one it is as fast as the machine can.
+/// In seconds of data a second; above the last one as fast as possible.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
@@ -120,7 +120,7 @@ impl Pace {
         }
     }
 
-    /// Takes a command for the playback. Behind the end only the speed can be chosen.
+    /// Takes a command for the playback. After the end only the speed can be chosen.
     pub(crate) fn handle(&mut self, command: Command, now: Instant) {
         match command {
             Command::TogglePause if !self.at_end => self.paused = !self.paused,
@@ -141,8 +141,8 @@ impl Pace {
         self.since = (now, self.samples);
     }
 
-    /// To an earlier place, `samples` from the start: who looks back from the end wants to see that
-    /// place, and not the end again.
+    /// To an earlier place, `samples` from the start: seeking back from the end pauses there, or
+    /// playback would run to the end again.
     pub(crate) fn back_to(&self, samples: u64) -> PaceStart {
         PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
     }

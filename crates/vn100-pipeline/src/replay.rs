@@ -1,4 +1,4 @@
-//! The session of a capture, opened again whenever a paced replay goes back.
+//! The session of a capture, opened again whenever a paced replay seeks back.
 
 use std::{
     io,
@@ -44,7 +44,7 @@ pub struct ReplaySpec {
 }
 
 impl ReplaySpec {
-    /// The file's name without its folder: a result says the same wherever its capture lies.
+    /// The file's name without its folder: a result does not depend on the place of its capture.
     #[must_use]
     pub fn name(&self) -> String {
         self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
@@ -87,7 +87,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
             Err(error) => {
                 let result = channels.end(not_started(error, &channels));
                 if pace.is_some() {
-                    // it lasts as long as the replays beside it
+                    // it lives as long as the parallel replays
                     channels.stop.cancelled().await;
                 }
                 return result;
@@ -114,7 +114,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     }
 }
 
-/// Publishes what an opened capture says of itself; gives the settings with the end it names.
+/// Publishes the metadata of an opened capture; returns the settings with the end that these name.
 fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> Settings {
     let source = SourceFacts {
         kind: Some(kind(capture, &spec.name())),

@@ -107,7 +107,7 @@ impl SensorSetup {
     }
 }
 
-/// The serial number of a sensor; `None` where it does not say.
+/// The serial number of a sensor; `None` where it does not report one.
 async fn serial(link: &LinkHandle) -> Option<String> {
     let contents = link.read(Register::SERIAL_NUMBER).await;
     contents.ok().flatten().map(|contents| contents.fields.to_string())

@@ -39,7 +39,7 @@ pub struct Session {
     pub state: watch::Receiver<SourceState>,
     /// Takes commands.
     pub commands: mpsc::Sender<Command>,
-    /// What happens beside the measurement.
+    /// Events besides the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
     /// At every second of data time, if asked for. Taken too late they hold back the measurement.
     pub seconds: mpsc::Receiver<SourceState>,
@@ -96,7 +96,7 @@ async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut chann
     let measurement = Measurement { events, settings, excluded, origin: Origin::Events, ends_as_recorded: false };
     match measure(measurement, &mut channels).await {
         MeasurementEnd::Ended(ending) => channels.end(result(ending, &goals, &channels)),
-        // only a paced replay goes back
+        // only a paced replay seeks back
         MeasurementEnd::Again { .. } => channels.end(not_started(StartError::Stopped, &channels)),
     }
 }

@@ -1,4 +1,4 @@
-//! What a session reports beside its state.
+//! What a session reports besides its state.
 
 use std::time::Duration;
 

@@ -31,7 +31,7 @@ pub struct SourceState {
     /// What is known of the source from the beginning.
     pub(crate) source: Arc<SourceFacts>,
     pub(crate) recorded: Option<Recorded>,
-    /// Who assesses the source.
+    /// Assesses the source.
     pub assessor: Assessor,
 }
 

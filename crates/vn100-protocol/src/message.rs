@@ -57,6 +57,6 @@ pub enum GrammarError {
 pub struct RangeError {
     /// The channel, with its limit.
     pub channel: &'static Channel,
-    /// What the line says, in units of the last decimal of the channel.
+    /// The value of the line, in units of the last decimal of the channel.
     pub count: i64,
 }

@@ -7,11 +7,11 @@ use vn100_analysis::{AxisTemperature, MissingFrom, RateFrom, WhyNoCoefficient, W
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Code {
-    /// Under which key it stands.
+    /// The key it is a value of.
     pub key: &'static str,
     /// Itself.
     pub code: &'static str,
-    /// What text and pages say for it.
+    /// The word for it in text and pages.
     pub word: &'static str,
     /// What that means, in a sentence without its full stop.
     pub meaning: &'static str,

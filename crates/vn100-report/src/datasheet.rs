@@ -107,7 +107,7 @@ pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
     Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures, typical_is_limit: false })
 }
 
-/// `density`: the convention of the whole sheet, which a figure may say better.
+/// `density`: the convention of the whole sheet, unless a figure has its own.
 fn figure(printed: PrintedFigure, density: Option<DensityName>, sheet: &str) -> Result<DatasheetFigure, FigureError> {
     use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
     let (sensor, term) = (printed.sensor, printed.parameter);

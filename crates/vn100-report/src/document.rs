@@ -133,7 +133,7 @@ struct NormalityDocument {
     /// If the values were normal.
     skewness_error: Option<f64>,
     excess_kurtosis_error: Option<f64>,
-    /// Independent samples that say as much of the skewness.
+    /// Number of independent samples with as much information on the skewness.
     effective_samples: Option<f64>,
 }
 

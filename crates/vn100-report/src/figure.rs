@@ -30,7 +30,7 @@ use over_time::{envelope, segments};
 use png::Font;
 use spectrum::spectrum;
 
-/// Those that say the same of one record, or of several.
+/// Those of one record and those of several.
 #[derive(Debug, Clone, Default)]
 pub struct Figures {
     /// The axes of each sensor together.

@@ -1,4 +1,4 @@
-//! What a report concludes from: the few facts of a record that its sentences are made of.
+//! The facts of a record that the conclusions of a report rest on.
 
 use vn100_analysis::noise::{
     FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, SpectralLine, Status, Term, Verdict,
@@ -44,14 +44,14 @@ pub(crate) struct AxisFindings {
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) white: Option<Parameter>,
-    /// What the graphical rule reads for N, in SI units, with whatever else is in the curve.
+    /// N by the graphical method, in SI units; it includes every other term of the curve.
     pub(crate) white_by_rule: Option<f64>,
     pub(crate) bias_instability: Option<Parameter>,
     pub(crate) random_walk: Option<Parameter>,
     pub(crate) quality: Option<FitQuality>,
     /// Shortest averaging time of the curve in seconds.
     pub(crate) first_tau_s: Option<f64>,
-    /// Longest averaging time whose interval says something, in seconds.
+    /// Longest averaging time with a usable interval, in seconds.
     pub(crate) known_to_s: Option<f64>,
     /// What shakes it: frequency in hertz, share in the short-term variance; the strongest first.
     pub(crate) lines: Vec<(f64, f64)>,

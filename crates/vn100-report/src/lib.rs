@@ -1,4 +1,4 @@
-//! What a measurement says, as documents, pages, figures and files for other programs.
+//! The results of a measurement as documents, pages, figures and files for other programs.
 //!
 //! Everything is made from a [`Snapshot`](vn100_analysis::Snapshot), its
 //! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)

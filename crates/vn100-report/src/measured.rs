@@ -1,4 +1,4 @@
-//! What the measurement of one source came to; what completes it: models for filters, verdicts
+//! The result of the measurement of one source; what completes it: models for filters, verdicts
 //! against a data sheet, and whether the figures that must pass do; and its values in the units in
 //! which a report gives it.
 
@@ -17,7 +17,8 @@ use crate::{
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
-/// One source's result. Where nothing could be read it is that of no samples, and `facts` say why.
+/// One source's result. Where nothing could be read it is that of no samples, and `facts` hold the
+/// reason.
 #[derive(Debug, Clone)]
 pub struct Measured {
     /// The source.
@@ -32,14 +33,14 @@ pub struct Measured {
     pub verdicts: Option<Verdicts>,
     /// Goals that were not reached, and figures that did not pass, in words.
     pub unmet: Vec<String>,
-    /// Whether all of it came, and met what was asked.
+    /// Whether it is complete and its goals are met.
     pub completion: Completion,
 }
 
 /// What became of a measurement, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Completion {
-    /// It came to its end.
+    /// It was read to its end.
     Complete,
     /// It did, without what was to be reached or to pass.
     NotMet,
@@ -85,7 +86,8 @@ impl Measured {
         measured
     }
 
-    /// The recording is not whole, as `text` says: a warning, and the measurement has failed.
+    /// The recording is incomplete for the reason `text`: a warning, and the measurement has
+    /// failed.
     pub fn note_failed_recording(&mut self, text: String) {
         let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text: text.into() };
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
@@ -114,7 +116,7 @@ impl Measured {
         }
     }
 
-    /// A result cut short says so, though an interrupt ends like the end of the data.
+    /// A result that was cut short is marked, though an interrupt ends like the end of the data.
     pub fn note_interrupted(&mut self) {
         let SourceFacts { name, error, .. } = &mut self.facts;
         error.get_or_insert_with(|| format!("{name}: interrupted, the result holds what came before"));
@@ -257,7 +259,7 @@ impl<'a> Record<'a> {
         Self { measured, channels, norms: norm_values(&measured.snapshot) }
     }
 
-    /// What the data sheet's figures come to for `channel`; none without a sheet.
+    /// The verdicts on the data sheet's figures for `channel`; none without a sheet.
     pub(crate) fn verdicts(&self, channel: &ChannelValues) -> &[FigureVerdict] {
         let place = self.channels.iter().position(|other| other.name == channel.name);
         let verdicts = self.measured.verdicts.as_ref().zip(place);

@@ -226,7 +226,7 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     format!("{measured}; {expected}{}", why(verdict))
 }
 
-/// Why what speaks for a figure does not let it pass.
+/// Why the evidence for a figure does not let it pass.
 pub const WHY_CONSISTENT: &str = "nothing speaks against the figure, and what would decide is not known: the averaging on board (register 85), \
                                          the sample rate, what the removed line took, or whether the density is one- or two-sided";
 
@@ -292,7 +292,7 @@ pub fn recommendation(recommended: Result<Recommendation, WhyNone>) -> String {
     }
 }
 
-/// Why nothing says whether noise makes two means differ.
+/// Why it is unknown whether noise explains the difference of two means.
 #[must_use]
 pub fn untested(why: Untested) -> &'static str {
     match why {

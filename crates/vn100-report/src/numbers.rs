@@ -5,7 +5,7 @@ pub mod plain;
 
 use super::figure::superscript;
 
-/// What stands where a number is not known.
+/// The text for a number that is not known.
 pub(crate) const NOTHING: &str = "–";
 
 /// To four digits, with a power of ten where there would be many zeros.
@@ -65,7 +65,7 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// With at most so many decimals, no zeros behind, and no sign before nothing.
+/// With at most so many decimals, no trailing zeros, and no sign before 0.
 pub(crate) fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };

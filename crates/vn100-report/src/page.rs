@@ -28,7 +28,7 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = include_str!("page/script.js");
 
-/// What a page says beside the results.
+/// The content of a page besides the results.
 #[derive(Debug, Clone, Copy)]
 pub struct PageOptions<'a> {
     /// Two-sided level of the intervals of a comparison.

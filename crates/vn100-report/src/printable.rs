@@ -1,4 +1,4 @@
-//! Text of others, made safe to show: file names, captures and what a sensor says may hold control
+//! Makes foreign text printable: file names, captures and replies of a sensor may hold control
 //! characters.
 
 /// The text in one line, with a mark for all that steers a terminal.
@@ -14,7 +14,7 @@ pub fn printable(text: &str) -> String {
 pub fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);
     for c in json.chars() {
-        // a line end stands between the values of a document, never within one
+        // a line end separates the values of a document and is never within one
         if c != '\n' && steers_terminal(c) {
             // all of them are below U+10000
             text.push_str(&format!("\\u{:04x}", u32::from(c)));

@@ -20,7 +20,7 @@ pub struct ChannelValues {
     pub name: String,
     /// What it measures.
     pub quantity: Quantity,
-    /// Of all values below, unless they say otherwise.
+    /// Of all values below, unless noted otherwise.
     pub unit: String,
     /// That resolve one count in the unit.
     pub decimals: usize,
@@ -40,7 +40,7 @@ pub struct ChannelValues {
     pub max: Option<f64>,
     /// The last digit that the source prints.
     pub resolution: f64,
-    /// How often which values came.
+    /// How often each value occurred.
     pub bars: Option<BarValues>,
     /// One for each octave.
     pub octaves: Vec<Point>,
@@ -72,7 +72,7 @@ const MOST_BARS: usize = 64;
 pub struct SignalValues {
     /// One-sided, in the unit squared per hertz.
     pub density: Option<Density>,
-    /// One behind the other.
+    /// In succession.
     pub blocks: Vec<BlockValues>,
     /// Lines, disturbances and changes of level.
     pub disturbed: Disturbed,

@@ -1,5 +1,5 @@
-//! Conclusions in words. Every sentence rests on a number of the record; where there is none, it
-//! says so.
+//! Conclusions in words. Every sentence rests on a number of the record, or states that there is
+//! none.
 
 mod limits;
 mod noise;

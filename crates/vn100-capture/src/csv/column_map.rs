@@ -63,7 +63,7 @@ pub enum ColumnMapError {
     /// No channel has this name.
     #[error("{channel:?} in {part:?} is no channel: name one of {}", channel_names())]
     Channel {
-        /// What stands before the `=`.
+        /// The text before the `=`.
         channel: String,
         /// The part between two commas.
         part: String,
@@ -71,7 +71,7 @@ pub enum ColumnMapError {
     /// This is no unit of the channel.
     #[error("{unit:?} in {part:?} is no unit of {channel}: name {}", unit_names(channel))]
     Unit {
-        /// What stands behind the last `:`.
+        /// The text after the last `:`.
         unit: String,
         /// The channel.
         channel: String,

@@ -150,7 +150,7 @@ impl Header {
 }
 
 impl ColumnPlaces {
-    /// What the names of columns are looked through for, in words.
+    /// The names of columns that are searched for, in words.
     pub(super) const SEARCHED: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
          x y z, yaw pitch roll, temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp \
          beside raw, raw_data, data, field.data or sentence with $VN… sentences";

@@ -165,7 +165,7 @@ pub(super) fn field_end(rest: &[u8], separator: u8) -> usize {
     memchr(separator, rest).unwrap_or(rest.len())
 }
 
-/// Where the quote that the field at the head of `rest` begins with stands.
+/// The position of the quote that begins the field at the head of `rest`.
 pub(super) fn opening_quote(rest: &[u8]) -> Option<usize> {
     let at = rest.iter().position(|&b| b != b' ')?;
     (rest[at] == b'"').then_some(at)
@@ -199,7 +199,7 @@ pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
 /// without a line end is whole or cut: many writers leave that line end out.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LastField {
-    /// Digits behind the point, of which there must be some: cut whole numbers look whole.
+    /// Digits after the point, at least one: a truncated whole number looks complete.
     decimals: Option<u32>,
     width: Option<usize>,
 }

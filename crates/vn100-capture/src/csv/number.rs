@@ -258,7 +258,7 @@ impl Quantizer {
 impl ColumnScan {
     pub(super) fn add(&mut self, number: &Number) {
         let magnitude = number.magnitude();
-        // zeros are printed shorter by some scripts, and say nothing
+        // zeros are printed shorter by some scripts, and are no evidence
         self.nonzero += u32::from(magnitude > 0.0);
         self.largest = self.largest.max(magnitude);
         self.printed.add(number.decimals(), magnitude);

@@ -99,7 +99,7 @@ impl StampScan {
 
     /// The median step from row to row; none for a single row.
     fn step(&self) -> Option<f64> {
-        // rows that one read brought have steps that say little: over several rows they even out
+        // rows of one read have uneven steps: over several rows these even out
         let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
         let later = self.stamps.iter().skip(lag);
         median(later.zip(&self.stamps).map(|(later, stamp)| (later - stamp) / lag as f64).collect())

@@ -33,7 +33,7 @@ const RECORD_BYTES: usize = 64 * 1024 * 1024;
 /// How much of a file is searched for a topic of ours: a tool that merges may put much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 
-/// What a recording says of itself.
+/// The metadata of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Recorded {
     /// When its first input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
@@ -88,7 +88,7 @@ pub enum RecordingError {
     Format(String),
 }
 
-/// What stands in a recording, in the order it was written.
+/// The content of a recording, in the order it was written.
 pub(super) enum Entry<'a> {
     Bytes { at_ns: Option<i64>, bytes: Cow<'a, [u8]> },
     Link(LinkEvent),
@@ -150,7 +150,7 @@ impl<R: Read> RecordingReader<R> {
         Ok(new)
     }
 
-    /// What the recording says of itself.
+    /// The metadata of the recording.
     #[must_use]
     pub fn recorded(&self) -> &Recorded {
         &self.recorded
@@ -159,7 +159,7 @@ impl<R: Read> RecordingReader<R> {
     /// The next input; `None` at the end, which [`RecordingReader::recorded`] then describes.
     ///
     /// # Errors
-    /// When the file cannot be read, or is damaged. Nothing follows; what came before stands.
+    /// When the file cannot be read, or is damaged. Nothing follows; what came before is valid.
     pub fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = |entry: Entry<'_>| match entry {
             Entry::Bytes { at_ns, bytes } => {
@@ -215,7 +215,7 @@ impl<R: Read> RecordingReader<R> {
                     }
                 }
                 Some(Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. })) => break true,
-                // zeros stand where a file system had made room and lost power
+                // a file system that lost power leaves zeros in allocated space
                 Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => break false,
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                     if let Some(entry) = self.contents.take(opcode, data)? {
@@ -277,7 +277,7 @@ struct Contents {
     /// Bytes of records before the first topic of ours.
     searched_bytes: usize,
     last_ns: Option<i64>,
-    /// Of the end that stands behind the last input.
+    /// Of the end mark after the last input.
     reason: Option<String>,
 }
 
@@ -383,7 +383,7 @@ impl<R: Read + Send + 'static> FileReader for RecordingSamples<R> {
     }
 }
 
-/// Some names in words, whatever stands in the file.
+/// Some names in words, whatever the file contains.
 fn list(topics: &[String]) -> String {
     const NAMED: usize = 8;
     let named: Vec<String> = topics.iter().take(NAMED).map(|topic| format!("{topic:.60}")).collect();

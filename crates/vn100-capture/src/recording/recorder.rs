@@ -35,7 +35,7 @@ pub enum RecordError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What it said.
+        /// Its error.
         source: io::Error,
     },
     /// A file of this name is there.
@@ -57,7 +57,7 @@ pub enum RecordError {
     },
 }
 
-/// Where a recording stands.
+/// The state of a recording.
 #[derive(Debug, Clone)]
 pub struct RecordingState {
     /// The file.
@@ -152,7 +152,7 @@ impl Recorder {
         self.known_serial.as_deref()
     }
 
-    /// Where the recording stands, now and whenever that changes.
+    /// The state of the recording, now and whenever it changes.
     #[must_use]
     pub fn state(&self) -> watch::Receiver<RecordingState> {
         self.state.clone()
@@ -363,7 +363,7 @@ impl Copy {
 
 impl Drop for Copy {
     fn drop(&mut self) {
-        // it is gone already if it took its place
+        // it was renamed if it took its place
         let _ = fs::remove_file(&self.path);
     }
 }

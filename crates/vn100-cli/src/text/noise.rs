@@ -204,7 +204,7 @@ fn write_quality(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     })
 }
 
-/// Beside the fit, for those who compare with older reports.
+/// For comparison with older reports.
 fn write_classical(out: &mut String, group: &[AxisNoise<'_>], deviation: Deviation) -> fmt::Result {
     let sensor = group[0].1.sensor;
     if sensor == Sensor::Magnetometer {

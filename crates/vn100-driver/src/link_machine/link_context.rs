@@ -188,7 +188,7 @@ impl FrameScanner {
     }
 }
 
-/// The inputs in the order in which they were received, and what their frames say.
+/// The inputs in the order in which they were received, and the meaning of their frames.
 pub(super) struct PendingInputs {
     pub(super) options: Options,
     pub(super) inputs: VecDeque<StreamInput>,

@@ -318,7 +318,7 @@ impl Requests {
                 let failure = RequestFailure::LinkDown { line: String::new(), attempts: 0 };
                 self.events.push_back(RequestEvent::PhaseAnswered(Err(failure)));
             }
-            // the results of the 64 open commands say as much
+            // the results of the 64 open commands show that
             (Err(_), Requester::Identification | Requester::Presence) => {}
         }
     }
@@ -342,7 +342,7 @@ impl Requests {
                     self.answers.push_back((id, result.map_err(CommandError::from)));
                 }
                 Requester::Phase => self.events.push_back(RequestEvent::PhaseAnswered(result)),
-                // a one-way cable carries no replies; one missing register says nothing of the others
+                // a one-way cable carries no replies; one missing register is no evidence for the others
                 Requester::Identification if is_unanswered => self.to_read.clear(),
                 Requester::Presence if is_unanswered => self.events.push_back(RequestEvent::Absent),
                 Requester::Presence if result.is_ok() && command == SensorCommand::Async(true) => {

@@ -21,7 +21,7 @@ pub const MAX_PACKET: usize = 523;
 pub struct Packet<'a> {
     /// All its bytes, from the 0xFA to the second of the CRC; at most [`MAX_PACKET`].
     pub raw: &'a [u8],
-    /// Where its 0xFA stands, in bytes from the beginning of the stream.
+    /// The offset of its 0xFA, in bytes from the beginning of the stream.
     pub offset: u64,
 }
 

@@ -28,19 +28,19 @@ pub struct Sentence<'a> {
     pub raw: &'a [u8],
     /// What protects it.
     pub check: Check,
-    /// Where its `$` stands, in bytes from the beginning of the stream.
+    /// The offset of its `$`, in bytes from the beginning of the stream.
     pub offset: u64,
 }
 
 impl<'a> Sentence<'a> {
-    /// What stands before the first comma, such as `VNRRG`.
+    /// The text before the first comma, such as `VNRRG`.
     #[must_use]
     pub fn header(&self) -> &'a [u8] {
         let end = self.body.iter().position(|&byte| byte == b',').unwrap_or(self.body.len());
         &self.body[..end]
     }
 
-    /// Whether this is what a VN-100 says to a command: the command's own name, or `VNERR`.
+    /// Whether this is the reply of a VN-100 to a command: the command's own name, or `VNERR`.
     #[must_use]
     pub fn is_reply(&self) -> bool {
         #[rustfmt::skip]
@@ -59,7 +59,7 @@ pub struct RejectedSentence<'a> {
     pub kind: RejectReason,
     /// Its bytes, from the `$` to the last one that was taken for a part of it; without CR and LF.
     pub raw: &'a [u8],
-    /// Where its `$` stands, in bytes from the beginning of the stream.
+    /// The offset of its `$`, in bytes from the beginning of the stream.
     pub offset: u64,
 }
 
@@ -72,7 +72,7 @@ pub enum RejectReason {
     Checksum {
         /// What the body of the line gives, in the kind of check it carries.
         computed: CheckDigits,
-        /// What the line says; `None` when behind the `*` are not exactly two or four upper-case
+        /// The digits of the line; `None` when after the `*` are not exactly two or four upper-case
         /// hexadecimal digits.
         received: Option<CheckDigits>,
     },

@@ -170,7 +170,7 @@ struct DifferenceDocument {
     /// Under N, B and K of both records and the time between them.
     standard_error: Option<f64>,
     edf: Option<f64>,
-    /// That noise alone takes the means so far apart.
+    /// Probability that noise alone makes the means differ as much.
     p: Option<f64>,
     /// Holm's correction for all channels and pairs.
     corrected: Option<f64>,

@@ -326,7 +326,7 @@ pub(crate) fn term_name(term: Term) -> &'static str {
     }
 }
 
-/// One figure of the data sheet and what the measurement says of it, in SI units.
+/// One figure of the data sheet and the verdict of the measurement, in SI units.
 #[derive(Debug, Serialize)]
 pub(crate) struct VerdictDocument {
     datasheet: String,
@@ -402,7 +402,7 @@ impl VerdictDocument {
 #[derive(Debug, Serialize)]
 pub(crate) struct GradeDocument {
     scheme: String,
-    /// Equal where the intervals decide; `null` where it cannot be said.
+    /// Equal where the intervals decide; `null` where it is not known.
     best: Option<&'static str>,
     worst: Option<&'static str>,
     /// The same in words.

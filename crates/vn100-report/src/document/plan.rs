@@ -19,7 +19,7 @@ pub struct PlanDocument {
     /// Length behind it for all that was asked for.
     record_s: Option<f64>,
     wants: Vec<WantDocument>,
-    /// The data sheet that says what noise the sensor is taken to have.
+    /// The data sheet that gives the assumed noise of the sensor.
     datasheet: String,
     /// That noise, with B as the model has it.
     assumed: Vec<AssumedDocument>,
@@ -42,7 +42,7 @@ struct WantDocument {
     at_least: Option<f64>,
     /// The limit that the verdict is on.
     at_most: Option<f64>,
-    /// What the sensor is taken to have, where the want is a limit.
+    /// The assumed value of the sensor, where the want is a limit.
     taken_at: Option<f64>,
     record_s: Option<f64>,
     /// Of a random walk: without bias instability.

@@ -1,5 +1,5 @@
-//! What a document says of the source: which it was, which sensor, what its recording says of
-//! itself, and what became of the lines of a CSV file.
+//! What a document says of the source: which it was, which sensor, the metadata of its recording,
+//! and how many lines of a CSV file were used.
 
 use std::{
     collections::BTreeMap,

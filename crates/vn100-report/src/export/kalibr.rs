@@ -154,7 +154,7 @@ fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
 /// As every YAML reader takes it for a number: with a point, and a sign in the exponent.
 fn decimal(value: f64) -> String {
     if (1e-3..1e6).contains(&value.abs()) {
-        // five digits, and none behind that say nothing
+        // five digits, without trailing zeros
         let text = format!("{:.*}", (4 - value.abs().log10().floor() as i32).max(1) as usize, value);
         let short = text.trim_end_matches('0');
         return if short.ends_with('.') { format!("{short}0") } else { short.into() };

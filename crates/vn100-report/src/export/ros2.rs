@@ -200,10 +200,11 @@ fn quaternion([yaw, pitch, roll]: [f64; 3]) -> [f64; 4] {
     [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]
 }
 
-/// What stands before every message: the encoding, and two bytes of options.
+/// The header of every message: the encoding, and two bytes of options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A message being written; numbers are aligned to their size, counted behind the encapsulation.
+/// A message being written; numbers are aligned to their size, counted from the end of the
+/// encapsulation.
 struct Cdr {
     bytes: Vec<u8>,
 }

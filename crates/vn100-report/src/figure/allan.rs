@@ -148,7 +148,7 @@ fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
     marks
 }
 
-/// As far as it says something.
+/// As far as its interval is finite.
 fn interval(point: &Point) -> Option<(f64, f64)> {
     point.lower.zip(point.upper).filter(|_| point.is_known())
 }

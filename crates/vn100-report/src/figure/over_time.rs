@@ -53,7 +53,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     Some(plot.done(vec![PlottedSeries { name: "mean, smallest to largest".into(), values }]))
 }
 
-/// What people would say the length of a record in, and its seconds.
+/// The unit for the length of a record, and its seconds.
 fn time_unit(length_s: f64) -> (&'static str, f64) {
     match length_s {
         ..600.0 => ("s", 1.0),

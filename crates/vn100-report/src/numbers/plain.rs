@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::in_threes;
 
-/// To six digits, without zeros behind: what rates and times need.
+/// To six digits, without trailing zeros: what rates and times need.
 #[must_use]
 pub fn short(value: f64) -> String {
     let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };

@@ -267,7 +267,7 @@ fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Stands where a thing is absent.
+/// The text for what is absent.
 pub(super) const NOT_RECORDED: &str = "not recorded";
 
 pub(super) type Row = (String, String);

@@ -136,7 +136,7 @@ struct CurveReadout<'a> {
     reach: Option<Vec<Option<[f64; 2]>>>,
 }
 
-/// A JSON array that may stand in a script element.
+/// A JSON array that is safe in a script element.
 pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
     let readings: Vec<FigureReadout<'_>> = figures.map(reading).collect();
     Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))

@@ -138,7 +138,7 @@ fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
     noise.parameter(term).filter(|found| found.value.is_some())?.p
 }
 
-/// What N is uncertain by beside the randomness of the record, the same for all axes.
+/// The uncertainty of N besides that of sampling, the same for all axes.
 fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
     html! {
         p { "The uncertainty of N, beside the randomness of this record:" }
@@ -146,7 +146,7 @@ fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
     }
 }
 
-/// Beside the fit, for those who compare with older reports.
+/// For comparison with older reports.
 fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     type Read = fn(&ChannelNoise) -> Option<f64>;
     let rules: [(Term, &str, Read); 3] = [

@@ -149,7 +149,7 @@ fn mean(channel: &ChannelMeans) -> Markup {
     }
 }
 
-/// One difference; why it is not tested stands among the caveats where that is so for all channels.
+/// One difference; why it is not tested is among the caveats where that holds for all channels.
 fn apart(difference: &MeanDifference) -> String {
     let [first, second] = difference.records.map(record_letter);
     let apart = format!("{second} − {first}: {}", digits(difference.difference, 3));

@@ -1,5 +1,4 @@
-//! Means and standard deviations, one table for each sensor, each with what it says for this
-//! record.
+//! Means and standard deviations, one table for each sensor, each with its meaning for this record.
 
 use std::cmp::Ordering;
 

@@ -1,4 +1,4 @@
-//! The answers in one table, for those who read no further.
+//! The main results in one table.
 
 use maud::{Markup, html};
 use vn100_analysis::Motion;

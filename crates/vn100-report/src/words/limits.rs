@@ -1,4 +1,4 @@
-//! What stands between the record and the sensor, and what would make a better record.
+//! What limits the record, and how to improve it.
 
 use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
 use vn100_analysis::{
