@@ -167,7 +167,7 @@ fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt(), is_ramp })
 }
 
-/// In the noise beneath the step in the middle.
+/// With the noise fitted together with a step in the middle.
 fn detectable_step(noise: &LevelNoise, fits: &[LevelFit], span: &Span) -> Option<f64> {
     let middle = BlockShape::Step((span.blocks / 2.0).floor());
     let fit = fits.iter().find(|fit| fit.shape == middle)?;

@@ -41,7 +41,8 @@ pub(super) struct LevelFit {
     /// Least-squares multiple under the noise that makes the series likeliest; not negative for a
     /// cycle.
     pub(super) amplitude: f64,
-    /// The noise beneath the shape: its place, and the variance that its spectrum is a multiple of.
+    /// The noise fitted together with the shape: its place, and the variance that its spectrum is a
+    /// multiple of.
     pub(super) noise: (usize, f64),
     /// Twice the log-likelihood ratio with and without the shape, each with the noise that suits it
     /// best.
@@ -54,7 +55,8 @@ pub(super) struct LevelFit {
 /// Everything that a search in series of one length has in common.
 ///
 /// Coefficients of even number are those of what is symmetric about the middle of the series, the
-/// others those of what is antisymmetric: half of the blocks say each. The even ones come first.
+/// others those of what is antisymmetric: each is known from half of the blocks. The even ones come
+/// first.
 #[derive(Clone, Debug)]
 pub(super) struct LevelNoise {
     blocks: usize,
@@ -405,7 +407,7 @@ mod tests {
     #[test]
     fn the_fit_is_that_of_the_whole_covariance_matrix() {
         // White noise with a walk of 0.6: the coefficients are independent, so that generalised least squares
-        // with the matrix of the means says the same.
+        // with the matrix of the means gives the same.
         let blocks = 20;
         let search = LevelNoise::new(blocks);
         let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();

@@ -84,7 +84,7 @@ impl NoiseChanges {
 }
 
 impl ChannelSignal {
-    /// What changes in the noise of the record, by the `histogram` of the same samples; nothing
+    /// Changes of the noise of the record, by the `histogram` of the same samples; nothing
     /// below 16 blocks of 32 samples, and where the noise is less than half a step of the channel.
     #[must_use]
     pub fn noise_changes(&self, histogram: &Histogram, interval_s: f64) -> NoiseChanges {

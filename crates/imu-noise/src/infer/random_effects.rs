@@ -29,12 +29,12 @@ pub struct RandomEffects {
     pub next_upper: f64,
     /// Records with a value, at least three; the others gave a bound.
     pub estimates: usize,
-    /// The record that lies farthest from what the others say; `None` where they all agree to the
-    /// last digit.
+    /// The record that differs most from the estimate of the others; `None` where they all agree to
+    /// the last digit.
     pub farthest: Option<FarthestRecord>,
 }
 
-/// The record that lies farthest from what the others say of it.
+/// The record that differs most from the estimate of the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarthestRecord {
     /// Its number, from 0 in the order given.
@@ -94,7 +94,7 @@ pub fn common_bound(parameters: &[Parameter], confidence: f64) -> Option<f64> {
     (records.len() >= LEAST_ESTIMATES).then(|| (weighted / weights + z / weights.sqrt()).sqrt())
 }
 
-/// What one record says of the logarithm η of the amplitude.
+/// The information of one record on the logarithm η of the amplitude.
 #[derive(Clone, Copy, Debug)]
 enum RecordEvidence {
     /// Normal around `log`.
@@ -208,7 +208,7 @@ impl MeanFit {
         let between = most_likely(&estimates, |deviation| restricted(deviation).unwrap_or(f64::NEG_INFINITY)).powi(2);
         let (mean, information) = mode(records, &estimates, between)?;
         let dof = estimates.len() as f64 - 1.0;
-        // bounds say nothing of the spread: it is that of the estimates alone
+        // bounds carry no information on the spread: it is that of the estimates alone
         let scale = estimates.iter().map(|(log, v)| (log - mean).powi(2) / (v + between)).sum::<f64>() / dof;
         Some(Self { mean, between, scale, error2: scale / information, dof })
     }

@@ -72,7 +72,7 @@ fn flicker(dead: f64, short: f64) -> f64 {
     pairs.map(|((at, weight), (other, factor))| weight * factor * covariance(at - other)).sum()
 }
 
-/// What records say of the square of an amplitude, the likelihood taken for normal.
+/// The information of records on the square of an amplitude, the likelihood taken for normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SquaredAmplitude {
     centre: f64,
@@ -102,9 +102,9 @@ impl SquaredAmplitude {
         (deviation > 0.0 && deviation.is_finite()).then_some(Self { centre, deviation })
     }
 
-    /// What two independent records say together. Where both see the amplitude, each counts as
-    /// sharply as it is known relative to itself: the deviation grows with the value, and weights
-    /// by it would favour the smaller one.
+    /// The information of two independent records together. Where both see the amplitude, each
+    /// counts as sharply as it is known relative to itself: the deviation grows with the value, and
+    /// weights by it would favour the smaller one.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let seen = |one: &Self| one.centre > one.deviation;

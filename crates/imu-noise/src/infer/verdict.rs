@@ -50,7 +50,7 @@ pub enum Verdict {
     BelowTypical,
     /// The interval spans the limit, or the upper end of what is typical.
     Inconclusive,
-    /// Nothing speaks against the claim, and what would decide is unknown: the effect of the stream
+    /// No evidence against the claim, and what would decide is unknown: the effect of the stream
     /// on the parameter, or what the figure means.
     Consistent,
     /// There is no interval; or it lies beyond the claim, and the effect of the stream is unknown.
@@ -73,8 +73,8 @@ impl Verdict {
         Self::Pass,
     ];
 
-    /// Where a figure has two readings and nothing says which was meant, of the verdicts by each:
-    /// what speaks against the sensor stands where both agree, and nothing passes.
+    /// Combines the verdicts by the two conventions of a figure whose convention is unknown: one
+    /// against the sensor holds where both agree, and nothing passes.
     #[must_use]
     pub fn of_either_reading(self, other: Self) -> Self {
         let speaks_for =
@@ -272,7 +272,7 @@ mod tests {
             (typical, estimated(15.0, 16.0), unknown, Inconclusive),
             (typical, estimated(16.0, 17.0), unknown, Undecided),
             (limit, bounded(17.9), unknown, Consistent),
-            // a bound above the limit says nothing for it
+            // a bound above the limit is no evidence for it
             (limit, bounded(100.0), unknown, Inconclusive),
             (limit, without(Status::NotMeasurable), StreamFactor::ONE, NotComparable),
             (limit, without(Status::NotMeasurable), unknown, NotComparable),

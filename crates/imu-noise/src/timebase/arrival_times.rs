@@ -25,7 +25,7 @@ pub(super) struct ArrivalTimes {
     rates_hz: &'static [f64],
     phase: ArrivalPhase,
     nominal: Option<NominalRate>,
-    /// The first stamp of the present clock, and the time in seconds that it stands for.
+    /// The first stamp of the present clock, and its time in seconds.
     origin: (Duration, f64),
     /// The last stamp; it never goes back unless the clock does.
     last: Duration,
@@ -264,7 +264,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// Starts anew where the samples held begin to come at this rate.
+    /// Restarts where the samples held begin to arrive at this rate.
     fn change_rate(&mut self, to_hz: f64) {
         let (ArrivalPhase::Tracking(tracker), Some(nominal)) = (&mut self.phase, self.nominal) else {
             return;

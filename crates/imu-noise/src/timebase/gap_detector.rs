@@ -27,14 +27,14 @@ use super::sample_counter::SampleCounter;
 ///
 /// let events: Vec<_> = std::iter::from_fn(|| detector.poll()).collect();
 /// let rate = GapEvent::Rate(NominalRate::Snapped(40.0));
-/// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5), GapEvent::Samples(195)]);
-/// ```
+/// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5),
+/// GapEvent::Samples(195)]); ```
 #[derive(Clone, Debug, Default)]
 pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
     counter_in_use: bool,
-    /// Samples pushed, and those of them that came out.
+    /// Samples pushed, and those of them that were returned.
     pushed: u64,
     reported: u64,
     /// Samples without a gap before them by arrival, and by counter, that did not come out;
@@ -61,7 +61,7 @@ impl GapDetector {
         Self::default()
     }
 
-    /// Sets the rate that the sensor is said to have, from the samples on that are still held.
+    /// Sets the rate that the sensor reports, from the samples on that are still held.
     /// Changes nothing once a rate was reported, or the stamps refused.
     pub fn set_known_rate(&mut self, known_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(known_hz)) {

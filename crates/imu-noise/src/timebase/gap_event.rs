@@ -12,7 +12,7 @@ pub enum GapEvent {
     Samples(u64),
     /// So many samples, at least 1, were dropped here.
     Missing(u64),
-    /// An unknown number of samples may have been dropped here: the counter started anew.
+    /// An unknown number of samples may have been dropped here: the counter restarted.
     UnknownGap,
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,

@@ -25,7 +25,7 @@ pub(super) struct SuspectedIncrease {
     pub(super) stamps_s: Vec<f64>,
     pub(super) events: Vec<GapEvent>,
     cutter: StretchCutter,
-    /// By how much the samples of the present stretch came early, in all.
+    /// Total time by which the samples of the present stretch arrived early.
     pub(super) early_s: f64,
     /// Place among the samples, and stamp, of the last one early by more than the tolerance.
     last_early: (usize, f64),

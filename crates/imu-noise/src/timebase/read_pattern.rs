@@ -1,7 +1,7 @@
 //! How the host's reads fall among the samples: several at once, and at which phases of the period.
 
-/// Samples that close came with one read. Chosen: above the jitter within a read, below half a
-/// period.
+/// Samples that close were delivered by one read. Chosen: above the jitter within a read, below
+/// half a period.
 pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
 /// Twice the longest usual bunching (USB adapters collect for 16 ms, slow readers up to 50 ms).
@@ -72,7 +72,7 @@ impl ReadPattern {
         self.previous_s = at_s;
     }
 
-    /// Whether two neighbouring samples came with two reads.
+    /// Whether two neighbouring samples were delivered by two reads.
     pub(super) fn are_apart(&self, earlier_s: f64, later_s: f64) -> bool {
         later_s - earlier_s >= self.together_s
     }

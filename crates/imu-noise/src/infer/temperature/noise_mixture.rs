@@ -1,4 +1,4 @@
-//! White noise, flicker noise and a random walk in many proportions, and regressions beneath each.
+//! White noise, flicker noise and a random walk in many proportions, and a regression for each.
 //!
 //! The spectra are those of `level_noise`, which takes the likeliest proportion to find a change of
 //! the level. Here all proportions count, each by its weight: the interval of a coefficient must
@@ -65,7 +65,7 @@ pub(super) struct WeightedAxis<'a> {
     likeliest: usize,
 }
 
-/// The regression beneath one noise, with one lag.
+/// The regression with one noise and one lag.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     lag_s: f64,

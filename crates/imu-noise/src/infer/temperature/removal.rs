@@ -1,4 +1,4 @@
-//! What the temperature made of the deviations, the level and the slope of an axis.
+//! The contribution of the temperature to the deviations, the level and the slope of an axis.
 
 use crate::accumulate::blocks::Block;
 use crate::accumulate::record::Deviation;
@@ -38,10 +38,11 @@ impl TemperatureRemoval {
         self.length
     }
 
-    /// The `variance` at averaging factor `m`, less what the temperature made of it, by the windows
-    /// of the block means; `of_block` is the variance at [`block_length`](Self::block_length).
-    /// Within a block the temperature is taken to change steadily; where two windows are longer
-    /// than the stretch, it has the share that it has in the longest ones.
+    /// The `variance` at averaging factor `m`, less the contribution of the temperature, by the
+    /// windows of the block means; `of_block` is the variance at
+    /// [`block_length`](Self::block_length). Within a block the temperature is taken to change
+    /// steadily; where two windows are longer than the stretch, it has the share that it has in the
+    /// longest ones.
     #[must_use]
     pub fn variance_without(&self, deviation: Deviation, m: u64, variance: f64, of_block: f64) -> f64 {
         if m < self.length {
