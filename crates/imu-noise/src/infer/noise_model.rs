@@ -11,6 +11,7 @@ mod model;
 mod parameter;
 mod record_length;
 mod regression;
+mod slope;
 
 use super::confidence::edf;
 use super::power_law::PowerLaw;
@@ -25,9 +26,10 @@ pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
 pub use least_half_width::least_half_width;
 pub(crate) use least_squares::non_negative;
-use model::{Model, Slope};
+use model::Model;
 pub use parameter::{PROVED_P, Parameter, Status, Term, Terms};
 pub use record_length::{Aim, Wanted};
+use slope::Slope;
 
 /// Degrees of freedom of an octave, in a random walk, to have a part in the fit: two octaves that
 /// share all samples are too far from jointly normal, and would show next to nothing.
