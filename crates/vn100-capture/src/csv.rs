@@ -12,6 +12,7 @@ mod header;
 mod lines;
 mod number;
 mod reader;
+mod resolution;
 mod stamp;
 #[cfg(test)]
 mod tests;
@@ -19,7 +20,7 @@ mod tests;
 use thiserror::Error;
 use vn100_protocol::Layout;
 
-use self::{lines::LastField, number::Quantizer, stamp::StampUnit};
+use self::{lines::LastField, resolution::Quantizer, stamp::StampUnit};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;

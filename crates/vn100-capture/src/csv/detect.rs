@@ -8,7 +8,8 @@ use super::{
     column_map::{ColumnMap, ColumnName, MappedChannel, known},
     header::{ColumnPlaces, Header},
     lines::{Fields, LastField, is_comment_or_blank},
-    number::{ColumnScan, LastDigit, Number, Prior, SCANNED_ROWS},
+    number::{LastDigit, Number},
+    resolution::{ColumnScan, Prior, SCANNED_ROWS},
     shown,
     stamp::{StampScan, StampUnit},
 };

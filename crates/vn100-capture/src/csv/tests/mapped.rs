@@ -66,7 +66,7 @@ fn an_attitude_makes_a_recording_compensated() {
 #[test]
 fn what_does_not_fit_takes_fewer_decimals_and_says_so() {
     let mut text = "w\n".to_owned();
-    for row in 0..number::SCANNED_ROWS {
+    for row in 0..resolution::SCANNED_ROWS {
         text.push_str(&format!("{}\n", (row as f64).sin() * 100.0));
     }
     text.push_str("0.00012345678901234\n21474\n300000\n");
@@ -76,8 +76,8 @@ fn what_does_not_fit_takes_fewer_decimals_and_says_so() {
     assert_eq!((&**rounded, plan.quantizers[0].decimals), ("gyro_x", 5));
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.counts[1], 8_414_710);
-    assert_eq!(whole.counts[number::SCANNED_ROWS..], [12, 2_147_400_000]);
-    assert_eq!(whole.rejected, [(number::SCANNED_ROWS + 2, RejectedRow::Range)]);
+    assert_eq!(whole.counts[resolution::SCANNED_ROWS..], [12, 2_147_400_000]);
+    assert_eq!(whole.rejected, [(resolution::SCANNED_ROWS + 2, RejectedRow::Range)]);
 }
 
 #[test]

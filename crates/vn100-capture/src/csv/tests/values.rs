@@ -103,7 +103,7 @@ fn more_decimals_than_the_sensor_prints_are_kept() {
 #[test]
 fn each_rejected_row_is_counted_with_its_reason() {
     let mut text = "t,gyro_x,accel_x\n".to_owned();
-    for row in 0..number::SCANNED_ROWS {
+    for row in 0..resolution::SCANNED_ROWS {
         text.push_str(&format!("{row}.0,0.000001,9.81\n"));
     }
     for row in [
