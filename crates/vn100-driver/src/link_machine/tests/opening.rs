@@ -1,0 +1,200 @@
+//! Opening the port, and the baud scan.
+
+use super::*;
+
+#[test]
+fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_connection() {
+    let refusal = || open_failed(PortProblem::NotFound(vec![]));
+    let mut first = Bench::new(LinkOptions::default());
+    first.machine.phase = Phase::Opening;
+    first.input(refusal());
+    assert_eq!(first.phase(), "closed");
+    assert!(first.error.as_ref().unwrap().starts_with("cannot open imu at 9600 baud"));
+
+    let mut bench = Bench::connected(LinkOptions::default());
+    bench.is_port_good = false;
+    bench.input(Input::Lost(io::Error::from(io::ErrorKind::BrokenPipe).into()));
+    assert_eq!(bench.phase(), "closing");
+    bench.input(Input::PortClosed { unread: Vec::new() });
+    for delay in [100, 200, 400, 800, 1600, 3200, 5000, 5000] {
+        assert_eq!(bench.phase(), "backing off");
+        assert!(
+            matches!(bench.states.last(), Some(LinkState::Down { was_up: true, needs_help: false, retry_in, .. }) if *retry_in == ms(delay))
+        );
+        bench.wait(ms(delay) - ms(1));
+        assert_eq!(bench.phase(), "backing off");
+        bench.wait(ms(1));
+        assert_eq!(bench.phase(), "opening");
+        bench.input(refusal());
+    }
+    // the delay starts anew after a good frame
+    bench.wait(ms(5000));
+    bench.is_port_good = true;
+    bench.input(Input::Opened(OpenPort::default()));
+    bench.receive(FRAME);
+    bench.input(Input::Lost(LinkError::Disconnected));
+    assert!(matches!(bench.states.last(), Some(LinkState::Down { retry_in, .. }) if *retry_in == ms(100)));
+    bench.assert_ledger();
+}
+
+#[test]
+fn a_port_that_never_will_be_one_is_not_tried_again() {
+    let mut bench = Bench::connected(LinkOptions::default());
+    bench.is_port_good = false;
+    bench.input(Input::Lost(LinkError::Disconnected));
+    bench.input(Input::PortClosed { unread: Vec::new() });
+    bench.wait(ms(100));
+    bench.input(open_failed(PortProblem::NotASerialPort(vec![])));
+    assert_eq!(bench.phase(), "closed");
+    assert!(bench.error.is_some());
+}
+
+#[test]
+fn a_scan_listens_and_asks_at_each_baud_rate() {
+    let mut bench = Bench::new(LinkOptions::default());
+    assert_eq!(bench.port, [PortAction::Open { baud: 115_200 }]);
+    assert_eq!(bench.states.last(), Some(&LinkState::Probing { port: "tty".into(), baud: Some(115_200) }));
+    bench.wait(ms(149));
+    assert_eq!(bench.sent, [""; 0]);
+    bench.wait(ms(1));
+    assert_eq!(bench.take_sent(), [ASK_MODEL]);
+    // garbage: no sensor boots here
+    bench.receive(&"x".repeat(101));
+    bench.wait(ms(122));
+    assert_eq!(bench.port.len(), 1);
+    bench.wait(ms(1));
+    assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
+    bench.wait(ms(8 * (150 + 370)));
+    let set = bench.port[1..9].iter().map(|action| match action {
+        PortAction::SetBaud(baud) => *baud,
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(set.collect::<Vec<_>>(), BAUD_RATES[1..]);
+    assert_eq!(bench.phase(), "scanning", "a second time");
+    bench.assert_ledger();
+}
+
+#[test]
+fn a_silent_sensor_is_waited_for_at_the_first_baud_rate_as_long_as_it_boots() {
+    for baud in [None, Some(9600)] {
+        let mut bench = Bench::new(LinkOptions { baud, ..LinkOptions::default() });
+        bench.wait(ms(1990));
+        assert_eq!(bench.port.len(), 1);
+        assert!(bench.sent.len() >= 4 && bench.sent.iter().all(|line| line == ASK_MODEL));
+        // the rest of a frame is no sign of a sensor that sends
+        bench.receive("-00.9");
+        bench.wait(ms(500));
+        let next = if baud.is_none() { PortAction::SetBaud(921_600) } else { PortAction::Close };
+        assert_eq!(bench.port[1], next);
+        bench.receive(&sentence("VNRRG,01,VN-100"));
+        assert_eq!(bench.phase(), "connected");
+        bench.assert_ledger();
+    }
+}
+
+#[test]
+fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_received() {
+    let cases = [
+        (
+            true,
+            false,
+            "",
+            2,
+            "no sensor is heard on imu at 9 speeds: nothing came; check the cable, the power of the sensor and the baud rate",
+        ),
+        (true, true, "", 2, "it: do not only listen, or check the cable and the power of the sensor"),
+        (
+            true,
+            false,
+            "junk",
+            5,
+            "bytes came and none of them made a good line; check the cable, the power of the sensor and the baud rate",
+        ),
+        (
+            true,
+            false,
+            "$VNRRG,01*72\r\n",
+            2,
+            "the line echoes, and nothing came but what was sent; take a loopback plug off; on RS-485 check",
+        ),
+        (
+            false,
+            false,
+            "",
+            2,
+            "no sensor is heard on imu: nothing came; check the cable and the power of the sensor, and the speed that the server is set to",
+        ),
+    ];
+    for (has_baud, listen_only, text, openings, expected) in cases {
+        let mut bench = Bench::of(has_baud, LinkOptions { listen_only, ..LinkOptions::default() });
+        for _ in 0..1000 {
+            bench.wait(ms(130));
+            if !text.is_empty() && bench.phase() == "scanning" {
+                bench.receive(text);
+            }
+        }
+        assert_eq!(bench.phase(), "closed");
+        let error = bench.error.clone().unwrap();
+        assert!(error.contains(expected), "{error}");
+        let opened = bench.port.iter().filter(|action| matches!(action, PortAction::Open { .. })).count();
+        assert_eq!(opened, openings, "{expected}");
+        assert_eq!(bench.sent.is_empty(), listen_only);
+        bench.assert_ledger();
+    }
+}
+
+#[test]
+fn the_owner_has_its_own_words_for_a_hint() {
+    let mut bench = Bench::of(false, LinkOptions { hint_text: Some(|_| "own words"), ..LinkOptions::default() });
+    bench.wait(ms(10_000));
+    assert_eq!(bench.error.as_deref(), Some("no sensor is heard on imu: nothing came; own words"));
+}
+
+#[test]
+fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
+    let mut bench = Bench::new(LinkOptions::default());
+    bench.receive(&"x".repeat(200));
+    bench.is_port_good = false;
+    bench.wait(ms(400));
+    assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
+    // of the rate before
+    bench.receive(FRAME);
+    assert_eq!((bench.phase(), bench.machine.poll_timeout()), ("scanning", None));
+    bench.input(Input::BaudSet { baud: 921_600, result: Err(io::ErrorKind::InvalidInput.into()) });
+    assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(460_800)));
+    bench.receive(FRAME);
+    bench.is_port_good = true;
+    bench.input(Input::BaudSet { baud: 460_800, result: Ok(()) });
+    assert_eq!(bench.states.last(), Some(&LinkState::Probing { port: "tty".into(), baud: Some(460_800) }));
+    bench.receive(FRAME);
+    assert_eq!(bench.link.last(), Some(&LinkEventKind::Up { port: "tty".into(), baud: Some(460_800) }));
+    bench.assert_ledger();
+    assert_eq!(bench.rows, 1, "what was received at the rates before is discarded");
+}
+
+#[test]
+fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
+    for again in [false, true] {
+        let mut bench = Bench::connected(LinkOptions { baud: None, ..LinkOptions::default() });
+        bench.input(Input::Lost(LinkError::Disconnected));
+        bench.wait(ms(100));
+        // held back at the rate it had, while the next is tried
+        bench.wait(ms(2300));
+        assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
+        bench.receive(FRAME);
+        assert_eq!((bench.ups(), bench.port.last()), (1, Some(&PortAction::SetBaud(115_200))));
+        bench.wait(ms(99));
+        bench.receive(FRAME);
+        bench.wait(ms(1));
+        assert_eq!(bench.ups(), 1, "still of the burst");
+        if again {
+            bench.wait(ms(280));
+            assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)), "then the rate of the burst");
+        }
+        bench.receive(FRAME);
+        let baud = Some(if again { 921_600 } else { 115_200 });
+        assert_eq!(bench.link.last(), Some(&LinkEventKind::Up { port: "tty".into(), baud }));
+        bench.assert_ledger();
+        assert_eq!(bench.rows, 2);
+    }
+}
