@@ -277,21 +277,26 @@ fn counters_of_pieces_tell_what_is_missing_though_a_piece_has_one_row() {
 
 #[test]
 fn a_piece_that_tells_the_rate_tells_it_for_the_others() {
-    let piece = |first: usize, told: bool| {
+    let piece = |first: usize, told: Option<&str>| {
         let row = vec![1; VNIMU.channels.len()];
         let mut batch = Batch { layout: Some(Arc::new(VNIMU.clone())), counts: row, ..Batch::default() };
-        let fields = RegisterFields::new("40").unwrap();
-        batch.registers.extend(told.then_some(RegisterContents { register: Register::ASYNC_RATE, fields }));
+        let reply = |rate_hz: &str| RegisterContents {
+            register: Register::ASYNC_RATE,
+            fields: RegisterFields::new(rate_hz).unwrap(),
+        };
+        batch.registers.extend(told.map(reply));
         let (index, places, samples) = (first as u64, first as u64, first as u64);
         let mut analysis = Analysis::new(Settings::default()).starting_at(PieceStart { index, places, samples });
         analysis.absorb(&batch);
         analysis
     };
-    for told in [[false, false], [false, true], [true, false], [true, true]] {
+    for told in [[None, None], [None, Some("40")], [Some("40"), None], [Some("40"); 2]] {
         let mut whole = piece(0, told[0]);
         whole.append(piece(1, told[1])).unwrap();
         let timing = whole.snapshot().timing;
-        let expected = if told.contains(&true) { RateFrom::Device } else { RateFrom::Assumed };
+        let expected = if told.contains(&Some("40")) { RateFrom::Device } else { RateFrom::Assumed };
         assert_eq!((timing.samples, timing.rate_hz, timing.rate_from), (2, 40.0, expected), "{told:?}");
     }
+    let (mut whole, other) = (piece(0, Some("40")), piece(1, Some("50")));
+    assert!(matches!(whole.append(other), Err(NotAppended::OtherRate { hz: 40.0, next_hz: 50.0 })));
 }

@@ -135,3 +135,20 @@ fn is_part(same: &[SameSamples], record: usize, other: usize) -> bool {
         whole(own) && (!whole(others) || record > other)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_is_whole_in_the_other_and_of_two_alike_the_later_one_is_it() {
+        let parts = |of_first, of_second| {
+            let same = [SameSamples { records: [1, 4], shared: SharedRows { of_first, of_second } }];
+            [[1, 4], [4, 1], [1, 1], [2, 4]].map(|[record, other]| is_part(&same, record, other))
+        };
+        assert_eq!(parts(1.0, 0.5), [true, false, false, false]);
+        assert_eq!(parts(0.5, 0.98), [false, true, false, false]);
+        assert_eq!(parts(1.0, 1.0), [false, true, false, false]);
+        assert_eq!(parts(0.5, 0.97), [false; 4]);
+    }
+}

@@ -217,6 +217,12 @@ fn what_stands_between_two_records_is_a_caveat() {
     let other_rate = Simulated { settings: at(30.0), ..short() };
     assert_eq!(kinds_of(short(), other_rate), [CaveatKind::NoCommonTau, CaveatKind::Sampling]);
     assert_eq!(kinds_of(short(), Simulated { settings: at(20.0), ..short() }), [CaveatKind::Sampling]);
+    // which of them is faster is no matter
+    let at_rates = |first, second| {
+        kinds_of(Simulated { settings: at(first), ..short() }, Simulated { settings: at(second), ..short() })
+    };
+    assert_eq!(at_rates(20.0, 40.0), [CaveatKind::Sampling]);
+    assert_eq!(at_rates(40.0, 32.0), [CaveatKind::NoCommonTau, CaveatKind::Sampling]);
     let unaliased = Simulated { registers: vec![(85, "0,20,20,4,0,0,3,3,3,0")], ..short() };
     assert_eq!(kinds_of(short(), unaliased), [CaveatKind::Sampling]);
     let compensated = kinds_of(short(), Simulated { layout: VNYMR.clone(), ..short() });

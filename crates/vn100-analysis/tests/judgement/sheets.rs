@@ -1,6 +1,6 @@
 //! What a data sheet says of a record: verdicts and grades.
 
-use imu_noise::{Claim, Grade, Sensor, Term, Verdict};
+use imu_noise::{Claim, Grade, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
     Assessment, Datasheet, DatasheetFigure, Detrend, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
     WindowFrom, not_passed,
@@ -228,6 +228,16 @@ fn a_grade_needs_both_parameters_and_a_rate() {
     let compensated = Simulated { layout: VNYMR.clone(), ..Simulated::default() };
     let (_, assessment) = compensated.record();
     assert_eq!(assessment.channels[9].noise.as_ref().unwrap().grade(), Some(Err(NoGrade::BiasNotInStream)));
+    let settings = Settings { quantization: true, ..Simulated::default().settings };
+    let (_, asked) = Simulated { layout: VNYMR.clone(), settings, samples: 2000, ..Simulated::default() }.record();
+    // the filter takes the bias out, and no quantisation noise
+    for (channel, terms) in [(3, [true, false]), (9, [true, true])] {
+        let noise = asked.channels[channel].noise.as_ref().unwrap();
+        let found = [Term::Quantization, Term::BiasInstability].map(|term| noise.parameter(term));
+        assert_eq!(found.map(|parameter| parameter.is_some()), terms, "{found:?}");
+        assert_ne!(found[0].unwrap().status, Status::NotMeasurable);
+        assert!(found[1].is_none_or(|bias| bias.status == Status::NotMeasurable));
+    }
     let short = Simulated { samples: 10, ..Simulated::default() };
     assert_eq!(grades(short).1, Some(Err(NoGrade::WhiteNotKnown)));
 }
