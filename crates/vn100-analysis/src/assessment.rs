@@ -89,7 +89,7 @@ impl Assessment {
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
-        let curve = |(channel, results)| Curve::new(channel, results, snapshot.shape());
+        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape());
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
         let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
@@ -124,7 +124,7 @@ impl ChannelAssessment {
     fn new(
         channel: &Channel,
         results: &ChannelSnapshot,
-        curve: &Curve,
+        curve: &OctaveVariances,
         snapshot: &Snapshot,
         levels: Option<&LevelSearch>,
         confidence: f64,
@@ -163,7 +163,7 @@ impl ChannelAssessment {
 fn noise_of(
     channel: &Channel,
     results: &ChannelSnapshot,
-    curve: &Curve,
+    curve: &OctaveVariances,
     onboard: Option<Onboard>,
     bands: &[NarrowBand],
     snapshot: &Snapshot,
@@ -192,7 +192,7 @@ pub(crate) struct SingleAxes<'a> {
     snapshot: &'a Snapshot,
     confidence: f64,
     was_moved: bool,
-    curves: Vec<Curve>,
+    curves: Vec<OctaveVariances>,
     models: Models,
     /// Those that were asked for, by their places.
     known: Vec<(usize, Option<ChannelNoise>)>,
@@ -201,7 +201,7 @@ pub(crate) struct SingleAxes<'a> {
 impl<'a> SingleAxes<'a> {
     pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
         let was_moved = Motion::of(snapshot).is_some();
-        let curve = |(channel, results)| Curve::new(channel, results, snapshot.shape());
+        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape());
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
         Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
@@ -237,7 +237,7 @@ fn fourth_cumulant_counts4(results: &ChannelSnapshot) -> f64 {
 
 /// The octave variances of one channel, in its own unit.
 #[derive(Debug)]
-struct Curve {
+struct OctaveVariances {
     shape: RecordShape,
     octaves: Vec<Octave>,
     /// In the unit squared; no number where the sum is unknown.
@@ -246,7 +246,7 @@ struct Curve {
     slope_unit_s: Option<f64>,
 }
 
-impl Curve {
+impl OctaveVariances {
     fn new(channel: &Channel, results: &ChannelSnapshot, shape: RecordShape) -> Self {
         let variance = |counts2| counts_to_unit(counts2, 2 * channel.decimals) * channel.scale * channel.scale;
         Self {

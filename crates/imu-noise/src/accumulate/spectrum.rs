@@ -8,7 +8,7 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
-use power_sums::{PowerSums, Transform};
+use power_sums::{SegmentPowerSums, Transform};
 use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
 const LONG: usize = 512;
@@ -34,14 +34,14 @@ const SHORT: usize = 128;
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
     segments: Segments<T>,
-    sums: Sums,
+    sums: SpectrumSums,
 }
 
 #[derive(Clone, Debug)]
-struct Sums {
-    long: PowerSums<LONG>,
+struct SpectrumSums {
+    long: SegmentPowerSums<LONG>,
     /// Of the segments in which samples are missing, and of the first ones.
-    short: PowerSums<SHORT>,
+    short: SegmentPowerSums<SHORT>,
 }
 
 /// A whole number of counts: a sample, or a sum of samples below 2^53.
@@ -65,7 +65,7 @@ impl Count for i64 {
 impl<T: Count> Spectrum<T> {
     /// `counts_missing`: missing samples count where segments are spread.
     pub(crate) fn new(plan: &SpectrumPlan, counts_missing: bool) -> Self {
-        let sums = Sums { long: PowerSums::new(), short: PowerSums::new() };
+        let sums = SpectrumSums { long: SegmentPowerSums::new(), short: SegmentPowerSums::new() };
         Self { plan: plan.clone(), segments: Segments::new(counts_missing), sums }
     }
 
@@ -117,7 +117,7 @@ impl<T: Count> Spectrum<T> {
     }
 }
 
-impl Sums {
+impl SpectrumSums {
     fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {
         let whole = places.whole(segment.start);
         if let Some(values) = whole {

@@ -9,7 +9,7 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-use super::{AxisTemperature, ChannelAssessment, Curve, Onboard, WhiteBudget};
+use super::{AxisTemperature, ChannelAssessment, OctaveVariances, Onboard, WhiteBudget};
 use crate::{
     in_parallel::in_parallel,
     sensor::sensor_of,
@@ -100,7 +100,7 @@ impl ChannelNoise {
     /// of it beside the curve.
     pub(super) fn new(
         channel: &Channel,
-        curve: &Curve,
+        curve: &OctaveVariances,
         snapshot: &Snapshot,
         onboard: Option<Onboard>,
         evidence: &ChannelCurve<'_>,
@@ -260,7 +260,7 @@ pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
 }
 
 /// What longer records would show of the random walks that this one does not.
-pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], curves: &[Curve], models: &Models) {
+pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], curves: &[OctaveVariances], models: &Models) {
     let found = in_parallel(channels.iter().zip(curves), |(assessment, curve)| {
         let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor)?;
         noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none())?;
@@ -283,7 +283,7 @@ fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
-fn falls_below_white(curve: &Curve, short: &NoiseFit, window: Option<BoxcarWindow>) -> bool {
+fn falls_below_white(curve: &OctaveVariances, short: &NoiseFit, window: Option<BoxcarWindow>) -> bool {
     const BEYOND_DOUBT: f64 = 3.7;
     let white = short.parameter(Term::White).and_then(|white| white.value);
     let deficit = |white| white_deficit(&curve.octaves, &curve.variances, &curve.shape, white, window);
@@ -304,7 +304,7 @@ struct Made {
 }
 
 impl Models {
-    pub(super) fn of(snapshot: &Snapshot, curves: &[Curve]) -> Self {
+    pub(super) fn of(snapshot: &Snapshot, curves: &[OctaveVariances]) -> Self {
         let mut terms = Terms::RATE;
         if snapshot.quantization {
             terms = terms.and(Term::Quantization);
@@ -369,7 +369,7 @@ impl FilterModels {
         (snapshot.assessed(assessed))
             .map(|(channel, results, assessed)| {
                 let noise = assessed.noise.as_ref()?;
-                let curve = Curve::new(channel, results, snapshot.shape());
+                let curve = OctaveVariances::new(channel, results, snapshot.shape());
                 let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
                     // octaves that vibration disturbs are not part of the fit
                     let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);

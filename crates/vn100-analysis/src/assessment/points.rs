@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use imu_noise::{Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
 
-use super::{Curve, LEAST_EDF, OctaveAssessment};
+use super::{LEAST_EDF, OctaveAssessment, OctaveVariances};
 use crate::snapshot::ChannelSnapshot;
 
 /// Degrees of freedom in noise of one kind, computed once for all channels.
@@ -31,7 +31,7 @@ impl KnownEdf {
     pub(super) fn points(
         &mut self,
         results: &ChannelSnapshot,
-        curve: &Curve,
+        curve: &OctaveVariances,
         octaves: &[OctaveAssessment],
         confidence: f64,
     ) -> Vec<OctaveAssessment> {

@@ -78,7 +78,7 @@ struct Head {
 }
 
 /// New block sums of one level, and how many samples each lacks; `None` where none lacks any.
-struct Blocks {
+struct LevelBlocks {
     sums: Scratch<i64>,
     missing: Option<Scratch<u32>>,
     len: usize,
@@ -112,7 +112,7 @@ impl Cascade {
 
     pub(super) fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
-            let mut new = Blocks::new();
+            let mut new = LevelBlocks::new();
             for (sum, &count) in new.sums[MAX_LAG..].iter_mut().zip(block) {
                 *sum = count.into();
             }
@@ -123,7 +123,7 @@ impl Cascade {
 
     pub(super) fn gap(&mut self, missing: Option<u64>) {
         match missing.map(|missing| self.piece.room_for(missing)) {
-            Some(missing) if missing > 0 => self.advance(&mut Blocks::new(), missing),
+            Some(missing) if missing > 0 => self.advance(&mut LevelBlocks::new(), missing),
             _ => {
                 self.piece.part();
                 self.levels.iter_mut().for_each(Level::forget);
@@ -147,7 +147,7 @@ impl Cascade {
             between => self.gap(Some(between)),
         }
         let (seam, run_end) = (next.piece.start, next.piece.first_run_end());
-        let (mut new, mut joined) = (&mut Blocks::new(), &mut Blocks::new());
+        let (mut new, mut joined) = (&mut LevelBlocks::new(), &mut LevelBlocks::new());
         for k in 0..=MAX_LEVEL {
             let (lag, stride) = (self.lag(k), self.stride(k));
             let head = next.levels.get(k as usize).map(|level| &level.head);
@@ -208,9 +208,9 @@ impl Cascade {
 
     /// Continues by so many places; of `new`, what is behind its length is missing.
     #[inline]
-    fn advance(&mut self, new: &mut Blocks, mut places: u64) {
+    fn advance(&mut self, new: &mut LevelBlocks, mut places: u64) {
         self.piece.end += places;
-        let (mut new, mut joined) = (&mut *new, &mut Blocks::new());
+        let (mut new, mut joined) = (&mut *new, &mut LevelBlocks::new());
         for k in 0..=MAX_LEVEL {
             if places == 0 {
                 break;
@@ -233,7 +233,7 @@ impl Cascade {
     /// next level. `last` is the number of the last new sum in strides from index 0, and the last
     /// `not_joined` ones are the second half of no block of the next level.
     #[inline]
-    fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut Blocks, joined: &mut Blocks) {
+    fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut LevelBlocks, joined: &mut LevelBlocks) {
         if k as usize == self.levels.len() {
             self.levels.push(Level::new(self.keeps_terms));
         }
@@ -291,8 +291,8 @@ impl Level {
         k: u32,
         lag: usize,
         onward: &Onward,
-        new: &mut Blocks,
-        joined: &mut Blocks,
+        new: &mut LevelBlocks,
+        joined: &mut LevelBlocks,
     ) {
         let missing = new.missing.get_or_insert([0; MAX_LAG + BLOCK]);
         let (older, newer) = self.sums.sums.pairs(&mut new.sums, new.len, lag);
@@ -401,7 +401,7 @@ impl<T: Eq> Eq for Memory<T> {}
 
 impl Head {
     #[cold]
-    fn extend(&mut self, new: &Blocks, most: usize) {
+    fn extend(&mut self, new: &LevelBlocks, most: usize) {
         let len = new.len.min(most - self.len);
         self.sums[self.len..][..len].copy_from_slice(&new.sums[MAX_LAG..][..len]);
         if let Some(missing) = &new.missing {
@@ -411,7 +411,7 @@ impl Head {
     }
 }
 
-impl Blocks {
+impl LevelBlocks {
     #[inline]
     const fn new() -> Self {
         Self { sums: [0; MAX_LAG + BLOCK], missing: None, len: 0 }

@@ -40,7 +40,7 @@ impl<const N: usize> fmt::Debug for Transform<N> {
 /// Of segments of `N` values. The power of a segment is below 2^80 counts² for samples of 32 bits:
 /// exact for 2^40 samples of full scale and more.
 #[derive(Clone, Debug)]
-pub(super) struct PowerSums<const N: usize> {
+pub(super) struct SegmentPowerSums<const N: usize> {
     /// For k = 0..=N/2, in multiples of 2^-12 counts²: what was added last, and what came before
     /// once that would not fit, else empty.
     low: Vec<u64>,
@@ -52,7 +52,7 @@ pub(super) struct PowerSums<const N: usize> {
     weight_squares: u128,
 }
 
-impl<const N: usize> PowerSums<N> {
+impl<const N: usize> SegmentPowerSums<N> {
     pub(super) fn new() -> Self {
         Self { low: vec![0; N / 2 + 1], high: Vec::new(), most: 0, segments: 0, weight: 0, weight_squares: 0 }
     }
