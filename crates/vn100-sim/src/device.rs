@@ -63,8 +63,8 @@ const TICK_HZ: u64 = 800;
 #[derive(Debug, Clone)]
 pub struct DeviceConfig {
     /// The truth of its channels. A density stated for the output
-    /// ([`Window::None`](crate::Window::None)) is taken to be that at 40 Hz behind the
-    /// delivered window.
+    /// ([`AveragingWindow::None`](crate::AveragingWindow::None)) is taken to be that at 40 Hz
+    /// behind the delivered window.
     pub profile: Profile,
     /// Seed of all noise.
     pub seed: u64,

@@ -65,8 +65,8 @@ impl Profile {
     /// middle latitude, with the window it is delivered with.
     ///
     /// Densities are the sensor's: at 40 Hz the output shows 2.24 times as much of gyro and
-    /// accelerometer (see [`Window`]). The sheet states no random walk, so there is none. The
-    /// angles carry a small white noise of their own, not one computed from the other channels.
+    /// accelerometer (see [`AveragingWindow`]). The sheet states no random walk, so there is none.
+    /// The angles carry a small white noise of their own, not one computed from the other channels.
     #[must_use]
     pub fn datasheet() -> Self {
         let gyro = NoiseTruth {

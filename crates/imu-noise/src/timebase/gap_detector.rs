@@ -27,8 +27,8 @@ use super::sample_counter::SampleCounter;
 ///
 /// let events: Vec<_> = std::iter::from_fn(|| detector.poll()).collect();
 /// let rate = GapEvent::Rate(NominalRate::Snapped(40.0));
-/// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5),
-/// GapEvent::Samples(195)]); ```
+/// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5), GapEvent::Samples(195)]);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
