@@ -313,8 +313,9 @@ mod tests {
         let (x, y) = (found(&[line(5.0, 0.1), line(9.0, 0.2)]), found(&[line(5.1, 0.3), line(5.3, 0.4)]));
         let channels = [(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)];
         let shakes = Shake::all(&channels);
-        let told: Vec<_> = shakes.iter().map(|shake| (shake.frequency_hz, shake.most().1, shake.axes.len())).collect();
-        let [(single_hz, 0.4, 1), (both_hz, 0.3, 2), (9.0, 0.2, 1)] = told[..] else { panic!("{told:?}") };
+        let reported: Vec<_> =
+            shakes.iter().map(|shake| (shake.frequency_hz, shake.most().1, shake.axes.len())).collect();
+        let [(single_hz, 0.4, 1), (both_hz, 0.3, 2), (9.0, 0.2, 1)] = reported[..] else { panic!("{reported:?}") };
         assert!((single_hz - 5.3).abs() < 1e-12 && (both_hz - (0.1 * 5.0 + 0.3 * 5.1) / 0.4).abs() < 1e-12);
         assert_eq!((shakes[1].line.frequency_hz, &*shakes[1].most().0.name), (5.1, "gyro_y"));
         let warning = vibration(&channels, &[], &Analysis::new(Settings::default()).snapshot()).unwrap();
