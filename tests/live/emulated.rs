@@ -132,7 +132,8 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
     let recording = sensor.file("unplugged.mcap");
     let output = run(sensor.command("attach", &["--duration", "6s", "--json", "--record"]).arg(&recording));
     let measured = document(&output);
-    assert_eq!(number(&measured, "/timing/samples") + number(&measured, "/timing/missing"), 240);
+    let told = number(&measured, "/timing/samples") + number(&measured, "/timing/missing");
+    assert_eq!(told, 240, "{}", String::from_utf8_lossy(&output.stderr));
     assert!(measured["link"]["down_s"].as_f64().is_some_and(|down_s| down_s > 0.0), "{}", measured["link"]);
     assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
     assert_conserved(&measured);

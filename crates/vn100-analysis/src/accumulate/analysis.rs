@@ -23,6 +23,9 @@ use crate::{
 /// Pending rows of less time do not show their rate where they come bunched.
 const MIN_PENDING: Duration = Duration::from_secs(1);
 
+/// So much later than its time the last sample asked for may come, on a busy computer.
+const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
+
 /// One stream's statistics, the same however it was cut into batches.
 #[derive(Debug)]
 pub struct Analysis {
@@ -183,12 +186,13 @@ impl Analysis {
     }
 
     /// Whether all the data time asked for has passed: by the samples, and by the stamps of rows
-    /// that are pending because their rate is not known; for these [`finish`](Self::finish)
-    /// decides.
+    /// that are pending because their rate is not known, half a second later; for these
+    /// [`finish`](Self::finish) decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::pending_duration);
-        self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { pending })
+        let in_time = pending.saturating_sub(LATEST_ARRIVAL);
+        self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { in_time })
     }
 
     /// Whole seconds of data time passed, those missing or excluded included.

@@ -27,9 +27,9 @@ fn the_time_asked_for_passes_for_lines_that_are_held() {
     ahead[3] = 1000.0;
     for (case, stamps_s, duration_s, rate_hz, expected) in [
         // lines until it ends; samples, left out, missing, rate
-        ("of unknown rate", steady(1.0, 40), 5.0, None, (Some(6), 5, 1, 0, 1.0)),
+        ("of unknown rate", steady(1.0, 40), 5.0, None, (Some(7), 5, 2, 0, 1.0)),
         ("of known rate", steady(1.0, 40), 5.0, Some(1.0), (Some(5), 5, 0, 0, 1.0)),
-        ("one lost", lossy, 5.0, None, (Some(5), 4, 1, 1, 1.0)),
+        ("one lost", lossy, 5.0, None, (Some(6), 4, 2, 1, 1.0)),
         ("too few", steady(1.0, 4), 5.0, None, (None, 4, 0, 0, 1.0)),
         ("a second at least", steady(5.0, 100), 0.1, None, (Some(6), 1, 5, 0, 5.0)),
         ("one stamp far ahead", ahead, 5.0, None, (Some(200), 200, 0, 0, 40.0)),
@@ -53,7 +53,7 @@ fn the_time_before_a_lost_link_counts_for_lines_held_behind_it() {
     assert_eq!(until_complete(&mut analysis, &steady(1.0, 12)), None);
     assert_eq!(analysis.snapshot().lines_held(), Some(12));
     analysis.take_link_event(&down);
-    assert_eq!(until_complete(&mut analysis, &steady(1.0, 40)), Some(9), "twelve seconds and eight");
+    assert_eq!(until_complete(&mut analysis, &steady(1.0, 40)), Some(10), "twelve seconds, eight, and half a one");
 }
 
 #[test]
