@@ -142,22 +142,20 @@ impl Sums {
     #[inline]
     pub(crate) fn of(window: &[i32]) -> (Self, f64) {
         let Some(&pivot) = window.first() else { return (Self::EMPTY, 0.0) };
-        let deviation = |count: i32| f64::from(count) - f64::from(pivot);
-        let first = counts::lane_sum([window], |[count]| deviation(count));
-        let second = counts::lane_sum([window], |[count]| deviation(count) * deviation(count));
-        // No more than 32 times 2^32: exact.
-        let first_exact = first as i64;
-        let second_exact =
-            if second < counts::EXACT_BELOW { i128::from(second as i64) } else { squares_about(window, pivot) };
+        let deviations = Deviations::of_near(window, pivot).unwrap_or_else(|| Deviations::of(window, pivot));
+        let Deviations { sum: first, squares: second, min, max } = deviations;
         let (p, n) = (i64::from(pivot), window.len() as i64);
-        let spread = second * window.len() as f64 - first * first;
+        let (first_f64, n_f64) = (first as f64, window.len() as f64);
+        // fits but for counts of full scale, and is converted faster
+        let second_f64 = i64::try_from(second).map_or(second as f64, |second| second as f64);
+        let spread = second_f64 * n_f64 - first_f64 * first_f64;
         let sums = Self {
             // Not negative: a sum of squares.
-            squares: (second_exact + i128::from(p) * i128::from(2 * first_exact + n * p)) as u128,
-            sum: first_exact + n * p,
+            squares: (second + i128::from(p) * i128::from(2 * first + n * p)) as u128,
+            sum: first + n * p,
             count: window.len() as u64,
-            min: window.iter().fold(pivot, |min, &count| min.min(count)),
-            max: window.iter().fold(pivot, |max, &count| max.max(count)),
+            min,
+            max,
             spreads: if window.len() == WINDOW { Spreads::of(spread) } else { Spreads::default() },
         };
         (sums, spread)
@@ -234,6 +232,52 @@ fn log2_spread(spread: f64) -> u64 {
     bits + ((fraction * (4096 - fraction) * 1409) >> 24)
 }
 
+/// Sums of the deviations of a window from its first sample, and its extremes.
+#[derive(Debug, PartialEq)]
+struct Deviations {
+    sum: i64,
+    squares: i128,
+    min: i32,
+    max: i32,
+}
+
+impl Deviations {
+    /// Of a window of a sensor at rest; `None` where a sample is farther away. Vector registers
+    /// hold twice as many of 16 bits.
+    fn of_near(window: &[i32], pivot: i32) -> Option<Self> {
+        /// The squares of as many as a window holds are below 2^31.
+        const FARTHEST: i16 = 8000;
+        // differences from other pivots may wrap around to small ones
+        if pivot.unsigned_abs() >= 1 << 30 || window.len() > WINDOW {
+            return None;
+        }
+        let (mut sum, mut squares, mut min, mut max) = (0_i32, 0_i32, 0_i16, 0_i16);
+        for count in window {
+            let deviation = count.wrapping_sub(pivot).clamp(i16::MIN.into(), i16::MAX.into()) as i16;
+            (min, max) = (min.min(deviation), max.max(deviation));
+            // may wrap around where one is too far
+            sum = sum.wrapping_add(deviation.into());
+            squares = squares.wrapping_add(i32::from(deviation).pow(2));
+        }
+        let count = |deviation: i16| pivot + i32::from(deviation);
+        let all = || Self { sum: sum.into(), squares: squares.into(), min: count(min), max: count(max) };
+        (min >= -FARTHEST && max <= FARTHEST).then(all)
+    }
+
+    fn of(window: &[i32], pivot: i32) -> Self {
+        let deviation = |count: i32| f64::from(count) - f64::from(pivot);
+        let squares = counts::lane_sum([window], |[count]| deviation(count) * deviation(count));
+        let is_exact = squares < counts::EXACT_BELOW;
+        Self {
+            // no more than 32 times 2^32: exact
+            sum: counts::lane_sum([window], |[count]| deviation(count)) as i64,
+            squares: if is_exact { i128::from(squares as i64) } else { squares_about(window, pivot) },
+            min: window.iter().fold(pivot, |min, &count| min.min(count)),
+            max: window.iter().fold(pivot, |max, &count| max.max(count)),
+        }
+    }
+}
+
 #[cold]
 #[inline(never)]
 fn squares_about(window: &[i32], pivot: i32) -> i128 {
@@ -243,6 +287,8 @@ fn squares_about(window: &[i32], pivot: i32) -> i128 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::{array::uniform32, prelude::*};
+
     use super::*;
 
     #[test]
@@ -267,6 +313,25 @@ mod tests {
         let of: Vec<_> =
             blocks.spreads().map(|(first, _, spreads)| (first, spreads.windows, spreads.constant)).collect();
         assert_eq!(of, [(0, 1, 0), (32, 0, 1)]);
+    }
+
+    proptest! {
+        #[test]
+        fn deviations_in_16_bits_are_those_in_64(
+            pivot in prop_oneof![-20_000..20_000_i32, (1 << 30) - 9000..(1 << 30) + 9000, any::<i32>()],
+            offsets in uniform32(prop_oneof![-9000..9000_i32, Just(8000), Just(-8000), any::<i32>()]),
+            reach in 1..9000_i32,
+        ) {
+            for reach in [reach, i32::MAX] {
+                let window = offsets.map(|offset| pivot.wrapping_add(offset % reach));
+                let near = Deviations::of_near(&window, pivot);
+                let is_near = |&count: &i32| (i64::from(count) - i64::from(pivot)).abs() <= 8000;
+                prop_assert_eq!(near.is_some(), pivot.unsigned_abs() < 1 << 30 && window.iter().all(is_near));
+                // it begins with the pivot, as a window does
+                let with_pivot = Deviations::of(&window, pivot);
+                prop_assert!(near.is_none_or(|near| near == with_pivot));
+            }
+        }
     }
 
     #[test]
