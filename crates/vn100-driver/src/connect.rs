@@ -280,6 +280,23 @@ mod tests {
         assert!(permission_advice(Some("dialout")).contains("usermod -aG dialout"));
     }
 
+    #[test]
+    fn the_master_of_a_pseudo_terminal_is_its_other_side() {
+        let process = tempfile::tempdir().unwrap();
+        fs::create_dir(process.path().join("fdinfo")).unwrap();
+        fs::write(process.path().join("fdinfo/5"), "pos:\t0\nflags:\t0102\ntty-index:\t7\n").unwrap();
+        fs::write(process.path().join("fdinfo/6"), "pos:\t7\nflags:\t0102\n").unwrap();
+        for (file, port, expected) in [
+            ("5", "/dev/pts/7", true),
+            ("5", "/dev/pts/8", false),
+            ("5", "/dev/ttyUSB7", false),
+            ("6", "/dev/pts/7", false),
+            ("9", "/dev/pts/7", false),
+        ] {
+            assert_eq!(is_other_side(process.path(), OsStr::new(file), Path::new(port)), expected, "{file} {port}");
+        }
+    }
+
     #[cfg(unix)]
     #[test]
     fn joining_the_group_of_root_is_never_advised() {

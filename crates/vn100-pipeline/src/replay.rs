@@ -188,3 +188,16 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
         }
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_capture_is_named_by_its_format_and_standard_input_by_itself() {
+        for (bytes, expected) in [("$VNYMR,+000.0*00\r\n", "text"), ("time,gyro_x\n0.0,1.0\n0.1,2.0\n", "csv")] {
+            let capture = Capture::from_reader(io::Cursor::new(bytes), None).unwrap();
+            assert_eq!((kind(&capture, "noon"), kind(&capture, "-")), (expected, "stdin"));
+        }
+    }
+}

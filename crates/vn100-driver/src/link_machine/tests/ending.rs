@@ -71,3 +71,20 @@ fn an_overrun_in_pending_inputs_is_kept() {
     bench.assert_ledger();
     assert_eq!((bench.counts.overrun_bytes, bench.counts.baud_scan_bytes, bench.rows), (18, 4, 1));
 }
+
+#[test]
+fn a_stop_while_the_port_is_being_closed_asks_for_nothing_more() {
+    for (index, name) in ["scanning", "identifying", "connected", "verifying", "restoring"].into_iter().enumerate() {
+        let mut bench = phases().remove(index + 1);
+        assert_eq!(bench.phase(), name);
+        bench.is_port_good = false;
+        bench.input(Input::Lost(LinkError::Disconnected));
+        assert_eq!((bench.phase(), bench.port.last()), ("closing", Some(&PortAction::Close)), "{name}");
+        let (asked, sent) = (bench.port.len(), bench.sent.len());
+        bench.stop();
+        assert_eq!((bench.phase(), bench.port.len(), bench.sent.len()), ("closing", asked, sent), "{name}");
+        bench.input(Input::PortClosed { unread: Vec::new() });
+        assert_eq!(bench.phase(), "closed", "{name}");
+        bench.assert_ledger();
+    }
+}
