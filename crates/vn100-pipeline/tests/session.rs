@@ -263,10 +263,10 @@ impl Source for Open {
 async fn the_time_asked_for_ends_lines_of_unknown_rate_live_and_in_a_replay() {
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
-    let live = measured(Open(lines_of_1_hz(6)), options, settings.clone());
+    let live = measured(Open(lines_of_1_hz(7)), options, settings.clone());
     let live = time::timeout(Duration::from_secs(60), live).await.unwrap().snapshot;
-    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 1, 1.0));
-    for lines in [6, 7, 600] {
+    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 2, 1.0));
+    for lines in [7, 8, 600] {
         let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.snapshot;
         assert_eq!(replay.timing, live.timing, "{lines} lines recorded");
         assert!(replay.channels.iter().zip(&live.channels).all(|(replay, live)| replay.moments == live.moments));

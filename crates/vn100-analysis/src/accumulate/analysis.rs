@@ -191,8 +191,8 @@ impl Analysis {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::pending_duration);
-        let in_time = pending.saturating_sub(LATEST_ARRIVAL);
-        self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { in_time })
+        let passed = pending.saturating_sub(LATEST_ARRIVAL);
+        self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { passed })
     }
 
     /// Whole seconds of data time passed, those missing or excluded included.
