@@ -70,14 +70,13 @@ fn peaks(spectrum: &Powers) -> Vec<(usize, f64)> {
     let freedom = 2.0 * spectrum.averages;
     let Some(quantile) = chi_squared::quantile(1.0 - FALSE_ALARM / candidates, freedom) else { return Vec::new() };
     let threshold = quantile / freedom;
-    let floors = spectrum.floors(SIDE);
     let mut peaks = Vec::new();
-    for k in LOWEST..=last {
+    for (k, floor) in spectrum.floors(SIDE).into_iter().enumerate().skip(LOWEST) {
         let power = spectrum.power(k);
         if (1..=REACH).any(|off| power < spectrum.power(k + off) || power <= spectrum.power(k - off)) {
             continue;
         }
-        let (floor, points) = (floors[k], 2 * points_on_a_side(k, SIDE) + 1);
+        let points = 2 * points_on_a_side(k, SIDE) + 1;
         // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
         let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * points as f64).sqrt();
         if floor > 0.0 && power > floor * threshold * uncertain {
