@@ -10,7 +10,7 @@ use crate::{
     usb::UsbBuffer,
 };
 
-/// The most that adapters can.
+/// The most that adapters can. The compiler evaluates it, and would refuse a zero.
 const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
 
 /// An emulated sensor, its cable and its adapter.
