@@ -61,3 +61,4 @@ mod tests;
 pub use gap_detector::GapDetector;
 pub use gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
 pub use interval_statistics::Arrivals;
+pub use sample_counter::{CounterSummary, OtherCounter};

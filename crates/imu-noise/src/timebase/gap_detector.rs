@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::arrival_times::ArrivalTimes;
 use super::gap_event::{GapEvent, TimebaseSummary};
-use super::sample_counter::SampleCounter;
+use super::sample_counter::{CounterSummary, SampleCounter};
 
 /// Finds the gaps of one stream, sample by sample; streaming, in bounded memory, without a clock of
 /// its own.
@@ -97,17 +97,10 @@ impl GapDetector {
         }
     }
 
-    /// Whether a sample had a counter.
+    /// The counters so far; `None` if the first sample had none.
     #[must_use]
-    pub const fn has_counters(&self) -> bool {
-        self.counter.is_some()
-    }
-
-    /// By how much the counter rises from sample to sample, 0 for one that is ignored; `None` while
-    /// that is not known, at least before the second counter.
-    #[must_use]
-    pub fn counter_step(&self) -> Option<f64> {
-        self.counter.as_ref()?.step
+    pub fn counter(&self) -> Option<CounterSummary> {
+        self.counter.as_ref()?.summary()
     }
 
     /// The next event that is certain.
@@ -121,7 +114,7 @@ impl GapDetector {
                         self.counter_in_use |= event == GapEvent::CounterInUse;
                         return Some(event);
                     }
-                    Some((None, true)) => (self.counter, self.counter_in_use) = (None, false),
+                    Some((None, true)) => (self.by_counter, self.counter_in_use) = (u64::MAX, false),
                     Some((None, false)) => return None,
                 }
             } else if self.by_arrival == 0 {

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use thiserror::Error;
+
 use super::gap_event::GapEvent;
 use super::rate_estimates::RUN;
 
@@ -24,11 +26,12 @@ const MAX_STEPS: f64 = 4_294_967_296.0;
 /// ignored, and [`GapEvent::CounterInUse`] is never reported.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
+    first: Option<u64>,
     last: Option<u64>,
     /// Increments before the samples held; empty once the step is known.
     held: Vec<Increment>,
     /// 0 for a counter that is ignored.
-    pub(super) step: Option<f64>,
+    step: Option<f64>,
     pub(super) events: VecDeque<GapEvent>,
     /// Whether [`finish`](Self::finish) was called.
     pub(super) has_ended: bool,
@@ -43,6 +46,7 @@ enum Increment {
 impl SampleCounter {
     pub(super) fn push(&mut self, count: u64) {
         let Some(last) = self.last.replace(count) else {
+            self.first = Some(count);
             return self.add_sample();
         };
         let increment = increment(last, count);
@@ -60,6 +64,11 @@ impl SampleCounter {
     pub(super) fn finish(&mut self) {
         self.learn_step();
         self.has_ended = true;
+    }
+
+    pub(super) fn summary(&self) -> Option<CounterSummary> {
+        let (first, last) = self.first.zip(self.last)?;
+        Some(CounterSummary { first, last, step: self.step })
     }
 
     fn learn_step(&mut self) {
@@ -96,6 +105,53 @@ impl SampleCounter {
         match self.events.back_mut() {
             Some(GapEvent::Samples(samples)) => *samples += 1,
             _ => self.events.push_back(GapEvent::Samples(1)),
+        }
+    }
+}
+
+/// The counters of the samples so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CounterSummary {
+    /// Of the first sample.
+    pub first: u64,
+    /// Of the last sample.
+    pub last: u64,
+    /// By how much it rises from sample to sample, 0 for a counter that is ignored; `None` while
+    /// that is not known, at least before the second sample.
+    pub step: Option<f64>,
+}
+
+/// A counter does not continue that of the samples before.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "the counter rises by {next_step} a sample, before by {step}: cut longer pieces, and begin each with its place"
+)]
+pub struct OtherCounter {
+    /// Events per sample, before.
+    pub step: f64,
+    /// Events per sample, from there on.
+    pub next_step: f64,
+}
+
+impl CounterSummary {
+    /// Of this piece of a stream and the next, whose first sample comes `distance` places, 1 or
+    /// more, behind the last one of this.
+    ///
+    /// # Errors
+    /// Where the counters rise at different steps, or from the one to the other not by as many as
+    /// there are places.
+    pub fn append(&self, next: &Self, distance: u64) -> Result<Self, OtherCounter> {
+        let between = match increment(self.last, next.first) {
+            Increment::By(events) => events as f64 / distance as f64,
+            Increment::Back => -1.0,
+        };
+        let step = self.step.or(next.step).unwrap_or_else(|| between.max(0.0));
+        let is_other = |next_step: f64, places: f64| (next_step - step).abs() * places > TOLERANCE * step;
+        let places = if step > 0.0 { distance as f64 } else { 0.0 };
+        let next_step = next.step.filter(|next_step| is_other(*next_step, 1.0));
+        match next_step.or_else(|| is_other(between, places).then_some(between)) {
+            Some(next_step) => Err(OtherCounter { step, next_step }),
+            None => Ok(Self { first: self.first, last: next.last, step: Some(step) }),
         }
     }
 }
@@ -222,5 +278,32 @@ mod tests {
             }
             prop_assert_eq!(events(counts), expected);
         }
+    }
+
+    #[test]
+    fn a_counter_continues_if_it_rises_by_as_many_as_there_are_places() {
+        let piece = |counts: &[u64]| {
+            let mut counter = SampleCounter::default();
+            counts.iter().for_each(|count| counter.push(*count));
+            counter.finish();
+            counter.summary().unwrap()
+        };
+        let joined = |before: &[u64], next: &[u64], distance| {
+            piece(before).append(&piece(next), distance).map(|joined| (joined.first, joined.last, joined.step))
+        };
+        let other = |step, next_step| Err(OtherCounter { step, next_step });
+        assert_eq!(SampleCounter::default().summary(), None);
+        assert_eq!(joined(&[5, 25], &[45, 65], 1), Ok((5, 65, Some(20.0))));
+        assert_eq!(joined(&[5], &[65], 3), Ok((5, 65, Some(20.0))), "neither knows the step");
+        assert_eq!(joined(&[5, 25], &[85], 3), Ok((5, 85, Some(20.0))));
+        assert_eq!(joined(&[5], &[85, 105], 4), Ok((5, 105, Some(20.0))));
+        assert_eq!(joined(&[(1 << 32) - 10], &[10], 1), Ok(((1 << 32) - 10, 10, Some(20.0))), "it wraps");
+        assert_eq!(joined(&[5, 25], &[86], 2), other(20.0, 30.5), "one sample more is missing");
+        assert_eq!(joined(&[5, 25], &[45, 95], 1), other(20.0, 50.0), "no two of a piece follow each other");
+        assert_eq!(joined(&[5, 25], &[3], 1), other(20.0, -1.0), "it starts anew");
+        assert_eq!(joined(&[5, 5], &[5], 1), Ok((5, 5, Some(0.0))), "it counts something slower");
+        assert_eq!(joined(&[5], &[5], 1), Ok((5, 5, Some(0.0))));
+        assert_eq!(joined(&[5, 25], &[25], 1), other(20.0, 0.0));
+        assert_eq!(joined(&[5, 5], &[45, 65], 2), other(0.0, 20.0));
     }
 }

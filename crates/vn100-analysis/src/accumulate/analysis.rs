@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::GapDetector;
+use imu_noise::{CounterSummary, GapDetector};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
@@ -32,6 +32,8 @@ pub struct Analysis {
     record: DataRecord,
     /// Rows with stamps or counters, since the link came up.
     pending: Option<PendingRows>,
+    /// Of the pieces that were appended.
+    counter_before: Option<CounterSummary>,
     link: StreamCounts,
     outages: Outages,
     last_row_ns: Option<i64>,
@@ -44,6 +46,7 @@ impl Analysis {
         Self {
             record: DataRecord::new(settings),
             pending: None,
+            counter_before: None,
             link: StreamCounts::default(),
             outages: Outages::default(),
             last_row_ns: None,
@@ -80,29 +83,33 @@ impl Analysis {
         if self.is_timed() || next.is_timed() {
             return Err(NotAppended::ByArrival);
         }
-        let is_counted = self.is_counted_as(&next)?;
+        let counter = self.joined_counter(&next)?;
         self.record.append(&next.record)?;
-        if is_counted {
+        if counter.and_then(|counter| counter.step).is_some_and(|step| step > 0.0) {
             self.record.gaps.use_counter();
         }
+        (self.counter_before, self.pending) = (counter, None);
         self.link.append(&next.link);
-        self.pending = next.pending.or(self.pending.take());
         Ok(())
     }
 
-    /// Whether the rows of both have counters that show what is missing.
-    fn is_counted_as(&self, next: &Self) -> Result<bool, NotAppended> {
-        let detector = |analysis: &Self| {
-            let detector = &analysis.pending.as_ref()?.detector;
-            detector.has_counters().then(|| detector.counter_step())
-        };
-        match (detector(self), detector(next)) {
-            (Some(Some(step)), Some(Some(next_step))) if (step - next_step).abs() > step.max(next_step) / 4.0 => {
-                Err(NotAppended::OtherCounter { step, next_step })
+    /// The counters of the rows of both.
+    fn joined_counter(&self, next: &Self) -> Result<Option<CounterSummary>, NotAppended> {
+        match (self.counter(), next.counter()) {
+            (Some(counter), Some(next_counter)) => {
+                let (end, start) = (self.record.span.so_far(), next.record.span.start);
+                let other_place = NotAppended::OtherPlace { end, next: start };
+                let missing = start.index.checked_sub(end.index).ok_or(other_place)?;
+                Ok(Some(counter.append(&next_counter, missing + 1)?))
             }
-            (Some(ours), Some(theirs)) => Ok(ours != Some(0.0) && theirs != Some(0.0)),
-            _ => Ok(false),
+            (None, Some(_)) if self.record.span.has_rows() => Err(NotAppended::CounterInOne),
+            (Some(_), None) if next.record.span.has_rows() => Err(NotAppended::CounterInOne),
+            (ours, theirs) => Ok(ours.or(theirs)),
         }
+    }
+
+    fn counter(&self) -> Option<CounterSummary> {
+        self.counter_before.or_else(|| self.pending.as_ref()?.detector.counter())
     }
 
     /// Rows had arrival times, or the link was lost.

@@ -50,15 +50,12 @@ pub enum NotAppended {
     /// missing then depends on all times before.
     #[error("rows of a piece have arrival times, by which samples are placed with all those before: analyse it whole")]
     ByArrival,
-    /// The counters of the rows rise otherwise: in a piece of few rows, none of which follows
-    /// another, it cannot be known what is missing.
-    #[error("the counter of a piece rises by {next_step} a row, that of the one before by {step}: cut longer pieces")]
-    OtherCounter {
-        /// From row to row, of the piece before.
-        step: f64,
-        /// Of the piece to be appended.
-        next_step: f64,
-    },
+    /// The counters of the rows do not continue those of the piece before.
+    #[error(transparent)]
+    OtherCounter(#[from] imu_noise::OtherCounter),
+    /// Only the rows of one have counters, so that it is not known what is missing in the other.
+    #[error("the rows of one piece have counters, those of the other have none: append pieces of one stream")]
+    CounterInOne,
     /// The temperature was asked for between the rows: its sums begin with the first answer.
     #[error("a piece relates its axes to a temperature that was asked for from time to time: analyse it whole")]
     PolledTemperature,
