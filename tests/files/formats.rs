@@ -176,7 +176,12 @@ fn parsed_fields_read_as_the_lines_they_came_from() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("minute.csv");
     fs::write(&path, as_csv(2400)).unwrap();
-    let (csv, exit) = replay(&path, &[]);
+    let (unsaid, _) = replay(&path, &[]);
+    assert_eq!(unsaid["source"]["compensated"], Value::Null);
+    assert!(warned(&unsaid, "compensation-unknown") && !warned(&unsaid, "compensated-stream"));
+    assert_ne!(channel(&unsaid, "gyro_y")["noise"]["bias_instability"]["status"], "not-measurable");
+    let (csv, exit) = replay(&path, &["--compensated", "yes"]);
+    assert!(!warned(&csv, "compensation-unknown") && warned(&csv, "compensated-stream"));
     let (lines, _) = replay(&replay_log(CLEAN), &[]);
     assert_eq!(exit, 0);
     assert_eq!(csv["source"]["kind"], "csv");

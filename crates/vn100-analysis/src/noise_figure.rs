@@ -58,8 +58,8 @@ impl NoiseFigure {
         if concerned.is_empty() {
             return Some(format!("{self} is not measurable in {message}, which lacks the channel"));
         }
-        let bias_removed =
-            layout.compensated && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
+        let bias_removed = layout.compensated == Some(true)
+            && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
         (bias_removed && self.term != Term::White).then(|| {
             format!("{self} is not measurable in {message}: the attitude filter takes the bias out; VNIMU carries the sensor's own rates")
         })

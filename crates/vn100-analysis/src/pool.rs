@@ -155,8 +155,12 @@ fn difference(record: &ComparedRecord<'_>, first: &ComparedRecord<'_>) -> Option
         return Some(format!("it is of {}, and {name} of {}", layout.message, expected.message));
     }
     if layout.compensated != expected.compensated {
-        let [with, without] = if layout.compensated { ["it", name] } else { [name, "it"] };
-        return Some(format!("{with} is compensated and {without} is not"));
+        let state = |compensated: Option<bool>| match compensated {
+            Some(true) => "is compensated",
+            Some(false) => "is not compensated",
+            None => "does not say whether it is compensated",
+        };
+        return Some(format!("it {}, and {name} {}", state(layout.compensated), state(expected.compensated)));
     }
     let scaled = |channel: &Channel| (channel.name.clone(), channel.unit.clone(), channel.decimals, channel.scale);
     if !layout.channels.iter().map(scaled).eq(expected.channels.iter().map(scaled)) {

@@ -16,6 +16,8 @@ pub enum Remedy {
     AcceptUnchecked,
     /// Name the columns of a CSV file, and their units.
     MapColumns,
+    /// State whether a filter has taken the bias out of the rates.
+    SayCompensated,
     /// Give the data sheet of the sensor.
     GiveDatasheet,
     /// State the setting of register 85.
@@ -65,6 +67,7 @@ impl fmt::Display for Remedy {
             Self::EndEarlier => f.write_str("a duration"),
             Self::AcceptUnchecked => f.write_str("the option for unchecked lines"),
             Self::MapColumns => f.write_str("a map of columns"),
+            Self::SayCompensated => f.write_str("the statement on compensation"),
             Self::GiveDatasheet => f.write_str("a data sheet"),
             Self::GiveWindow => f.write_str("the averaging window"),
             Self::TypicalIsLimit => f.write_str("what is typical as a limit"),

@@ -175,7 +175,7 @@ fn measured(counts: &[i32], decimals: u8, settings: Settings) -> Snapshot {
         scale: 1.0,
         limit_counts: i32::MAX,
     };
-    let layout = Layout { message: "CSV".into(), compensated: false, channels: vec![channel].into() };
+    let layout = Layout { message: "CSV".into(), compensated: None, channels: vec![channel].into() };
     let mut analysis = Analysis::new(settings);
     analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.to_vec(), ..Batch::default() });
     analysis.finish();

@@ -45,6 +45,8 @@ pub struct Settings {
     /// The averaging window of gyroscope and accelerometer that register 85 had, in refreshes,
     /// where the stream does not carry the register.
     pub window: Option<u32>,
+    /// Whether the rates are compensated, as the user says; outranks what the message says.
+    pub compensated: Option<bool>,
     /// The measurement ends once all of these are known; with none it does not end for that.
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
@@ -68,6 +70,7 @@ impl Default for Settings {
             detrend: None,
             quantization: false,
             window: None,
+            compensated: None,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,

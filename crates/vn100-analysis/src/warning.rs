@@ -22,6 +22,8 @@ pub enum WarningKind {
     DeviceErrors,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
+    /// Whether the values are corrected by a filter is not known.
+    CompensationUnknown,
     /// The sensor averages and decimates: its white noise reads higher, or at short tau lower.
     DecimatedStream,
     /// Another sensor answered in mid-stream.
@@ -91,6 +93,7 @@ impl WarningKind {
             Self::LinkBudget => "link-budget",
             Self::DeviceErrors => "device-errors",
             Self::CompensatedStream => "compensated-stream",
+            Self::CompensationUnknown => "compensation-unknown",
             Self::DecimatedStream => "decimated-stream",
             Self::AnotherSensor => "another-sensor",
             Self::RateAssumed => "rate-assumed",

@@ -14,7 +14,7 @@ use crate::{names::sentence, units::ChannelValues};
 pub(crate) struct Findings {
     /// Of the VN-100's; `None` where another sensor's data came.
     pub(crate) message: Option<String>,
-    pub(crate) compensated: bool,
+    pub(crate) compensated: Option<bool>,
     pub(crate) timing: Timing,
     /// Of the measured rate from the nominal one.
     pub(crate) offset_ppm: Option<f64>,
@@ -132,7 +132,7 @@ impl Findings {
         let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
         Self {
             message: message.filter(|message| message.starts_with("VN")),
-            compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
+            compensated: snapshot.layout.as_ref().and_then(|layout| layout.compensated),
             timing: snapshot.timing,
             offset_ppm: snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm),
             datasheet: record.measured.verdicts.as_ref().map(|verdicts| verdicts.datasheet.clone()),

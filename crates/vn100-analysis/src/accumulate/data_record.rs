@@ -47,7 +47,11 @@ impl DataRecord {
     pub(crate) fn set_layout(&mut self, layout: &Arc<Layout>) {
         if self.accumulators.layout.is_none() {
             self.rate.set_layout(layout);
-            self.accumulators.begin(Arc::clone(layout), &self.settings, self.span.start);
+            let layout = match self.settings.compensated {
+                None => Arc::clone(layout),
+                said => Arc::new(Layout { compensated: said, ..Layout::clone(layout) }),
+            };
+            self.accumulators.begin(layout, &self.settings, self.span.start);
         }
     }
 

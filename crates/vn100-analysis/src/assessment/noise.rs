@@ -110,7 +110,7 @@ impl ChannelNoise {
         let sensor = sensor_of(channel.quantity)?;
         let window = overlapping_window(onboard);
         let model = &models.get(&curve.octaves, window)?.model;
-        let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+        let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
         // an octave more than terms to be distinguished
         let least = 4 + usize::from(snapshot.quantization);
         let evidence = ChannelCurve { variances: &curve.variances, ..*evidence };

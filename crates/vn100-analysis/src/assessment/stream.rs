@@ -86,7 +86,7 @@ impl Onboard {
             }
         };
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
-        let averaged = mode & if layout.compensated { 2 } else { 1 } != 0;
+        let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;
         let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
         let decimation = refresh_hz / snapshot.timing.rate_hz;
         let window_from = match (filter, given) {

@@ -140,7 +140,7 @@ pub(crate) fn removals(snapshot: &Snapshot) -> Vec<Option<TemperatureRemoval>> {
         return Vec::new();
     };
     let search = temperature.search(snapshot.shape().interval_s);
-    let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+    let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
     let why_none = |_, channel: &Channel| {
         let has_no_bias = compensated && sensor_of(channel.quantity) == Some(Sensor::Gyroscope);
         has_no_bias.then_some(WhyNoCoefficient::BiasNotInStream)

@@ -212,14 +212,14 @@ fn sampling(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKin
 }
 
 fn compensation(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
-    let compensated =
-        |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
-    (compensated(a) != compensated(b)).then(|| {
-        let (tracked, own) = if compensated(a) { (a, b) } else { (b, a) };
-        let text = format!(
-            "the gyroscope's bias is taken out in {} and not in {}: its octaves are compared up to {BEFORE_FILTER_S} s",
-            tracked.name, own.name
-        );
-        (CaveatKind::Compensation, text)
-    })
+    let compensated = |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref()?.compensated;
+    let whether = match (compensated(a), compensated(b)) {
+        (a, b) if a == b => return None,
+        (None, _) => format!("may be taken out in {}, which does not say so", a.name),
+        (_, None) => format!("may be taken out in {}, which does not say so", b.name),
+        (Some(true), _) => format!("is taken out in {} and not in {}", a.name, b.name),
+        (Some(false), _) => format!("is taken out in {} and not in {}", b.name, a.name),
+    };
+    let text = format!("the gyroscope's bias {whether}: its octaves are compared up to {BEFORE_FILTER_S} s");
+    Some((CaveatKind::Compensation, text))
 }

@@ -188,7 +188,7 @@ fn channels(records: &[ComparedRecord<'_>]) -> Vec<ComparedChannel> {
                 continue;
             }
             let Some(mean) = mean(record, number, index, channel) else { continue };
-            let bias_removed = layout.compensated && channel.quantity == Quantity::AngularRate;
+            let bias_removed = layout.compensated == Some(true) && channel.quantity == Quantity::AngularRate;
             match found.iter_mut().find(|found| found.name == channel.name && found.unit == channel.unit) {
                 Some(found) => {
                     found.means.push(mean);

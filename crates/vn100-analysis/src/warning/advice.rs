@@ -273,10 +273,21 @@ impl Advice {
     }
 
     fn on_message(&mut self, snapshot: &Snapshot) {
-        let Some(layout) = snapshot.layout.as_ref().filter(|layout| layout.compensated) else { return };
+        let Some(layout) = &snapshot.layout else { return };
         let rates = layout.channels.iter().filter(|channel| channel.quantity == Quantity::AngularRate);
         let rates: Vec<_> = rates.map(|channel| channel.name.to_string()).collect();
-        if !rates.is_empty() {
+        if rates.is_empty() {
+            return;
+        }
+        if layout.compensated.is_none() {
+            let text = Text::from(
+                "nothing says whether a filter has taken the bias out of these rates. If one has, bias instability, random walk and ramp are \
+                 those of that filter, not of the sensor; ",
+            )
+            .remedy(Remedy::SayCompensated)
+            .then(" yes or no says it");
+            self.warn_of(WarningKind::CompensationUnknown, rates, text);
+        } else if layout.compensated == Some(true) {
             let text = format!(
                 "the angular rates of {} have the attitude filter's bias estimate removed: at long tau their deviation shows that \
                      filter, not the sensor. Bias instability and rate random walk of the sensor need the uncompensated message VNIMU",

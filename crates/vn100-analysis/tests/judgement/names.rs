@@ -40,7 +40,15 @@ fn warnings_are_named() {
     let time =
         [RateAssumed, RateChanged, RateOffNominal, StampsBackwards, StampsRefused, BunchedArrival, RepeatedLines];
     let values = [Gaps, PrintFormat, StuckDigits, QuantisationFloor, FullRange, AngleRestarted, TooShort];
-    let noise = [CompensatedStream, DecimatedStream, VibrationLine, CorrelatedNoise, LowPass, LineFreeBand];
+    let noise = [
+        CompensatedStream,
+        CompensationUnknown,
+        DecimatedStream,
+        VibrationLine,
+        CorrelatedNoise,
+        LowPass,
+        LineFreeBand,
+    ];
     let rest = [NotStationary, WarmUp, FollowsTemperature, GravityMagnitude, FieldMagnitude, YawFromMagnetometer];
     for kinds in [&link[..], &time, &values, &noise, &rest] {
         assert_named(kinds, WarningKind::name);

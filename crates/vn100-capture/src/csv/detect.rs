@@ -148,7 +148,7 @@ impl<'a> HeaderCandidate<'a> {
             known => Channel { scale: mapped.unit.scale, ..known.clone() },
         };
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
-        let compensated = channels.iter().any(|channel| channel.quantity.is_attitude());
+        let compensated = self.said_compensated();
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
         let prior = |zero_hundredths| Prior {
             // the distance between two zeros must be a whole count
@@ -171,25 +171,41 @@ impl<'a> HeaderCandidate<'a> {
         stamps.are_times().then_some(place)
     }
 
-    /// The layout of channels found by name. Uncompensated only when the file says so in its header
-    /// or a comment above, with `uncomp` or the name of an uncompensated message: the names of the
-    /// columns are the same for both, and to take compensated rates for uncompensated ones would
-    /// claim a bias instability that is not the sensor's. A message of nothing but what any
-    /// inertial sensor measures must be named, too.
+    /// The layout of channels found by name: that of a message of the sensor where the channels are
+    /// its very own and an attitude is among them, or the file names it, or says of such a set of
+    /// channels whether it is compensated.
     fn named_layout(&self, channels: Vec<Channel>) -> Layout {
-        let head = self.lines[..=self.index].join(&b'\n').to_ascii_lowercase();
-        let says = |word: &str| memmem::find(&head, word.to_ascii_lowercase().as_bytes()).is_some();
-        let says_uncompensated =
-            says("uncomp") || MESSAGES.iter().any(|message| !message.compensated && says(&message.message));
+        let compensated = self.said_compensated();
+        let is_of_any_sensor = channels.iter().all(is_of_any_sensor);
+        let has_attitude = channels.iter().any(|channel| channel.quantity.is_attitude());
         let message = MESSAGES.into_iter().find(|message| {
             *message.channels == *channels
-                && message.compensated != says_uncompensated
-                && (message.channels.iter().any(|channel| !is_of_any_sensor(channel)) || says(&message.message))
+                && (compensated.is_none() || message.compensated == compensated)
+                && (has_attitude || self.says(&message.message) || compensated.is_some() && !is_of_any_sensor)
         });
         match message {
-            Some(message) => message.clone(),
-            None => Layout { message: "CSV".into(), compensated: !says_uncompensated, channels: channels.into() },
+            Some(message) => Layout { compensated, ..message.clone() },
+            None => Layout { message: "CSV".into(), compensated, channels: channels.into() },
         }
+    }
+
+    /// Whether the file says in its header or above it that its values are compensated: by the name
+    /// of a message, or with `uncomp`. The names of columns are the same for both.
+    fn said_compensated(&self) -> Option<bool> {
+        if self.says("uncomp") {
+            return Some(false);
+        }
+        let mut named =
+            MESSAGES.iter().filter(|message| self.says(&message.message)).map(|message| message.compensated);
+        let first = named.next()?;
+        first.filter(|_| named.all(|other| other == first))
+    }
+
+    /// Whether `word` stands in the header or in a line above it, in any case of letters.
+    fn says(&self, word: &str) -> bool {
+        let word = word.to_ascii_lowercase();
+        let above = &self.lines[..=self.index];
+        above.iter().any(|line| memmem::find(&line.to_ascii_lowercase(), word.as_bytes()).is_some())
     }
 
     /// Whether a row of numbers follows a line of names.

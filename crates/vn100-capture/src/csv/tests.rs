@@ -115,7 +115,7 @@ fn the_parsed_captures_equal_their_sentences() {
         }
         let bytes = std::fs::read(&path).unwrap();
         let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
-        assert_eq!(*layout(&plan), VNYMR, "{}", path.display());
+        assert_eq!(*layout(&plan), Layout { compensated: None, ..VNYMR.clone() }, "{}", path.display());
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
         let expected = samples(&sentences, Options { accept_unchecked: true });

@@ -179,6 +179,14 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
     }
 }
 
+fn yes_or_no(text: &str) -> Result<bool, String> {
+    match text {
+        "yes" => Ok(true),
+        "no" => Ok(false),
+        _ => Err("neither \"yes\" nor \"no\"".into()),
+    }
+}
+
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hz) if hz.is_finite() && (1e-3..=1e5).contains(&hz) => Ok(hz),
@@ -215,6 +223,11 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 
+    /// Whether a filter has taken the bias out of the angular rates, which a CSV file of values
+    /// does not say. With yes, B, K and R of the gyroscope are not measurable
+    #[arg(long, value_name = "yes|no", value_parser = yes_or_no)]
+    pub(crate) compensated: Option<bool>,
+
     #[command(flatten)]
     pub(crate) log: LogArgs,
 }
@@ -224,6 +237,7 @@ impl FileArgs {
         Settings {
             averaging_times: self.taus.clone().unwrap_or_default(),
             window: self.window,
+            compensated: self.compensated,
             ..self.measure.settings()
         }
     }

@@ -124,7 +124,11 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
         let (word, style) = link_word(source, theme);
         parts.add(word, style);
         if let Some(layout) = &source.snapshot.layout {
-            let nature = if layout.compensated { "compensated" } else { "uncompensated" };
+            let nature = match layout.compensated {
+                Some(true) => "compensated",
+                Some(false) => "uncompensated",
+                None => "compensation unknown",
+            };
             parts.add(format!("{} {nature}", layout.message), Style::new());
         }
         parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());

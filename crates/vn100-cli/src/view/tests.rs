@@ -131,6 +131,7 @@ fn every_warning_is_listed_and_read_in_full() {
             NoValidLines,
             OtherMessages,
             CompensatedStream,
+            CompensationUnknown,
             DecimatedStream,
             AnotherSensor,
             RateAssumed,

@@ -8,8 +8,8 @@ pub struct Layout {
     /// The header of the sentence, without the `$`.
     pub message: Cow<'static, str>,
     /// Whether user calibration is applied, and the bias that the attitude filter estimates taken
-    /// off the angular rates.
-    pub compensated: bool,
+    /// off the angular rates; `None` where neither a message nor a user says so.
+    pub compensated: Option<bool>,
     /// The channels.
     pub channels: Cow<'static, [Channel]>,
 }

@@ -19,7 +19,7 @@ macro_rules! messages {
             $(#[$doc])*
             pub static $name: Layout = Layout {
                 message: Cow::Borrowed($header),
-                compensated: $compensated,
+                compensated: Some($compensated),
                 channels: Cow::Borrowed(&[$($channel),*]),
             };
         )*

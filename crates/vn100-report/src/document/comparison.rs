@@ -253,7 +253,7 @@ fn record(measured: &Measured) -> RecordDocument {
         kind: facts.kind,
         error: facts.error.clone(),
         message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
-        compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
+        compensated: snapshot.layout.as_ref().and_then(|layout| layout.compensated),
         rate_hz: snapshot.timing.rate_hz,
         duration_s: snapshot.timing.duration_s(),
         samples: snapshot.timing.samples,

@@ -30,7 +30,7 @@ impl SourceDocument {
             kind: facts.kind,
             name: facts.name.clone(),
             message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
-            compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
+            compensated: snapshot.layout.as_ref().and_then(|layout| layout.compensated),
             device: Device::new(&snapshot.registers),
             recorded: facts.recording.as_ref().map(RecordingDocument::new),
             meta: facts.meta.clone(),

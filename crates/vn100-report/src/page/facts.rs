@@ -71,7 +71,11 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
         or_not_recorded("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
         or_not_recorded(
             "Compensated by the sensor",
-            snapshot.layout.as_ref().map(|layout| if layout.compensated { "yes" } else { "no" }.into()),
+            snapshot
+                .layout
+                .as_ref()
+                .and_then(|layout| layout.compensated)
+                .map(|compensated| if compensated { "yes" } else { "no" }.into()),
         ),
     ]
 }

@@ -130,8 +130,11 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
             format!("Its length: {} {are} too few for any deviation with an interval.", findings.timing.samples)
         }
     });
-    if findings.compensated {
+    if findings.compensated == Some(true) {
         limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
+    }
+    if findings.warns(WarningKind::CompensationUnknown) {
+        limits.push("Its origin: whether a filter has taken the bias of the gyroscope out is not known; if one has, B, K and R of the gyroscope are not the sensor's.".into());
     }
     if findings.sensors.iter().any(|sensor| sensor.onboard.is_some_and(|onboard| onboard.window.white_factor() > 1.02))
     {

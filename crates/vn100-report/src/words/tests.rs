@@ -52,7 +52,7 @@ fn flawless() -> Findings {
     };
     Findings {
         message: Some("VNIMU".into()),
-        compensated: false,
+        compensated: Some(false),
         timing: Timing {
             rate_hz: 40.0,
             rate_from: RateFrom::Device,
@@ -153,7 +153,7 @@ fn each_state_of_a_parameter_has_its_words() {
 fn what_lies_between_stream_and_sensor_is_explained() {
     changes(
         |findings| {
-            findings.compensated = true;
+            findings.compensated = Some(true);
             findings.sensors[0].long_taus = LongTauValidity::Compensated;
         },
         &["taken out inside the sensor", "Send VNIMU", "compensated values", "cannot be compared: the message carries"],

@@ -8,7 +8,7 @@ fn numbers_keep_the_files_unit_and_decimals() {
     let plan = plan(text, Some("gyro_x=wx:deg/s,gyro_y=wy:deg/h,accel_x=2:mg,t=time:us")).unwrap().unwrap();
     let layout = layout(&plan).clone();
     let scale: Vec<_> = layout.channels.iter().map(|channel| channel.scale).collect();
-    assert_eq!((&*layout.message, layout.compensated), ("CSV", false));
+    assert_eq!((&*layout.message, layout.compensated), ("CSV", None));
     let channels: Vec<_> =
         layout.channels.iter().map(|channel| (&*channel.name, &*channel.unit, channel.decimals)).collect();
     assert_eq!(channels, [("accel_x", "m/s^2", 5), ("gyro_x", "rad/s", 1), ("gyro_y", "rad/s", 4)]);
@@ -58,9 +58,18 @@ fn kelvin_become_degrees_exactly() {
 }
 
 #[test]
-fn an_attitude_makes_a_recording_compensated() {
-    let plan = plan("h,w\n1,2\n", Some("yaw=h:rad,gyro_z=w:rad/s")).unwrap().unwrap();
-    assert!(layout(&plan).compensated);
+fn whether_columns_are_compensated_only_the_words_of_the_file_say() {
+    for (above, compensated) in [
+        ("", None),
+        ("# of a compensated sensor\n", None),
+        ("# $VNYMR\n", Some(true)),
+        ("# uncompensated\n", Some(false)),
+        ("# VNIMU at 40 Hz\n", Some(false)),
+        ("# VNIMU beside VNYMR\n", None),
+    ] {
+        let plan = plan(format!("{above}h,w\n1,2\n"), Some("yaw=h:rad,gyro_z=w:rad/s")).unwrap().unwrap();
+        assert_eq!(layout(&plan).compensated, compensated, "{above}");
+    }
 }
 
 #[test]
