@@ -194,6 +194,32 @@ fn parsed_fields_read_as_the_lines_they_came_from() {
 }
 
 #[test]
+fn values_without_a_rate_are_refused_with_the_cure() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("untimed.csv");
+    let untimed: String = as_csv(300).lines().map(|row| row.split_once(',').unwrap().1.to_owned() + "\n").collect();
+    let refused = |text: String| {
+        fs::write(&path, text).unwrap();
+        let (document, exit) = replay(&path, &[]);
+        let error = document["source"]["error"].as_str().unwrap().to_owned();
+        assert_eq!((exit, &document["timing"]["samples"]), (2, &0.into()), "{error}");
+        assert!(error.contains("nothing in it tells its sample rate") && error.contains("--rate HZ"), "{error}");
+        error
+    };
+    assert!(refused(untimed.clone()).contains("where it has one, as in --columns t=NAME:s"));
+    // all rows at one time
+    let stopped = untimed.lines().map(|row| format!("1.5,{row}\n")).collect::<String>().replacen("1.5", "t", 1);
+    assert!(refused(stopped).contains("all 300 lines have the same"));
+    fs::write(&path, untimed).unwrap();
+    let (document, exit) = replay(&path, &["--rate", "40"]);
+    assert_eq!((exit, &document["timing"]["rate_from"]), (0, &"option".into()));
+    let lines = fs::read(replay_log(CLEAN)).unwrap();
+    fs::write(&path, &lines).unwrap();
+    let (document, exit) = replay(&path, &[]);
+    assert_eq!((exit, &document["timing"]["rate_from"]), (0, &"assumed".into()));
+}
+
+#[test]
 fn odd_rows_are_counted_with_their_reason() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("odd.csv");

@@ -333,7 +333,7 @@ fn magnitudes_that_are_not_of_this_earth_are_told() {
     let path = folder.path().join("odd.csv");
     fs::write(&path, table).unwrap();
     let columns = "accel_x=ax:m/s^2,accel_y=ay:m/s^2,accel_z=az:m/s^2,mag_x=mx:gauss,mag_y=my:gauss,mag_z=mz:gauss";
-    let (document, _) = replay(&path, &["--columns", columns]);
+    let (document, _) = replay(&path, &["--columns", columns, "--rate", "40"]);
     assert!(warned(&document, "gravity-magnitude") && warned(&document, "field-magnitude"), "{:?}", kinds(&document));
 }
 

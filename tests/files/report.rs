@@ -85,7 +85,7 @@ fn what_is_read_by_rule_is_read_off_the_allan_deviation() {
 fn every_figure_and_table_of_the_lab_is_there_and_nothing_comes_from_elsewhere() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3"]);
-    let (_, html) = report(&folder, &[&capture], &[]);
+    let (_, html) = report(&folder, &[&capture], &["--compensated", "yes"]);
     holds_the_lab(&html);
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
     let html = html.replace("http://www.w3.org/2000/svg", "");
@@ -327,7 +327,7 @@ fn the_shared_static_record_is_told_as_it_is() {
     let Some(captures) = crate::support::real_captures() else { return };
     let capture = captures.join("vn100-static-kiran-330s.csv");
     let folder = TempDir::new().unwrap();
-    let (_, html) = report(&folder, &[&capture], &[]);
+    let (_, html) = report(&folder, &[&capture], &["--compensated", "yes"]);
     holds_the_lab(&html);
     // the digest is as sha256sum prints it
     for told in [

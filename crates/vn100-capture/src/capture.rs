@@ -35,6 +35,11 @@ pub struct Capture {
     pub stored_bytes: Option<u64>,
     /// How many stored bytes have been read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
+    /// Whether it holds numbers that may be of any sensor, and no messages of a VN-100: then no
+    /// default stands in for a rate that its times do not show.
+    pub holds_values: bool,
+    /// Whether it holds values without times: then its rate must be given.
+    pub lacks_times: bool,
     /// Its metadata, where it is a recording of this program.
     pub recorded: Option<Recorded>,
     start_reading: StartReading,
@@ -97,6 +102,10 @@ impl Capture {
         let (head, detected) = detect_format(&mut reader, columns).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
+        let (holds_values, lacks_times) = match &detected {
+            Detected::Csv(plan) => (plan.holds_values(), plan.lacks_times()),
+            _ => (false, false),
+        };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
                 (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, options), stop)))
@@ -124,7 +133,7 @@ impl Capture {
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
         };
-        Ok(Self { format, stored_bytes, stored_bytes_read, recorded, start_reading })
+        Ok(Self { format, stored_bytes, stored_bytes_read, holds_values, lacks_times, recorded, start_reading })
     }
 }
 

@@ -52,6 +52,18 @@ pub(crate) struct CsvPlan {
     lines_above: u64,
 }
 
+impl CsvPlan {
+    /// Whether its rows are numbers, not sentences.
+    pub(crate) fn holds_values(&self) -> bool {
+        matches!(self.kind, Kind::Values(_))
+    }
+
+    /// Whether its rows are numbers without a stamp.
+    pub(crate) fn lacks_times(&self) -> bool {
+        self.holds_values() && !self.columns.iter().any(|column| matches!(column, ColumnUse::Stamp(_)))
+    }
+}
+
 /// What the rows of a CSV file are.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {

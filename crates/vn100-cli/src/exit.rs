@@ -13,11 +13,12 @@ use vn100_report::{Completion, json_line, printable};
 
 use crate::view::give_back;
 
-/// The exit code; 2 is a wrong command line.
+/// The exit code; 2 is also a wrong command line.
 pub(crate) fn code(completion: Completion) -> ExitCode {
     ExitCode::from(match completion {
         Completion::Complete => 0,
         Completion::Failed => 1,
+        Completion::NotGiven => 2,
         Completion::NoData => 3,
         Completion::NotMet => 4,
     })

@@ -47,9 +47,11 @@ fn measured(result: SessionResult) -> Measured {
     };
     facts.error = failed;
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
-    if matches!(*end, EndReason::NotStarted(StartError::Recording(_))) {
+    match *end {
         // the source itself may be fine
-        measured.completion = Completion::Failed;
+        EndReason::NotStarted(StartError::Recording(_)) => measured.completion = Completion::Failed,
+        EndReason::NotStarted(StartError::RateUnknown { .. }) => measured.completion = Completion::NotGiven,
+        _ => {}
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
     if let Some(text) = missing_times(&measured) {

@@ -96,6 +96,15 @@ fn not_started(name: &str, error: &StartError) -> String {
     match error {
         // the error names its file
         StartError::Capture(error) => format!("{text}{}", cure(error)),
+        StartError::RateUnknown { refusal } => {
+            let times = if refusal.is_some() { "a better one" } else { "one" };
+            about(
+                name,
+                &format!(
+                    "{text}; give it with --rate HZ, or name the column of its times, where it has {times}, as in --columns t=NAME:s"
+                ),
+            )
+        }
         _ => about(name, &text),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
+use vn100_analysis::noise::Refusal;
 use vn100_analysis::protocol::stream::MessageName;
 use vn100_analysis::{Assessment, RateChange, Snapshot, SourceFacts, UnmetGoal};
 use vn100_capture::{OpenError, RecordError, RecordingState};
@@ -56,6 +57,12 @@ pub enum StartError {
     /// The input that was handed in was none.
     #[error(transparent)]
     StreamInput(Box<dyn Error + Send + Sync>),
+    /// It holds values of any sensor, nothing in it shows their rate, and none was given.
+    #[error("nothing in it tells its sample rate{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
+    RateUnknown {
+        /// Why its times do not show it; `None` where it has none.
+        refusal: Option<Refusal>,
+    },
     /// The session was stopped before.
     #[error("not read, interrupted")]
     Stopped,

@@ -9,7 +9,7 @@ use std::{
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{Settings, SourceFacts};
+use vn100_analysis::{RateFrom, Settings, SourceFacts};
 use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
 
 use crate::{
@@ -80,7 +80,10 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
             // checked first: once it is stopped no file more is begun
             biased;
             () = channels.stop.cancelled() => Err(StartError::Stopped),
-            opened = spec.open() => opened.map_err(StartError::from),
+            opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
+                let is_unknown = capture.lacks_times && spec.settings.rate_hz.is_none();
+                if is_unknown { Err(StartError::RateUnknown { refusal: None }) } else { Ok(capture) }
+            }),
         };
         let capture = match opened {
             Ok(capture) => capture,
@@ -93,6 +96,8 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
                 return result;
             }
         };
+        let holds_values = capture.holds_values;
+        let before = channels.state.borrow().clone();
         let settings = publish_source(&capture, &spec, &channels);
         let settings = match excluded.total() {
             total if total.is_zero() => settings,
@@ -108,10 +113,21 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         }
         let goals = settings.until.clone();
         match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
+            MeasurementEnd::Ended(ending) if holds_values && is_rate_unknown(&ending) => {
+                let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
+                channels.state.send_replace(before);
+                return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
+            }
             MeasurementEnd::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
             MeasurementEnd::Again { start, excluded: carried } => (pace, excluded) = (Some(start), carried),
         }
     }
+}
+
+/// Whether the rate had to be assumed, and anything depends on it.
+fn is_rate_unknown(ending: &Ending) -> bool {
+    let timing = &ending.snapshot.timing;
+    timing.rate_from == RateFrom::Assumed && timing.samples > 1
 }
 
 /// Publishes the metadata of an opened capture; returns the settings with the end that these name.

@@ -48,6 +48,8 @@ pub enum Completion {
     Failed,
     /// The source could not be opened, or gave no valid sample.
     NoData,
+    /// What only the user knows of it was not given.
+    NotGiven,
 }
 
 impl Measured {

@@ -17,8 +17,8 @@ use super::LogArgs;
 /// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
-    /// Nominal sample rate in hertz, where the capture does not contain it [default: 40, with a
-    /// warning]
+    /// Nominal sample rate in hertz, where the capture does not contain it [default: 40 for
+    /// sentences, with a warning; none for values without times]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<f64>,
 
