@@ -438,9 +438,7 @@ fn a_series_of_no_sensor_is_measured_as_rate_data() {
         for key in ["noise", "verdict", "grade"] {
             assert_eq!(value[key], Value::Null, "{key}");
         }
-        let kinds: Vec<&str> =
-            document["warnings"].as_array().unwrap().iter().map(|warning| warning["kind"].as_str().unwrap()).collect();
-        assert_eq!(kinds, ["unchecked-lines"]);
+        assert_eq!(document["warnings"].as_array().unwrap().len(), 0, "{}", document["warnings"]);
     }
 }
 

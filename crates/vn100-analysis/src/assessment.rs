@@ -1,6 +1,7 @@
 //! What a snapshot says of the sensor, channel by channel.
 
 mod disturbed;
+mod mains;
 mod noise;
 mod points;
 mod rest;

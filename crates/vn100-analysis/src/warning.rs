@@ -52,7 +52,7 @@ pub enum WarningKind {
     PrintFormat,
     /// A channel repeats very few values.
     StuckDigits,
-    /// A spectrum has peaks: something shakes the sensor.
+    /// A spectrum has peaks: something shakes the sensor, or an alternating field is near.
     VibrationLine,
     /// Besides white noise there is noise correlated over seconds.
     CorrelatedNoise,
@@ -62,7 +62,7 @@ pub enum WarningKind {
     LineFreeBand,
     /// Something happened in the middle of the record.
     NotStationary,
-    /// The sensor was still warming up.
+    /// The level settled from the beginning on, as of a sensor that warms up.
     WarmUp,
     /// The bias follows the temperature of the sensor.
     FollowsTemperature,

@@ -1,9 +1,9 @@
 //! Warnings of what is not stationary: spectral peaks, disturbances, changes of noise and level.
 
 use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, NoiseChanges, SpectralLine, Spikes};
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
-use super::{ChannelAssessment, Disturbed};
+use super::{ChannelAssessment, Disturbed, mains::Mains};
 use crate::{
     remedy::{Remedy, Text},
     snapshot::Snapshot,
@@ -55,11 +55,36 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
             disturbed.join(" ")
         ),
     };
+    let cause = cause(&shakes, snapshot.timing.rate_hz);
     let text = format!(
-        "lines stand out of the spectrum: {list}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and averages shorter \
-         than its period show that: set it on something heavy, away from them. Each line has a term of its own beside the noise{instead}"
+        "lines stand out of the spectrum: {list}.{alias}{cause} Each line has a term of its own beside the noise{instead}"
     );
     Some(Warning::new(WarningKind::VibrationLine, axes, text))
+}
+
+/// What makes the lines: what moves the sensor shows on gyroscope or accelerometer, an alternating
+/// field on the magnetometer alone.
+fn cause(shakes: &[Shake<'_>], rate_hz: f64) -> String {
+    let moves = |shake: &&Shake<'_>| {
+        let is_moved = |quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
+        shake.axes.iter().any(|(channel, _)| is_moved(channel.quantity))
+    };
+    let is_field =
+        |shake: &&Shake<'_>| shake.axes.iter().any(|(channel, _)| channel.quantity == Quantity::MagneticField);
+    let mut text = String::new();
+    if shakes.iter().any(|shake| moves(&shake)) {
+        text += " Something shakes the sensor, a fan, a motor or footsteps, and averages shorter than its period show that: set it on \
+                 something heavy, away from them.";
+    }
+    if let Some(field) = shakes.iter().filter(|shake| !moves(shake)).find(is_field) {
+        let hz = field.frequency_hz;
+        let mains = Mains::at(hz, rate_hz).map_or_else(String::new, |mains| format!(": mains of {mains}"));
+        text += &format!(
+            " The line at {hz:.2} Hz is on the magnetometer alone, a field that alternates{mains}. Keep cables, power supplies and motors \
+             away from it."
+        );
+    }
+    text
 }
 
 /// Where else the strongest shake may really be; empty where the stream is too fast for any.
@@ -231,10 +256,11 @@ fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
             let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
             Text::default().remedy(Remedy::Skip(Some(minutes))).then(" leaves that out")
         }
-        None => "the record is too short to leave that out: let the sensor warm up, and record longer".into(),
+        None => "the record is too short to leave that out: let the sensor warm up and stand, and record longer".into(),
     };
-    let text =
-        format!("the sensor was still warming up: {list}. At long tau a drift poses as rate random walk or ramp; ");
+    let text = format!(
+        "the level settles as where a sensor warms up, a support yields or somebody has just handled it: {list}. At long tau a drift poses as rate random walk or ramp; "
+    );
     let channels = names(warm_ups.iter().map(|(channel, ..)| *channel));
     let withheld = withheld(axes.iter().filter(|(_, found)| found.is_warming_up()));
     Some(Warning::new(WarningKind::WarmUp, channels, Text::from(text).append(cure).then(&withheld)))
@@ -322,6 +348,28 @@ mod tests {
         assert_eq!(warning.channels, ["gyro_y", "gyro_x"]);
         let text = warning.text.to_string();
         assert!(text.contains("5.07 Hz on gyro_y (30 % of its short-term variance, also on gyro_x)"), "{text}");
+    }
+
+    #[test]
+    fn a_line_on_the_magnetometer_alone_is_a_field_and_shakes_nothing() {
+        let line =
+            |frequency_hz| SpectralLine { frequency_hz, share_of_variance: 0.35, amplitude: 1.0, peak_to_floor: 100.0 };
+        let snapshot = Analysis::new(Settings::default()).snapshot();
+        let (mag, gyro) = (&VNYMR.channels[3], &VNYMR.channels[10]);
+        let of = |hz: f64| Disturbed { lines: vec![line(hz)], ..Disturbed::default() };
+        let text = |of: &[Of<'_>]| vibration(of, &[], &snapshot).unwrap().text.to_string();
+        let (at_20, at_7) = (of(20.0), of(7.0));
+        let field = text(&[(mag, &at_20)]);
+        assert!(
+            !field.contains("shakes") && field.contains("mains of 60 Hz, which shows at 60 - 40 = 20.00 Hz"),
+            "{field}"
+        );
+        let unknown = text(&[(mag, &at_7)]);
+        assert!(!unknown.contains("mains of") && unknown.contains("on the magnetometer alone"), "{unknown}");
+        let both = text(&[(mag, &at_20), (gyro, &at_20)]);
+        assert!(both.contains("Something shakes") && !both.contains("magnetometer alone"), "{both}");
+        let apart = text(&[(mag, &at_20), (gyro, &at_7)]);
+        assert!(apart.contains("Something shakes") && apart.contains("magnetometer alone"), "{apart}");
     }
 
     #[test]

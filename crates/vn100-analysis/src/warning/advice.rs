@@ -95,7 +95,11 @@ impl Advice {
         if damaged > 0 {
             let advice = match link.rejected_rows {
                 Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
-                None => "Look at the cable, the connector and the baud rate",
+                None if link.connects > 0 => "Look at the cable, the connector and the baud rate",
+                None => {
+                    "They were damaged before they were stored, on the wire or by the program that wrote them: a log that cuts or joins \
+                     lines, or drops bytes"
+                }
             };
             let text = format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally));
             self.warn(WarningKind::RejectedLines, text);
@@ -109,7 +113,9 @@ impl Advice {
             .then(" takes such lines, and then nothing but the form of a number protects it");
             self.warn(WarningKind::UncheckedLines, text);
         }
-        if tally.unchecked_sentences > 0 {
+        // numbers of any sensor never had a checksum
+        let has_checksums = !rates_hz(snapshot.layout.as_deref()).is_empty();
+        if tally.unchecked_sentences > 0 && has_checksums {
             let text = format!(
                 "{} taken without a checksum: a damaged digit in them cannot be told from a good one",
                 of_all_lines(tally.unchecked_sentences, tally)

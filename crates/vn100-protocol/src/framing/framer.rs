@@ -1,8 +1,10 @@
 //! Bytes to sentences and packets, whatever else is between them.
 //!
-//! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four upper-case
+//! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four
 //! hexadecimal digits. The first byte that is no such digit ends it, CR or not: the checksum
-//! decides, and a valid sentence whose end is damaged is not lost.
+//! decides, and a valid sentence whose end is damaged is not lost. The sensor prints upper-case
+//! digits; lower-case ones, of programs that write its sentences anew, count where those do not
+//! make a valid sentence.
 //!
 //! The search after a false start continues one byte behind it, or behind all that was taken for a
 //! sentence: neither `$` nor 0xFA can be in there.
@@ -155,7 +157,9 @@ impl Framer {
         let frame = match checked {
             Ok(check) => {
                 self.accept(length);
-                Frame::Sentence(Sentence { body: &input[1..1 + body], raw, check, offset })
+                let body = &input[1..1 + body];
+                let body = if check == Check::None { without_closing_quote(body) } else { body };
+                Frame::Sentence(Sentence { body, raw, check, offset })
             }
             Err(kind) => {
                 self.advance(length);
@@ -246,20 +250,16 @@ fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     let ends =
         |behind_body, checked| Start::Ends { body: body.len(), length: 1 + body.len() + 1 + behind_body, checked };
 
-    let digits = head.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F')).count();
+    let digits = head.iter().take_while(|byte| byte.is_ascii_hexdigit()).count();
     if runs_on(digits) {
         return Start::Incomplete;
     }
-    match head[..digits] {
-        [a, b] => {
-            let received = hex(a) << 4 | hex(b);
-            return ends(digits, compare(CheckDigits::Xor8(xor8(body)), CheckDigits::Xor8(received), Check::Xor8));
-        }
-        [a, b, c, d] => {
-            let received = u16::from_be_bytes([hex(a) << 4 | hex(b), hex(c) << 4 | hex(d)]);
-            return ends(digits, compare(CheckDigits::Crc16(crc16(body)), CheckDigits::Crc16(received), Check::Crc16));
-        }
-        _ => {}
+    let upper_case = head.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F')).count();
+    match (checked(body, &head[..upper_case]), checked(body, &head[..digits])) {
+        (None | Some(Err(_)), Some(Ok(check))) => return ends(digits, Ok(check)),
+        (Some(checked), _) => return ends(upper_case, checked),
+        (None, Some(checked)) => return ends(digits, checked),
+        (None, None) => {}
     }
     // whatever is written in place of the digits is part of the evidence
     let written = head.iter().take_while(|byte| byte.is_ascii_alphanumeric()).count();
@@ -273,13 +273,39 @@ fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     }
 }
 
+/// Whether two or four digits are the checksum of `body`; `None` for another number of them.
+fn checked(body: &[u8], digits: &[u8]) -> Option<Result<Check, RejectReason>> {
+    match *digits {
+        [a, b] => {
+            let received = hex(a) << 4 | hex(b);
+            Some(compare(CheckDigits::Xor8(xor8(body)), CheckDigits::Xor8(received), Check::Xor8))
+        }
+        [a, b, c, d] => {
+            let received = u16::from_be_bytes([hex(a) << 4 | hex(b), hex(c) << 4 | hex(d)]);
+            Some(compare(CheckDigits::Crc16(crc16(body)), CheckDigits::Crc16(received), Check::Crc16))
+        }
+        _ => None,
+    }
+}
+
 fn compare(computed: CheckDigits, received: CheckDigits, check: Check) -> Result<Check, RejectReason> {
     if computed == received { Ok(check) } else { Err(RejectReason::Checksum { computed, received: Some(received) }) }
 }
 
-/// The value of an upper-case hexadecimal digit.
+/// A sentence without check digits may have been written in quotes, with its line end in letters.
+#[cold]
+fn without_closing_quote(body: &[u8]) -> &[u8] {
+    let body = body.trim_ascii_end();
+    let Some(mut inner) = body.strip_suffix(b"\"").or(body.strip_suffix(b"'")) else { return body };
+    while let Some(shorter) = inner.strip_suffix(b"\\n").or(inner.strip_suffix(b"\\r")) {
+        inner = shorter;
+    }
+    inner.trim_ascii_end()
+}
+
+/// The value of a hexadecimal digit.
 fn hex(digit: u8) -> u8 {
-    if digit <= b'9' { digit - b'0' } else { digit - b'A' + 10 }
+    if digit <= b'9' { digit - b'0' } else { (digit & !0x20) - b'A' + 10 }
 }
 
 /// The number of bytes at the head of `bytes` that can stand in a body.

@@ -136,6 +136,57 @@ fn old_lines_count_in_the_same_units() {
 }
 
 #[test]
+fn check_digits_in_lower_case_are_those_of_programs_that_write_sentences_anew() {
+    let mut in_letters = 0;
+    for (body, digits) in YMR {
+        let lower = digits.to_ascii_lowercase();
+        in_letters += usize::from(lower != digits);
+        // a byte at a time, with what else may follow the digits
+        for behind in ["\r\n", "\n", ",7\r\n", "'\r\n", "zz\n"] {
+            let expected = format!("${body}*{digits}{behind}");
+            let text = format!("${body}*{lower}{behind}");
+            let expected_counts = decoded_in_pieces(expected.as_bytes(), expected.len());
+            assert_eq!(expected_counts.len(), 12, "{expected}");
+            for piece in [1, 3, text.len()] {
+                assert_eq!(decoded_in_pieces(text.as_bytes(), piece), expected_counts, "{text}");
+            }
+        }
+        // letters behind upper-case digits are no digits, and others are refused
+        assert_eq!(decoded_in_pieces(format!("${body}*{digits}ab\r\n").as_bytes(), 2).len(), 12);
+        let wrong = format!("${body}*{}\r\n", lower.replace(['3', '8', 'b', 'c', '0', '2'], "a"));
+        assert!(decoded_in_pieces(wrong.as_bytes(), 2).is_empty() || wrong.contains(&lower), "{wrong}");
+    }
+    assert!(in_letters > 2, "{in_letters}");
+}
+
+#[test]
+fn a_quote_that_closes_a_sentence_without_a_checksum_is_none_of_it() {
+    let (body, _) = YMR[0];
+    let mut decoder = Decoder::new(Options { accept_unchecked: true });
+    let mut samples = 0;
+    for closing in ["", "\"", "'", "\\r\\n'", "\\r\\n\"", " \" "] {
+        decoder.push(format!("x '${body}{closing}\r\n").as_bytes(), |item| {
+            samples += usize::from(matches!(item, Item::Sample(_)))
+        });
+    }
+    assert_eq!(samples, 6, "{:?}", decoder.tally());
+}
+
+/// The counts of all samples in `bytes`.
+fn decoded_in_pieces(bytes: &[u8], piece: usize) -> Vec<i32> {
+    let mut decoder = Decoder::new(Options::default());
+    let mut counts = Vec::new();
+    let mut take = |item: Item<'_>| {
+        if let Item::Sample(sample) = item {
+            counts.extend_from_slice(sample.counts());
+        }
+    };
+    bytes.chunks(piece).for_each(|piece| decoder.push(piece, &mut take));
+    decoder.finish(&mut take);
+    counts
+}
+
+#[test]
 fn the_uncompensated_message_is_read() {
     let uncompensated = assert_read(&VNIMU, &format!("${IMU}*66\r\n"));
     let counts = [-350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322];

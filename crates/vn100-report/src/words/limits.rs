@@ -197,11 +197,16 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         ));
     }
     if findings.warns(WarningKind::VibrationLine) {
-        let (hz, _) = findings
-            .axes()
-            .filter_map(|axis| axis.lines.first().copied())
-            .fold((0.0, 0.0), |most, line| if line.1 > most.1 { line } else { most });
-        advice.push(format!("Stop what shakes at {hz:.1} Hz (or at an alias of it), or decouple the sensor: a heavy base on soft feet, away from fans, motors and footsteps, without a hanging cable."));
+        let strongest_hz = |is_field: bool| {
+            let sensors = findings.sensors.iter().filter(|found| (found.sensor == Sensor::Magnetometer) == is_field);
+            let lines = sensors.flat_map(|found| &found.axes).filter_map(|axis| axis.lines.first().copied());
+            lines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(hz, _)| hz)
+        };
+        match (strongest_hz(false), strongest_hz(true)) {
+            (Some(hz), _) => advice.push(format!("Stop what shakes at {hz:.1} Hz (or at an alias of it), or decouple the sensor: a heavy base on soft feet, away from fans, motors and footsteps, without a hanging cable.")),
+            (None, Some(hz)) => advice.push(format!("Keep what makes a field at {hz:.1} Hz (or at an alias of it) away: mains cables, power supplies, motors.")),
+            (None, None) => {}
+        }
     }
     if findings.warns(WarningKind::NotStationary) && findings.motion.is_none() {
         advice.push(

@@ -210,7 +210,7 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
     );
     changes(
         |findings| findings.sensors[0].axes[0].warm_up_s = Some(601.0),
-        &["still warming up", "leave the first 11 min out"],
+        &["still settling, as in a warm-up", "leave the first 11 min out"],
     );
     changes(
         |findings| (findings.timing.missing, findings.timing.gaps) = (24, 1),

@@ -149,7 +149,7 @@ fn stationarity(findings: &Findings) -> Option<String> {
         ("with noise that changes", changing),
         ("with a change of level", stepped),
         ("with a cycle of the level", cycling),
-        ("still warming up", warming),
+        ("still settling, as in a warm-up", warming),
     ];
     if parts.iter().all(|(_, names)| names.is_empty()) {
         // two samples have no pieces

@@ -42,6 +42,16 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
     if tally.bytes() < ENOUGH_BYTES {
         return None;
     }
+    if tally.packets > 0 && link.other_message.is_none_or(|name| !name.to_string().starts_with("VN")) {
+        let beside =
+            link.other_message.map_or_else(String::new, |name| format!(", and sentences of others, such as {name}"));
+        let text = Text::from(format!(
+            "{} of the sensor, which are counted and not read{beside}, and no message this program measures. Record one of its ASCII \
+             messages: `",
+            counted(tally.packets, "binary packet")
+        ));
+        return Some(text.remedy(Remedy::Configure(Setting::Message("VNYMR"))).then("` makes it send, or VNIMU"));
+    }
     if let Some(name) = link.other_message {
         let text = Text::from(format!(
             "{} good, none of a message this program measures; the first is {name}. $VNWRG,06,14*59 makes the sensor send VNYMR, \
@@ -49,6 +59,18 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
             lines(tally.valid_sentences())
         ));
         return Some(text.remedy(Remedy::Configure(Setting::Message("VNYMR"))).then("` does it"));
+    }
+    // garbled bytes hold hardly a sentence; a program that writes text changes whole ones
+    if tally.rejected.grammar > 0 && tally.rejected_sentence_bytes > tally.skipped_bytes && link.connects == 0 {
+        return Some(
+            Text::from(format!(
+                "{} and none as the sensor sends it: their fields are not those of the message, or not numbers. The program that wrote \
+                 them has cut or changed them; as a table, ",
+                lines(tally.rejected.total())
+            ))
+            .remedy(Remedy::MapColumns)
+            .then(" names their columns"),
+        );
     }
     let only_unchecked = tally.rejected.unchecked > 0 && tally.rejected.unchecked == tally.rejected.total();
     (tally.valid_sentences() == 0 && !only_unchecked && link.rejected_rows.is_none()).then(|| {
