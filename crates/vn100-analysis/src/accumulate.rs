@@ -17,5 +17,6 @@ mod quaternion;
 pub(crate) mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
+mod rows;
 mod sensor_replies;
 pub(crate) mod temperature_record;

@@ -44,6 +44,8 @@ pub enum WarningKind {
     Gaps,
     /// Lines were damaged.
     RejectedLines,
+    /// Rows lack values of some channels.
+    AbsentValues,
     /// Lines carry no checksum.
     UncheckedLines,
     /// Lines repeat earlier ones.
@@ -104,6 +106,7 @@ impl WarningKind {
             Self::BunchedArrival => "bunched-arrival",
             Self::Gaps => "gaps",
             Self::RejectedLines => "bad-lines",
+            Self::AbsentValues => "absent-values",
             Self::UncheckedLines => "unchecked-lines",
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",

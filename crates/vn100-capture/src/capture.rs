@@ -66,7 +66,8 @@ impl Capture {
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
         let sidecar = Sidecar::beside(path).map_err(failed)?;
-        Self::start(file, stored_bytes, sidecar, columns, path)
+        let again = stored_bytes.is_some().then(|| path.to_owned());
+        Self::start(file, stored_bytes, sidecar, columns, path, again)
     }
 
     /// Takes any reader: standard input, or bytes in memory.
@@ -74,7 +75,7 @@ impl Capture {
     /// # Errors
     /// As [`Capture::open`].
     pub fn from_reader(reader: impl Read + Send + 'static, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
-        Self::start(reader, None, None, columns, Path::new("-"))
+        Self::start(reader, None, None, columns, Path::new("-"), None)
     }
 
     /// Starts to read, as [`read_samples`] does from any source.
@@ -94,6 +95,7 @@ impl Capture {
         sidecar: Option<Sidecar>,
         columns: Option<&ColumnMap>,
         path: &Path,
+        again: Option<PathBuf>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
@@ -108,7 +110,8 @@ impl Capture {
         };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
-                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, options), stop)))
+                let again = again.map(|path| decompressed(File::open(path)?)).transpose().map_err(failed)?;
+                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, again, options), stop)))
             }
             Detected::Bytes(format) => (
                 format,

@@ -20,7 +20,11 @@ mod tests;
 use thiserror::Error;
 use vn100_protocol::Layout;
 
-use self::{lines::LastField, resolution::Quantizer, stamp::StampUnit};
+use self::{
+    lines::LastField,
+    resolution::{ColumnScan, Prior, Quantizer, Scanned},
+    stamp::StampUnit,
+};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;
@@ -31,19 +35,20 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 /// What some programs put before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, decided by its head alone.
+/// How a CSV file is to be read, decided by its head; what a count is worth, by all rows where the
+/// file can be read twice.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
     /// The columns that are not used, by their names in the file.
     ignored_columns: Vec<String>,
-    /// The channels whose last digits are rounded away.
-    rounded: Vec<String>,
     /// LF, also behind a CR; or CR, as on old Macs.
     line_end: u8,
     separator: u8,
     columns: Vec<ColumnUse>,
-    /// How the columns of channels become counts, in the order of the layout.
+    /// Of the channels, in the order of the layout: what is known beforehand, and how their columns
+    /// become counts.
+    priors: Vec<Prior>,
     quantizers: Vec<Quantizer>,
     /// How the last fields of the first rows are printed; `None` for a sentence, which has a
     /// checksum.
@@ -68,11 +73,33 @@ impl CsvPlan {
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     /// Numbers, one per channel. The layout is named after the message when it has exactly the
-    /// channels of one, `CSV` otherwise; its decimals are the file's, and its scales lead from the
-    /// file's units to the channels' own.
+    /// channels of one, `CSV` otherwise; its scales lead from the file's units to the channels' own,
+    /// without regard to what a count is worth.
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,
+}
+
+impl CsvPlan {
+    /// What a count of each channel is worth, by what its column prints.
+    fn quantize(&mut self, scans: &[ColumnScan], scanned: Scanned) {
+        self.quantizers = scans.iter().zip(&self.priors).map(|(scan, &prior)| scan.quantizer(prior, scanned)).collect();
+    }
+
+    /// The message of the rows in their counts; `None` for sentences.
+    fn layout(&self) -> Option<Layout> {
+        let Kind::Values(layout) = &self.kind else { return None };
+        let channels = layout.channels.iter().cloned().zip(&self.quantizers);
+        let channels = channels.map(|(channel, quantizer)| quantizer.of_counts(channel)).collect::<Vec<_>>();
+        Some(Layout { channels: channels.into(), ..layout.clone() })
+    }
+
+    /// The names of the channels whose last digits are rounded away.
+    fn rounded(&self) -> Vec<String> {
+        let Kind::Values(layout) = &self.kind else { return Vec::new() };
+        let channels = layout.channels.iter().zip(&self.quantizers).filter(|(_, quantizer)| quantizer.is_rounded);
+        channels.map(|(channel, _)| channel.name.to_string()).collect()
+    }
 }
 
 /// What a column is for.

@@ -9,7 +9,7 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
 use vn100_analysis::{Snapshot, SourceFacts};
-use vn100_protocol::stream::CsvReport;
+use vn100_protocol::stream::{AbsentValues, CsvReport};
 use vn100_report::{
     Measured, RecordingDocument, code_of_missing, code_of_rate,
     names::{echoes, rejected_lines},
@@ -162,6 +162,21 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             let text = format!("  {name}columns {}", columns.join(", "));
             write_wrapped(out, &text)?;
         }
+    }
+    for absent in &csv.absent {
+        let AbsentValues { channel, empty, not_a_number, out_of_range, first_line } = absent;
+        let reasons = [(empty, "empty"), (not_a_number, "not a number"), (out_of_range, "out of range")];
+        let reasons: Vec<_> = reasons
+            .iter()
+            .filter(|(count, _)| **count > 0)
+            .map(|(count, reason)| format!("{count} {reason}"))
+            .collect();
+        let text = format!(
+            "  absent     {channel} in {} rows ({}), the first is line {first_line}",
+            absent.total(),
+            reasons.join(", ")
+        );
+        write_wrapped(out, &text)?;
     }
     Ok(())
 }

@@ -160,6 +160,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         rejected: vec![rejected],
         ignored_columns: vec!["note".into()],
         rounded: vec!["gyro_x".into()],
+        absent: Vec::new(),
     };
     events.send(Event::End(End { error: None, csv: Some(csv) })).await.unwrap();
     let csv = session.result.await.unwrap().facts.csv.unwrap();

@@ -9,8 +9,8 @@ mod input;
 mod rejected_rows;
 mod sample_reader;
 
-pub use batch::{Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
+pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
-pub use rejected_rows::{CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
+pub use rejected_rows::{AbsentValues, CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
 pub use sample_reader::{ReadOptions, SampleReader};

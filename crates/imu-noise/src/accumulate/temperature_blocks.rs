@@ -20,6 +20,8 @@ pub struct TemperatureBlocks {
     blocks: Vec<Presence>,
     /// Of each block the sums of all axes, in counts: exact for up to 2^32 samples in a block.
     sums: Vec<i64>,
+    /// As `sums`: how many samples each axis lacks of those announced. Empty while none does.
+    absent: Vec<u64>,
     /// First sample, and behind the last one.
     span: Option<(u64, u64)>,
     begins_with_break: bool,
@@ -45,6 +47,7 @@ impl TemperatureBlocks {
             length_log2: SHORTEST_LOG2,
             blocks: Vec::new(),
             sums: Vec::new(),
+            absent: Vec::new(),
             span: None,
             begins_with_break: false,
         }
@@ -74,6 +77,28 @@ impl TemperatureBlocks {
                 *total += sum;
             }
         });
+    }
+
+    /// Of the samples that [`push_samples`](Self::push_samples) announced, this axis lacks so many,
+    /// from this one on.
+    pub fn push_absent(&mut self, axis: usize, first: u64, samples: u64) {
+        if samples == 0 {
+            return;
+        }
+        self.absent.resize(self.sums.len(), 0);
+        for sample in first..first + samples {
+            let block = (sample >> self.length_log2) as usize;
+            if let Some(absent) = self.absent.get_mut(block * self.axes + axis).filter(|_| axis < self.axes) {
+                *absent += 1;
+            }
+        }
+    }
+
+    /// How many of the samples announced this axis lacks, and how many were announced.
+    #[must_use]
+    pub fn lacks(&self, axis: usize) -> (u64, u64) {
+        let absent = self.absent.iter().skip(axis).step_by(self.axes.max(1)).sum();
+        (absent, self.blocks.iter().map(|block| block.samples).sum())
     }
 
     /// Readings of the temperature at successive samples, or a single one.
@@ -123,6 +148,10 @@ impl TemperatureBlocks {
         self.resize(self.blocks.len().max(next.blocks.len()));
         self.blocks.iter_mut().zip(&next.blocks).for_each(|(block, other)| block.add(other));
         self.sums.iter_mut().zip(&next.sums).for_each(|(sum, other)| *sum += other);
+        if !next.absent.is_empty() {
+            self.absent.resize(self.sums.len(), 0);
+        }
+        self.absent.iter_mut().zip(&next.absent).for_each(|(absent, other)| *absent += other);
         self.span = match (self.span, next.span) {
             (Some((start, _)), Some((_, end))) => Some((start, end)),
             (one, other) => one.or(other),
@@ -144,8 +173,11 @@ impl TemperatureBlocks {
         &self.blocks
     }
 
-    pub(crate) fn sum(&self, block: usize, axis: usize) -> i64 {
-        self.sums[block * self.axes + axis]
+    /// In counts; `None` where the axis lacks more than a quarter of the samples.
+    pub(crate) fn mean_counts(&self, block: usize, axis: usize) -> Option<f64> {
+        let (place, samples) = (block * self.axes + axis, self.blocks[block].samples);
+        let absent = self.absent.get(place).copied().unwrap_or(0);
+        (4 * absent <= samples).then(|| self.sums[place] as f64 / (samples - absent) as f64)
     }
 
     /// Halves the number of blocks.
@@ -157,16 +189,23 @@ impl TemperatureBlocks {
             if block % 2 == 0 {
                 self.blocks[merged] = presence;
                 self.sums.copy_within(block * axes..(block + 1) * axes, merged * axes);
+                if !self.absent.is_empty() {
+                    self.absent.copy_within(block * axes..(block + 1) * axes, merged * axes);
+                }
             } else {
                 self.blocks[merged].add(&presence);
                 for axis in 0..axes {
                     self.sums[merged * axes + axis] += self.sums[block * axes + axis];
+                    if !self.absent.is_empty() {
+                        self.absent[merged * axes + axis] += self.absent[block * axes + axis];
+                    }
                 }
             }
         }
         let merged = self.blocks.len().div_ceil(2);
         self.blocks.truncate(merged);
         self.sums.truncate(merged * axes);
+        self.absent.truncate(merged * axes);
         self.length_log2 += 1;
     }
 
@@ -183,6 +222,9 @@ impl TemperatureBlocks {
     fn resize(&mut self, blocks: usize) {
         self.blocks.resize(blocks, Presence::default());
         self.sums.resize(blocks * self.axes, 0);
+        if !self.absent.is_empty() {
+            self.absent.resize(self.sums.len(), 0);
+        }
     }
 }
 

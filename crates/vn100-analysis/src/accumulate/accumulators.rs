@@ -3,7 +3,7 @@
 use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
-use vn100_protocol::Layout;
+use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
@@ -14,6 +14,7 @@ use super::{
     quaternion::QuaternionSign,
     recent::Recent,
     repeats::{self, Repeats},
+    rows::Rows,
     temperature_record::TemperatureRecord,
 };
 use crate::{
@@ -44,7 +45,7 @@ pub(crate) struct Accumulators {
     /// Rows that came few at a time and are not in the sums yet: adding one alone costs as much as
     /// many together. Every reading is of [`settled`](Self::settled) sums.
     held: Vec<i32>,
-    held_rows: Rows,
+    held_rows: RowPlace,
     /// Not where the whole record is kept: it would be copied for each reading.
     holds_rows: bool,
 }
@@ -52,9 +53,9 @@ pub(crate) struct Accumulators {
 /// Rows are added so many at a time.
 const HELD_ROWS: usize = 64;
 
-/// Indices of rows, and how they are kept for a screen.
+/// Index of the first row, and how rows are kept for a screen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Rows {
+struct RowPlace {
     first_index: u64,
     rate_hz: f64,
     keep_recent: bool,
@@ -80,23 +81,24 @@ impl Accumulators {
         self.channels.len()
     }
 
-    /// Frame-major rows without a gap between them, the first with this absolute index.
-    pub(crate) fn push(&mut self, counts: &[i32], first_index: u64, rate_hz: f64, keep_recent: bool) {
-        let rows = Rows { first_index, rate_hz, keep_recent };
+    /// Rows without a gap between them, the first with this absolute index.
+    pub(crate) fn push(&mut self, rows: Rows<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
+        let place = RowPlace { first_index, rate_hz, keep_recent };
         let width = self.width();
-        self.end = first_index + (counts.len() / width) as u64;
-        let is_next = |held: &Rows, many: usize| Rows { first_index: held.first_index + many as u64, ..*held } == rows;
-        if !self.held.is_empty() && !is_next(&self.held_rows, self.held.len() / width) {
+        self.end = first_index + rows.len() as u64;
+        let is_next =
+            |held: &RowPlace, many: usize| RowPlace { first_index: held.first_index + many as u64, ..*held } == place;
+        if !self.held.is_empty() && !(rows.is_full() && is_next(&self.held_rows, self.held.len() / width)) {
             self.settle();
         }
         if self.held.is_empty() {
-            if counts.len() >= HELD_ROWS * width || !self.holds_rows {
-                self.add(counts, rows);
+            if rows.len() >= HELD_ROWS || !self.holds_rows || !rows.is_full() {
+                self.add(rows, place);
                 return;
             }
-            self.held_rows = rows;
+            self.held_rows = place;
         }
-        self.held.extend_from_slice(counts);
+        self.held.extend_from_slice(rows.counts);
         if self.held.len() >= HELD_ROWS * width {
             self.settle();
         }
@@ -106,7 +108,7 @@ impl Accumulators {
     fn settle(&mut self) {
         let mut held = mem::take(&mut self.held);
         if !held.is_empty() {
-            self.add(&held, self.held_rows);
+            self.add(Rows::new(&held, self.width(), &[]), self.held_rows);
             held.clear();
         }
         self.held = held;
@@ -122,39 +124,76 @@ impl Accumulators {
         Cow::Owned(settled)
     }
 
-    fn add(&mut self, counts: &[i32], Rows { first_index, rate_hz, keep_recent }: Rows) {
+    fn add(&mut self, rows: Rows<'_>, RowPlace { first_index, rate_hz, keep_recent }: RowPlace) {
         let width = self.width();
-        for row in counts.chunks_exact(width) {
+        for row in rows.counts.chunks_exact(width) {
             let hash = repeats::hash(row);
             self.fingerprint.push(hash);
             if width >= MIN_CHANNELS_OF_REPEATS {
                 self.repeats.push(hash);
             }
         }
+        let absent = self.without_broken_quaternions(&rows);
         let counts = match &mut self.quaternion {
-            Some(quaternion) => quaternion.continued(counts, width),
-            None => counts,
+            Some(quaternion) => {
+                let lacking: Vec<_> = absent
+                    .iter()
+                    .filter(|cell| cell.channel == quaternion.elements().start)
+                    .map(|cell| cell.row)
+                    .collect();
+                quaternion.continued(rows.counts, width, &lacking)
+            }
+            None => rows.counts,
         };
+        let rows = Rows::new(counts, width, &absent);
         if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz != rate_hz) {
             self.recent = Some(Recent::new(width, rate_hz));
         }
         if let Some(temperature) = &mut self.temperature {
-            temperature.push_samples(first_index, counts.len() / width);
+            temperature.push_samples(first_index, rows.len());
         }
-        for (index, channel) in self.channels.iter_mut().enumerate() {
-            self.column.clear();
-            self.column.extend(counts.chunks_exact(width).map(|row| row[index]));
-            if let Some(temperature) = &mut self.temperature {
-                temperature.push(index, first_index, &self.column);
-            }
-            channel.push(&mut self.column);
-            if let Some(recent) = &mut self.recent {
-                recent.push(index, first_index, &self.column);
+        let Self { channels, temperature, recent, column, .. } = self;
+        for (index, channel) in channels.iter_mut().enumerate() {
+            column.clear();
+            column.extend(counts.chunks_exact(width).map(|row| row[index]));
+            let mut from = 0;
+            for row in rows.lacking(index).chain([rows.len()]) {
+                let (run, first) = (&mut column[from..row], first_index + from as u64);
+                if let Some(temperature) = temperature {
+                    temperature.push(index, first, run);
+                    temperature.push_absent(index, first_index + row as u64, u64::from(row < rows.len()));
+                }
+                channel.push(run);
+                if let Some(recent) = recent {
+                    recent.push(index, first, run);
+                }
+                if row < rows.len() {
+                    channel.gap(Some(1));
+                }
+                from = row + 1;
             }
         }
         for magnitude in &mut self.magnitudes {
-            magnitude.push(counts, width, &mut self.column);
+            for run in rows.with(magnitude.axes()) {
+                magnitude.push(run, width, column);
+            }
         }
+    }
+
+    /// The absent cells of these rows, by place: of a quaternion of which one element is absent, all.
+    fn without_broken_quaternions(&self, rows: &Rows<'_>) -> Vec<AbsentCell> {
+        if rows.is_full() {
+            return Vec::new();
+        }
+        let elements = self.quaternion.as_ref().map_or(0..0, QuaternionSign::elements);
+        let mut absent = rows.absent();
+        let broken = absent.clone();
+        for cell in broken.iter().filter(|cell| elements.contains(&cell.channel)) {
+            absent.extend(elements.clone().map(|channel| AbsentCell { row: cell.row, channel }));
+        }
+        absent.sort_by_key(|cell| (cell.row, cell.channel));
+        absent.dedup();
+        absent
     }
 
     /// Samples are missing here; `None` for an unknown number.
@@ -266,7 +305,7 @@ mod tests {
     fn columns_become_channels() {
         assert_eq!(Accumulators::default().width(), 0);
         let mut accumulators = of(3);
-        accumulators.push(&[1, 20, 300, 3, 40, 500], 0, 40.0, false);
+        accumulators.push(Rows::new(&[1, 20, 300, 3, 40, 500], accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);
         let channels = accumulators.settled().snapshot(&shape(), &[]);
         let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
@@ -278,9 +317,9 @@ mod tests {
     fn rows_that_come_one_by_one_are_as_those_that_come_together() {
         let counts: Vec<i32> = (0..500).map(|i: i32| i.wrapping_mul(7919) % 1000).collect();
         let (mut together, mut alone) = (of(2), of(2));
-        together.push(&counts, 0, 40.0, true);
+        together.push(Rows::new(&counts, together.width(), &[]), 0, 40.0, true);
         for (row, index) in counts.chunks_exact(2).zip(0..) {
-            alone.push(row, index, 40.0, true);
+            alone.push(Rows::new(row, alone.width(), &[]), index, 40.0, true);
             let so_far = alone.settled().snapshot(&shape(), &[]);
             assert_eq!(so_far[0].moments.count(), index + 1);
         }
@@ -288,21 +327,21 @@ mod tests {
         assert_eq!(format!("{:?}", one.snapshot(&shape(), &[])), format!("{:?}", other.snapshot(&shape(), &[])));
         assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
         // another place or another rate is no continuation
-        alone.push(&[1, 2], 300, 40.0, true);
-        alone.push(&[1, 2], 301, 20.0, true);
+        alone.push(Rows::new(&[1, 2], alone.width(), &[]), 300, 40.0, true);
+        alone.push(Rows::new(&[1, 2], alone.width(), &[]), 301, 20.0, true);
         assert!(alone.settled().recent(40.0).is_none() && alone.settled().recent(20.0).is_some());
     }
 
     #[test]
     fn no_window_spans_a_gap() {
         let mut accumulators = of(2);
-        accumulators.push(&[1; 8], 0, 40.0, false);
+        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(octaves(&accumulators), [3, 3]);
         accumulators.gap(Some(5));
-        accumulators.push(&[1; 8], 9, 40.0, false);
+        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 9, 40.0, false);
         assert_eq!(octaves(&accumulators), [6, 6]);
         accumulators.gap(None);
-        accumulators.push(&[1; 8], 13, 40.0, false);
+        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 13, 40.0, false);
         assert_eq!(octaves(&accumulators), [9, 9]);
     }
 
@@ -310,7 +349,7 @@ mod tests {
     fn repeated_rows_count_from_nine_channels_on() {
         for (channels, expected) in [(8, 0), (9, 1), (12, 1)] {
             let mut accumulators = of(channels);
-            accumulators.push(&vec![7; 2 * channels], 0, 40.0, false);
+            accumulators.push(Rows::new(&vec![7; 2 * channels], accumulators.width(), &[]), 0, 40.0, false);
             assert_eq!(accumulators.settled().findings().repeated_lines, expected, "{channels}");
         }
     }
@@ -318,14 +357,14 @@ mod tests {
     #[test]
     fn the_last_minutes_are_those_at_the_present_rate() {
         let mut accumulators = of(2);
-        accumulators.push(&[1; 8], 0, 40.0, true);
-        accumulators.push(&[1; 8], 4, 40.0, true);
+        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, true);
+        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 4, 40.0, true);
         let count = |accumulators: &Accumulators, rate_hz| {
             let slots = accumulators.settled().recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
             Some(slots)
         };
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
-        accumulators.push(&[1; 4], 8, 20.0, true);
+        accumulators.push(Rows::new(&[1; 4], accumulators.width(), &[]), 8, 20.0, true);
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
         accumulators.settle();
         accumulators.recent = None;
@@ -345,7 +384,7 @@ mod tests {
     fn a_channel_that_started_anew_is_named() {
         let mut accumulators = of(4);
         let turning = (0..18_000).flat_map(|row| [[0, 120_000, -120_000][row % 3], 0, 0, 0]);
-        accumulators.push(&turning.collect::<Vec<_>>(), 0, 40.0, false);
+        accumulators.push(Rows::new(&turning.collect::<Vec<_>>(), accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
         let layout = accumulators.layout.clone().into_iter();
         layout.for_each(|layout| accumulators.begin(layout, &Settings::default(), PieceStart::default()));

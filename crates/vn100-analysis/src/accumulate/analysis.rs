@@ -11,6 +11,7 @@ use super::{
     pending_rows::PendingRows,
     piece::{NotAppended, PieceStart},
     rate_authority::RateEffect,
+    rows::Rows,
 };
 use crate::{
     assessment::temperature,
@@ -136,13 +137,14 @@ impl Analysis {
             self.pending.get_or_insert_with(new).push(batch);
             self.push_resolved();
         } else {
+            let rows = Rows::new(&batch.counts, width, &batch.absent);
             let mut row = 0;
             for mark in &batch.marks {
-                self.record.push_rows(&batch.counts[row * width..mark.before_row * width]);
+                self.record.push_rows(rows.at(row..mark.before_row));
                 row = mark.before_row;
                 self.record.push_mark(mark.kind);
             }
-            self.record.push_rows(&batch.counts[row * width..]);
+            self.record.push_rows(rows.at(row..rows.len()));
         }
     }
 

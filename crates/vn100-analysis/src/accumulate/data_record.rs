@@ -12,6 +12,7 @@ use super::{
     pending_rows::Resolved,
     piece::NotAppended,
     rate_authority::{RateAuthority, RateEffect},
+    rows::Rows,
     sensor_replies::SensorReplies,
     temperature_record::TemperatureRecord,
 };
@@ -113,23 +114,22 @@ impl DataRecord {
 
     pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
         match resolved {
-            Resolved::Rows(counts) => self.push_rows(counts),
+            Resolved::Rows(rows) => self.push_rows(rows),
             Resolved::Mark(mark) => self.push_mark(mark),
             Resolved::Event(event) => self.push_event(event),
         }
     }
 
     /// Adds frame-major rows without a gap between them.
-    pub(crate) fn push_rows(&mut self, counts: &[i32]) {
-        if counts.is_empty() {
+    pub(crate) fn push_rows(&mut self, rows: Rows<'_>) {
+        if rows.counts.is_empty() {
             return;
         }
         let rejected = self.gaps.take_rejected();
         self.push_gap(rejected, true);
-        let (width, rate_hz) = (self.accumulators.width(), self.rate.hz());
-        if let Some((rows, first_index)) = self.span.push(counts.len() / width, rate_hz, self.rate.is_excluding()) {
-            let counts = &counts[rows.start * width..rows.end * width];
-            self.accumulators.push(counts, first_index, rate_hz, self.settings.recent);
+        let rate_hz = self.rate.hz();
+        if let Some((measured, first_index)) = self.span.push(rows.len(), rate_hz, self.rate.is_excluding()) {
+            self.accumulators.push(rows.at(measured), first_index, rate_hz, self.settings.recent);
         }
     }
 
@@ -296,7 +296,7 @@ mod tests {
     }
 
     fn rows(record: &mut DataRecord, rows: usize) {
-        record.push(Resolved::Rows(&vec![1; rows * WIDTH]));
+        record.push(Resolved::Rows(Rows::new(&vec![1; rows * WIDTH], WIDTH, &[])));
     }
 
     fn event(record: &mut DataRecord, event: GapEvent) {

@@ -1,5 +1,7 @@
 //! The magnitude of the measured vectors, sample by sample: it does not depend on the orientation.
 
+use std::ops::Range;
+
 use imu_noise::Moments;
 use vn100_protocol::{Channel, Layout, Quantity};
 
@@ -7,6 +9,7 @@ use crate::sensor::sensor_of;
 
 /// Decimals of a magnitude beyond those of its components.
 const MORE_DECIMALS: u8 = 2;
+const MORE: f64 = 100.0;
 
 /// The length of one sensor's vector.
 #[derive(Debug, Clone)]
@@ -23,45 +26,64 @@ pub struct Magnitude {
     pub moments: Moments,
     /// Place of the first of its three axes in a row.
     first: usize,
+    /// Of the counts of each axis, and then of the length.
+    factors: [f64; 3],
+    factor: f64,
 }
 
 impl Magnitude {
-    /// For every three neighbouring channels of one sensor with the same decimals and scale.
+    /// For every three neighbouring channels of one sensor. Axes of different decimals or scales,
+    /// each by a power of two for all of its 32 bits, are taken in two of the coarsest counts.
     pub(crate) fn all(layout: &Layout) -> Vec<Self> {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };
             let quantity = x.quantity;
             let is_vector = sensor_of(quantity).is_some();
-            let alike = |other: &Channel| {
-                (other.quantity, other.decimals, other.scale) == (quantity, x.decimals, x.scale) && is_vector
-            };
             let begins = first == 0 || layout.channels[first - 1].quantity != quantity;
-            (begins && alike(y) && alike(z)).then(|| Self {
+            let alike = |other: &Channel| (other.decimals, other.scale) == (x.decimals, x.scale);
+            let of = |decimals, scale, factors, factor| Self {
                 quantity,
                 unit: x.unit.to_string(),
-                decimals: x.decimals + MORE_DECIMALS,
-                scale: x.scale,
+                decimals,
+                scale,
                 moments: Moments::new(),
                 first,
+                factors,
+                factor,
+            };
+            let units = [x, y, z].map(|axis| axis.in_unit(1.0));
+            let coarsest = 2.0 * units.into_iter().fold(0.0, f64::max);
+            (begins && is_vector && [y, z].map(|axis| axis.quantity) == [quantity; 2]).then(|| {
+                if x.decimals > 0 && alike(y) && alike(z) {
+                    of(x.decimals + MORE_DECIMALS, x.scale, [1.0; 3], MORE)
+                } else {
+                    of(0, coarsest, units.map(|unit| unit / coarsest), 1.0)
+                }
             })
         });
         vectors.collect()
     }
 
+    /// Places of its three axes in a row.
+    pub(crate) fn axes(&self) -> Range<usize> {
+        self.first..self.first + 3
+    }
+
     /// Takes frame-major rows of `width` counts; `column` is for its own use.
     pub(crate) fn push(&mut self, counts: &[i32], width: usize, column: &mut Vec<i32>) {
-        const MORE: f64 = 100.0;
+        let Self { factors, factor, .. } = *self;
         column.clear();
         column.extend(counts.chunks_exact(width).map(|row| {
-            let [x, y, z] = [0, 1, 2].map(|axis| f64::from(row[self.first + axis]));
+            let [x, y, z] = [0, 1, 2].map(|axis| factors[axis] * f64::from(row[self.first + axis]));
             // magnitudes beyond the range of a count saturate
-            (MORE * (x * x + y * y + z * z).sqrt()).round() as i32
+            (factor * (x * x + y * y + z * z).sqrt()).round() as i32
         }));
         self.moments.push(column);
     }
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
     use vn100_protocol::{VNIMU, VNYMR};
@@ -75,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn three_axes_of_one_sensor_with_the_same_decimals_and_scale_are_a_vector() {
+    fn three_axes_of_one_sensor_are_a_vector() {
         let vectors = |channels: &[Channel]| {
             Magnitude::all(&Layout { channels: channels.to_vec().into(), ..VNYMR.clone() }).len()
         };
@@ -88,10 +110,26 @@ mod tests {
                 change(&mut axes[axis]);
                 vectors(&axes)
             };
-            assert_eq!(with(|axis| axis.decimals += 1), 0, "axis {axis}");
-            assert_eq!(with(|axis| axis.scale *= 2.0), 0, "axis {axis}");
+            assert_eq!(with(|axis| axis.decimals += 1), 1, "axis {axis}");
+            assert_eq!(with(|axis| axis.scale *= 2.0), 1, "axis {axis}");
             assert_eq!(with(|axis| axis.quantity = Quantity::Temperature), 0, "axis {axis}");
         }
+    }
+
+    #[test]
+    fn axes_may_have_powers_of_two_of_their_own_and_all_of_their_bits() {
+        let mut axes = VNYMR.channels[6..9].to_vec();
+        for (axis, power) in axes.iter_mut().zip([30, 28, 27]) {
+            (axis.decimals, axis.scale) = (0, 2_f64.powi(-power));
+        }
+        let layout = Layout { channels: axes.into(), ..VNYMR.clone() };
+        let mut magnitude = Magnitude::all(&layout).remove(0);
+        // 1.5, 6 and -14 m/s²
+        let counts = [3 << 29, 6 << 28, -14 << 27];
+        magnitude.push(&counts, 3, &mut Vec::new());
+        let length = f64::from(magnitude.moments.max_counts().unwrap()) * magnitude.scale;
+        assert!((length - 15.305_227_86_f64).abs() < 1e-7, "{length}");
+        assert_eq!(magnitude.decimals, 0);
     }
 
     #[test]

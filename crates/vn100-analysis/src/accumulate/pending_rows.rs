@@ -3,7 +3,9 @@
 use std::{collections::VecDeque, time::Duration};
 
 use imu_noise::{GapDetector, GapEvent};
-use vn100_protocol::stream::{Batch, MarkKind};
+use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
+
+use super::rows::Rows;
 
 /// The first stamp: long after zero, as later ones may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
@@ -14,6 +16,8 @@ pub(crate) struct PendingRows {
     width: usize,
     /// Rows, frame-major; the first `resolved` of them came out.
     counts: Vec<i32>,
+    /// Cells of these rows without a value.
+    absent: Vec<AbsentCell>,
     resolved: usize,
     /// Rows without a gap before them that have not come out.
     certain: u64,
@@ -29,7 +33,7 @@ pub(crate) struct PendingRows {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Resolved<'a> {
     /// Rows without a gap before or between them, frame-major.
-    Rows(&'a [i32]),
+    Rows(Rows<'a>),
     /// A mark between the rows.
     Mark(MarkKind),
     /// What the detector reports of this place; never [`GapEvent::Samples`].
@@ -42,6 +46,7 @@ impl PendingRows {
             detector,
             width,
             counts: Vec::new(),
+            absent: Vec::new(),
             resolved: 0,
             certain: 0,
             marks: VecDeque::new(),
@@ -55,7 +60,14 @@ impl PendingRows {
     /// Rows without a stamp of their own came with the row before them.
     pub(crate) fn push(&mut self, batch: &Batch) {
         self.counts.drain(..self.resolved * self.width);
-        self.resolved = 0;
+        let resolved = std::mem::take(&mut self.resolved);
+        self.absent.retain_mut(|cell| {
+            let held = cell.row >= resolved;
+            cell.row = cell.row.saturating_sub(resolved);
+            held
+        });
+        let held = self.counts.len() / self.width;
+        self.absent.extend(batch.absent.iter().map(|cell| AbsentCell { row: held + cell.row, ..*cell }));
         let before = self.resolved_in_all + (self.counts.len() / self.width) as u64;
         self.marks.extend(batch.marks.iter().map(|mark| (before + mark.before_row as u64, mark.kind)));
         self.counts.extend_from_slice(&batch.counts);
@@ -92,7 +104,7 @@ impl PendingRows {
         self.resolved_in_all += rows;
         // rows that are certain are held, so that the number fits
         self.resolved += rows as usize;
-        Some(Resolved::Rows(&self.counts[from * self.width..self.resolved * self.width]))
+        Some(Resolved::Rows(Rows::new(&self.counts, self.width, &self.absent).at(from..self.resolved)))
     }
 
     /// How long rows have come by their stamps if none came out, else zero. The last stamp counts
@@ -152,7 +164,7 @@ mod tests {
         let mut all = Vec::new();
         while let Some(resolved) = pending.next() {
             match resolved {
-                Resolved::Rows(counts) => all.extend(counts.iter().step_by(WIDTH)),
+                Resolved::Rows(rows) => all.extend(rows.counts.iter().step_by(WIDTH)),
                 Resolved::Mark(_) => all.push(-1),
                 Resolved::Event(GapEvent::Missing(missing)) => all.push(-10 - missing as i32),
                 Resolved::Event(_) => {}

@@ -1,5 +1,7 @@
 //! The sign of a quaternion, made continuous: q and -q are the same attitude.
 
+use std::ops::Range;
+
 use vn100_protocol::{Layout, Quantity};
 
 use super::piece::NotAppended;
@@ -35,11 +37,20 @@ impl QuaternionSign {
         Ok(())
     }
 
-    /// Each with the sign that lies nearer to the row before, however long ago that came.
-    pub(crate) fn continued(&mut self, rows: &[i32], width: usize) -> &[i32] {
+    /// The places of its elements in a row.
+    pub(crate) fn elements(&self) -> Range<usize> {
+        self.first..self.first + 4
+    }
+
+    /// Each with the sign that lies nearer to the row before, however long ago that came; the rows
+    /// at the places `lacking`, which lack an element, as they are.
+    pub(crate) fn continued(&mut self, rows: &[i32], width: usize, lacking: &[usize]) -> &[i32] {
         self.rows.clear();
         self.rows.extend_from_slice(rows);
-        for row in self.rows.chunks_exact_mut(width) {
+        for (place, row) in self.rows.chunks_exact_mut(width).enumerate() {
+            if lacking.contains(&place) {
+                continue;
+            }
             let quaternion = &mut row[self.first..self.first + 4];
             let products =
                 quaternion.iter().zip(self.previous).map(|(now, before)| f64::from(*now) * f64::from(before));
@@ -61,7 +72,7 @@ mod tests {
 
     /// Rows of a message that is nothing but a quaternion.
     fn continued(sign: &mut QuaternionSign, rows: &[[i32; 4]]) -> Vec<i32> {
-        sign.continued(rows.as_flattened(), 4).to_vec()
+        sign.continued(rows.as_flattened(), 4, &[]).to_vec()
     }
 
     fn sign() -> QuaternionSign {
@@ -113,8 +124,8 @@ mod tests {
         opposite[..4].iter_mut().for_each(|count| *count = -*count);
         let mut sign = QuaternionSign::of(&VNQMR).unwrap();
         for sent in [&row, &opposite, &opposite, &row] {
-            assert_eq!(sign.continued(sent, 13), row);
+            assert_eq!(sign.continued(sent, 13, &[]), row);
         }
-        assert_eq!(sign.continued(&[opposite.clone(), opposite].concat(), 13), [row.clone(), row].concat());
+        assert_eq!(sign.continued(&[opposite.clone(), opposite].concat(), 13, &[]), [row.clone(), row].concat());
     }
 }

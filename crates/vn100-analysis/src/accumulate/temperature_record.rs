@@ -67,6 +67,13 @@ impl TemperatureRecord {
         }
     }
 
+    /// So many samples are absent of the channel at this place of the layout, from this one on.
+    pub(crate) fn push_absent(&mut self, place: usize, first: u64, samples: u64) {
+        if let Some(ChannelRole::Axis(axis)) = self.parts.get(place) {
+            self.blocks.push_absent(*axis, first, samples);
+        }
+    }
+
     /// A reading at the sample with this index; unused where the stream has the temperature itself.
     pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
         if self.is_polled {
@@ -94,10 +101,14 @@ impl TemperatureRecord {
         TemperatureSearch::new(&self.blocks, interval_s, self.degrees_per_count)
     }
 
-    /// The number of the axis at this place of the layout, where there is one.
+    /// The number of the axis at this place of the layout, where there is one that lacks a tenth of
+    /// its samples at most.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
         match self.parts.get(place) {
-            Some(ChannelRole::Axis(axis)) => Some(*axis),
+            Some(ChannelRole::Axis(axis)) => {
+                let (absent, samples) = self.blocks.lacks(*axis);
+                (10 * absent <= samples).then_some(*axis)
+            }
             _ => None,
         }
     }

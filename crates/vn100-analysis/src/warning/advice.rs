@@ -159,6 +159,7 @@ impl Advice {
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
         }
+        self.on_absent_values(snapshot);
         if timing.missing > 0 {
             let text = format!(
                 "{} missing in {} ({:.2} % of the record): averages are over the samples that are there; those that lack \
@@ -194,6 +195,35 @@ impl Advice {
                 .remedy(Remedy::GiveRate(None))
                 .then(": every tau scales with it");
             self.warn(WarningKind::RateAssumed, text);
+        }
+    }
+
+    /// Channels that rows lack, those that most rows lack by themselves.
+    fn on_absent_values(&mut self, snapshot: &Snapshot) {
+        let rows = snapshot.timing.samples;
+        let lacking = |(channel, results): (&Channel, &ChannelSnapshot)| {
+            let absent = rows.saturating_sub(results.moments.count());
+            (absent > 0).then(|| (absent, channel.name.to_string()))
+        };
+        let lacking: Vec<_> = snapshot.measured().filter_map(lacking).collect();
+        for (is_most, advice) in [
+            (
+                true,
+                "so few values do not show their noise from row to row. If they have a rate of their own, put them into \
+                    a file of their own, without the rows that lack them",
+            ),
+            (false, "each is a sample missing of its own channel, and costs the others nothing"),
+        ] {
+            let of: Vec<_> = lacking.iter().filter(|(absent, _)| (2 * absent > rows) == is_most).collect();
+            if !of.is_empty() {
+                let counts: Vec<_> = of.iter().map(|(absent, channel)| format!("{channel} {absent}")).collect();
+                let text = format!("of {} some have no value: {}; {advice}", counted(rows, "row"), counts.join(", "));
+                self.warn_of(
+                    WarningKind::AbsentValues,
+                    of.into_iter().map(|(_, channel)| channel.clone()).collect(),
+                    text,
+                );
+            }
         }
     }
 

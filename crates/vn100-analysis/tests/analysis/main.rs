@@ -2,6 +2,7 @@
 //! stream was cut.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
+mod absent;
 mod held;
 mod link;
 mod temperature;

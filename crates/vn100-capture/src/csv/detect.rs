@@ -5,11 +5,11 @@ use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
 
 use super::{
     BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
-    column_map::{ColumnMap, ColumnName, MappedChannel, known},
+    column_map::{ColumnMap, ColumnName, MappedChannel, Unit, known},
     header::{ColumnPlaces, Header},
     lines::{Fields, LastField, is_comment_or_blank},
-    number::{LastDigit, Number},
-    resolution::{ColumnScan, Prior, SCANNED_ROWS},
+    number::Number,
+    resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
     shown,
     stamp::{StampScan, StampUnit},
 };
@@ -121,13 +121,14 @@ impl<'a> HeaderCandidate<'a> {
             decimals: channel.decimals,
             limit: Some(channel.value(channel.limit_counts)),
             zero_hundredths: 0,
+            turns: channel.quantity == Quantity::Angle,
         };
         let priors: Vec<_> = channels.iter().map(prior).collect();
         let kind = match places.sentence {
             Some(_) => Kind::Sentences,
             None => Kind::Values(self.named_layout(channels)),
         };
-        self.complete(&places, kind, &priors, stamp.map(|&(_, unit)| unit), lines_above).map(Some)
+        self.complete(&places, kind, priors, stamp.map(|&(_, unit)| unit), lines_above).map(Some)
     }
 
     /// The plan for columns named by the user.
@@ -150,15 +151,16 @@ impl<'a> HeaderCandidate<'a> {
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let compensated = self.said_compensated();
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
-        let prior = |zero_hundredths| Prior {
+        let prior = |unit: &Unit| Prior {
             // the distance between two zeros must be a whole count
-            decimals: if zero_hundredths == 0 { 0 } else { 2 },
+            decimals: if unit.zero_hundredths == 0 { 0 } else { 2 },
             limit: None,
-            zero_hundredths,
+            zero_hundredths: unit.zero_hundredths,
+            turns: unit.quantity == Quantity::Angle,
         };
-        let priors: Vec<_> = mapped.iter().map(|mapped| prior(mapped.unit.zero_hundredths)).collect();
+        let priors: Vec<_> = mapped.iter().map(|mapped| prior(&mapped.unit)).collect();
         let stamp_unit = map.stamp.as_ref().map(|&(_, unit)| unit);
-        self.complete(&places, Kind::Values(layout), &priors, stamp_unit, lines_above)
+        self.complete(&places, Kind::Values(layout), priors, stamp_unit, lines_above)
     }
 
     /// The column of the stamps by its name, where the user mapped other columns only: if it holds
@@ -224,8 +226,8 @@ impl<'a> HeaderCandidate<'a> {
     fn complete(
         &self,
         places: &ColumnPlaces,
-        mut kind: Kind,
-        priors: &[Prior],
+        kind: Kind,
+        priors: Vec<Prior>,
         stamp_unit: Option<StampUnit>,
         lines_above: usize,
     ) -> Result<CsvPlan, CsvError> {
@@ -243,32 +245,23 @@ impl<'a> HeaderCandidate<'a> {
         if let Some(place) = places.sentence {
             columns[place] = ColumnUse::Sentence;
         }
-        let quantizers: Vec<_> = scans.iter().zip(priors).map(|(scan, &prior)| scan.quantizer(prior)).collect();
-        let mut rounded = Vec::new();
-        for (slot, (&(place, index), quantizer)) in places.channels.iter().zip(&quantizers).enumerate() {
+        for (slot, &(place, _)) in places.channels.iter().enumerate() {
             columns[place] = ColumnUse::Channel(slot);
-            if quantizer.last_digit == LastDigit::Rounded {
-                rounded.push(known(index).name.to_string());
-            }
-        }
-        if let Kind::Values(layout) = &mut kind {
-            for (channel, quantizer) in layout.channels.to_mut().iter_mut().zip(&quantizers) {
-                channel.decimals = quantizer.decimals;
-                channel.limit_counts = quantizer.limit_counts;
-            }
         }
         let ends_in_sentence = columns.last() == Some(&ColumnUse::Sentence);
-        Ok(CsvPlan {
+        let mut plan = CsvPlan {
             kind,
             last_field: (!ends_in_sentence).then(|| self.last_field(lines_above)),
             ignored_columns: places.ignored(&self.header),
-            rounded,
             line_end: self.line_end,
             separator: self.header.separator,
             columns,
-            quantizers,
+            priors,
+            quantizers: Vec::new(),
             lines_above: lines_above as u64,
-        })
+        };
+        plan.quantize(&scans, Scanned::Head);
+        Ok(plan)
     }
 
     /// How the first rows end that do have a line end.

@@ -1,13 +1,22 @@
 //! Numbers as laboratory scripts print them, such as `-077.706` and `1e-05`, held exactly.
 
-use vn100_protocol::stream::RejectedRow;
-
 /// The powers of ten that fit 64 bits.
 const POWERS_OF_TEN: [u64; 20] = {
     let mut powers = [1; 20];
     let mut n = 1;
     while n < powers.len() {
         powers[n] = powers[n - 1] * 10;
+        n += 1;
+    }
+    powers
+};
+
+/// The powers of ten that are floats.
+const EXACT_POWERS: [f64; 23] = {
+    let mut powers = [1.0; 23];
+    let mut n = 1;
+    while n < powers.len() {
+        powers[n] = powers[n - 1] * 10.0;
         n += 1;
     }
     powers
@@ -28,16 +37,6 @@ pub(super) struct Number {
     decimals: i32,
     /// A digit other than zero follows those in `digits`, which are then 19.
     more: bool,
-}
-
-/// What becomes of digits behind the last one that is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LastDigit {
-    /// The number is rejected for them, unless they are zeros.
-    Exact,
-    /// They are rounded away, from the middle to the even count; from the twentieth on they are
-    /// cut.
-    Rounded,
 }
 
 impl Number {
@@ -96,29 +95,23 @@ impl Number {
         Some((number, end))
     }
 
-    /// The number in units of 10^-`decimals`; rejected where it has more decimals or is too large.
+    /// The number in units of 10^-`decimals`, with more digits rounded away, from the middle to the
+    /// even count, and cut from the twentieth on; `None` beyond 64 bits.
     #[inline]
-    pub(super) fn count(&self, decimals: u8, last_digit: LastDigit) -> Result<i64, RejectedRow> {
-        let magnitude = if self.decimals == i32::from(decimals) && !self.more {
-            self.digits
-        } else {
-            self.rescaled(decimals, last_digit)?
-        };
-        let magnitude = i64::try_from(magnitude).map_err(|_| RejectedRow::Range)?;
-        Ok(magnitude * (1 - 2 * i64::from(self.negative)))
+    pub(super) fn count(&self, decimals: u8) -> Option<i64> {
+        let magnitude =
+            if self.decimals == i32::from(decimals) && !self.more { self.digits } else { self.rescaled(decimals)? };
+        Some(i64::try_from(magnitude).ok()? * (1 - 2 * i64::from(self.negative)))
     }
 
-    fn rescaled(&self, decimals: u8, last_digit: LastDigit) -> Result<u64, RejectedRow> {
+    fn rescaled(&self, decimals: u8) -> Option<u64> {
         let added = i32::from(decimals).saturating_sub(self.decimals);
         let power = POWERS_OF_TEN.get(added.unsigned_abs() as usize);
         if added >= 0 {
-            if self.more && last_digit == LastDigit::Exact {
-                return Err(RejectedRow::Decimals);
-            }
             return match power {
-                _ if self.digits == 0 => Ok(0),
-                Some(&power) => self.digits.checked_mul(power).ok_or(RejectedRow::Range),
-                None => Err(RejectedRow::Range),
+                _ if self.digits == 0 => Some(0),
+                Some(&power) => self.digits.checked_mul(power),
+                None => None,
             };
         }
         let (quotient, remainder, half) = match power {
@@ -126,15 +119,15 @@ impl Number {
             // less than a tenth of the last digit
             None => (0, self.digits, u64::MAX),
         };
-        if remainder == 0 && !self.more {
-            Ok(quotient)
-        } else if last_digit == LastDigit::Exact {
-            Err(RejectedRow::Decimals)
-        } else {
-            let is_odd_count = quotient % 2 == 1;
-            let up = remainder > half || remainder == half && (self.more || is_odd_count);
-            Ok(quotient + u64::from(up))
-        }
+        let is_odd_count = quotient % 2 == 1;
+        // nothing is rounded where nothing remains
+        let up = remainder > half || remainder == half && (self.more || is_odd_count);
+        Some(quotient + u64::from(up))
+    }
+
+    /// Whether it has more digits than `most`, written as a number without a point.
+    pub(super) const fn digits_beyond(&self, most: u64) -> bool {
+        self.more || self.digits >= most
     }
 
     /// The digits printed behind the point, counting as if an exponent were written out.
@@ -155,14 +148,26 @@ impl Number {
         decimals
     }
 
-    /// The magnitude, to the precision of a float.
-    pub(super) fn magnitude(&self) -> f64 {
-        self.digits as f64 * 10_f64.powi(-self.decimals)
+    /// The decimal number with the fewest digits that is the same float: what a script had that
+    /// printed all digits of a float. `None` beyond the range of floats.
+    #[cold]
+    pub(super) fn shortest_of_float(&self) -> Option<Self> {
+        let sign = if self.negative { "-" } else { "" };
+        let float: f64 = format!("{sign}{}e{}", self.digits, -self.decimals).parse().ok()?;
+        Self::parse(format!("{float:e}").as_bytes())
     }
 
-    /// The number, to the precision of a float.
+    /// The number, to the precision of a float: the nearest one up to 15 digits and 22 decimals.
+    #[inline]
     pub(super) fn value(&self) -> f64 {
-        if self.negative { -self.magnitude() } else { self.magnitude() }
+        let digits = self.digits as f64;
+        let magnitude = match self.decimals {
+            decimals @ 0..=22 => digits / EXACT_POWERS[decimals as usize],
+            decimals @ 23..=44 => digits / EXACT_POWERS[22] / EXACT_POWERS[decimals as usize - 22],
+            decimals @ -22..0 => digits * EXACT_POWERS[-decimals as usize],
+            decimals => digits * 10_f64.powi(-decimals),
+        };
+        if self.negative { -magnitude } else { magnitude }
     }
 }
 
@@ -197,14 +202,10 @@ fn parse_exponent(input: &[u8], at: usize) -> Option<(i32, usize)> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{
-        LastDigit::*,
-        RejectedRow::{Decimals, Range},
-        *,
-    };
+    use super::*;
 
-    fn count(field: &str, decimals: u8, last_digit: LastDigit) -> Result<i64, RejectedRow> {
-        Number::parse(field.as_bytes()).unwrap().count(decimals, last_digit)
+    fn count(field: &str, decimals: u8) -> Option<i64> {
+        Number::parse(field.as_bytes()).unwrap().count(decimals)
     }
 
     #[test]
@@ -218,12 +219,12 @@ mod tests {
             "-0.00000125e+4",
             "-0.01250000000000000000000000",
         ] {
-            assert_eq!(count(field, 6, Exact), Ok(-12_500), "{field}");
+            assert_eq!(count(field, 6), Some(-12_500), "{field}");
         }
-        assert_eq!(count("1e-05", 6, Exact), Ok(10));
-        assert_eq!(count("12", 3, Exact), Ok(12_000));
-        assert_eq!(count("+5.", 1, Exact), Ok(50));
-        assert_eq!(count("0e99999999999", 3, Exact), Ok(0));
+        assert_eq!(count("1e-05", 6), Some(10));
+        assert_eq!(count("12", 3), Some(12_000));
+        assert_eq!(count("+5.", 1), Some(50));
+        assert_eq!(count("0e99999999999", 3), Some(0));
     }
 
     #[test]
@@ -237,24 +238,23 @@ mod tests {
     }
 
     #[test]
-    fn digits_too_many_are_refused_or_rounded() {
-        for (field, exact, rounded) in [
-            ("0.1250", Err(Decimals), 12),
-            ("0.1350", Err(Decimals), 14),
-            ("0.1251", Err(Decimals), 13),
-            ("-0.1351", Err(Decimals), -14),
-            ("0.1200", Ok(12), 12),
-            ("1e-300", Err(Decimals), 0),
-            ("0.12500000000000000000001", Err(Decimals), 13),
-            ("0.12000000000000000000000", Ok(12), 12),
+    fn digits_too_many_are_rounded() {
+        for (field, rounded) in [
+            ("0.1250", 12),
+            ("0.1350", 14),
+            ("0.1251", 13),
+            ("-0.1351", -14),
+            ("0.1200", 12),
+            ("1e-300", 0),
+            ("0.12500000000000000000001", 13),
+            ("0.12000000000000000000000", 12),
         ] {
-            assert_eq!(count(field, 2, Exact), exact, "{field}");
-            assert_eq!(count(field, 2, Rounded), Ok(rounded), "{field}");
+            assert_eq!(count(field, 2), Some(rounded), "{field}");
         }
         for field in ["1e300", "99999999999999999999999", "9223372036854775808", "18446744073709551616"] {
-            assert_eq!(count(field, 0, Rounded), Err(Range), "{field}");
+            assert_eq!(count(field, 0), None, "{field}");
         }
-        assert_eq!(count("9223372036854775807", 0, Exact), Ok(i64::MAX));
+        assert_eq!(count("9223372036854775807", 0), Some(i64::MAX));
     }
 
     #[test]
@@ -279,8 +279,7 @@ mod tests {
             let number = Number::parse(text.as_bytes());
             prop_assert_eq!(number.is_some(), float.is_some());
             if let (Some(number), Some(float)) = (number, float) {
-                let error = (number.magnitude() - float.abs()).abs();
-                prop_assert!(error <= 1e-13 * float.abs());
+                prop_assert!((number.value() - float).abs() <= 4.0 * f64::EPSILON * float.abs());
             }
         }
 
@@ -290,13 +289,13 @@ mod tests {
             let (whole, fraction) = magnitude.split_at(magnitude.len() - decimals);
             let sign = if count < 0 { "-" } else { "" };
             let number = Number::parse(format!("{sign}{whole}.{fraction}").as_bytes()).unwrap();
-            prop_assert_eq!(number.count(decimals as u8, Exact), Ok(count));
+            prop_assert_eq!(number.count(decimals as u8), Some(count));
         }
 
         #[test]
         fn no_bytes_panic(field in proptest::collection::vec(any::<u8>(), 0..40), decimals in 0_u8..30) {
             if let Some(number) = Number::parse(&field) {
-                let _ = number.count(decimals, Rounded);
+                let _ = (number.count(decimals), number.value(), number.shortest_of_float());
             }
         }
     }

@@ -9,8 +9,8 @@ use std::{
 use vn100_protocol::{
     Layout, Tally,
     stream::{
-        Arrival, Batch, CsvReport, Mark, MarkKind, ReadOptions, RejectedRow, RejectedRowCounts, RejectedRows,
-        SampleReader,
+        AbsentCell, AbsentValues, Arrival, Batch, CsvReport, Mark, MarkKind, ReadOptions, RejectedRow,
+        RejectedRowCounts, RejectedRows, SampleReader,
     },
 };
 
@@ -20,6 +20,7 @@ use super::{
         Completeness, CsvLine, Fields, Lines, field_end, has_open_quote, is_comment_or_blank, opening_quote, unquoted,
     },
     number::Number,
+    resolution::{ColumnScan, Scanned},
     shown,
     stamp::StampUnit,
 };
@@ -30,10 +31,18 @@ const MOST_ROWS: usize = 512;
 
 /// Reads the samples of a CSV file, some hundred rows at a time.
 pub(crate) struct CsvReader<R> {
+    /// Until all rows have shown what the columns print.
+    first_pass: Option<FirstPass<R>>,
     lines: Lines<R>,
     parser: RowParser,
     line_by_line: bool,
     content: Content,
+}
+
+/// The file from its beginning, and what its columns have printed so far.
+struct FirstPass<R> {
+    lines: Lines<R>,
+    scans: Vec<ColumnScan>,
 }
 
 /// What rows become.
@@ -46,25 +55,50 @@ enum Content {
 }
 
 impl<R: Read> CsvReader<R> {
-    /// Reads `reader` from the first byte of the file on.
-    pub(crate) fn new(plan: CsvPlan, reader: R, options: ReadOptions) -> Self {
-        let content = match plan.kind.clone() {
-            Kind::Values(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
-            Kind::Sentences => Content::Sentences(SampleReader::new(options)),
+    /// Reads `reader` from the first byte of the file on. Where `again` reads the same, it is read
+    /// first: what a count is worth depends on all rows.
+    pub(crate) fn new(plan: CsvPlan, reader: R, again: Option<R>, options: ReadOptions) -> Self {
+        let content = match plan.layout() {
+            Some(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
+            None => Content::Sentences(SampleReader::new(options)),
         };
+        let scans = vec![ColumnScan::default(); plan.priors.len()];
+        let again = again.filter(|_| plan.layout().is_some());
         Self {
+            first_pass: again.map(|again| FirstPass { lines: Lines::new(again, plan.line_end), scans }),
             lines: Lines::new(reader, plan.line_end),
             parser: RowParser::new(plan),
             line_by_line: options.line_by_line,
             content,
         }
     }
+
+    /// Reads on in the first pass, and ends it where the file does, or cannot be read: then so does
+    /// the second one.
+    fn scan(&mut self) {
+        let Some(FirstPass { lines, scans }) = &mut self.first_pass else { return };
+        if lines.fill().unwrap_or(false) {
+            while let Some(line) = lines.next_buffered() {
+                self.parser.scan(&line, scans);
+            }
+            return;
+        }
+        self.parser.plan.quantize(scans, Scanned::Whole);
+        if let (Content::Values { layout, .. }, Some(quantized)) = (&mut self.content, self.parser.plan.layout()) {
+            *layout = Arc::new(quantized);
+        }
+        self.first_pass = None;
+    }
 }
 
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
     /// Up to 512 rows, fewer where more would have to be waited for.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let Self { lines, parser, line_by_line, content } = self;
+        if self.first_pass.is_some() {
+            self.scan();
+            return Ok(Some(Vec::new()));
+        }
+        let Self { lines, parser, line_by_line, content, .. } = self;
         let mut batches = Vec::new();
         let mut row_count = 0;
         while row_count == 0 {
@@ -94,7 +128,7 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
             Content::Sentences(samples) => self.parser.complete(samples.finish()),
             values => values.take_batches(&self.parser),
         };
-        (batches, Some(self.parser.report.clone()))
+        (batches, Some(self.parser.report()))
     }
 }
 
@@ -105,6 +139,8 @@ impl Content {
                 let from_row = open.counts.len() / layout.channels.len();
                 open.arrivals.extend(row.stamp_ns.map(|at_ns| Arrival { from_row, at_ns }));
                 open.counts.extend_from_slice(&row.counts);
+                let cell = |&(channel, _): &(usize, Absence)| AbsentCell { row: from_row, channel };
+                open.absent.extend(row.absent.iter().map(cell));
             }
             Self::Sentences(samples) => samples.push(&row.sentence, row.stamp_ns),
         }
@@ -138,9 +174,17 @@ impl Content {
 /// Reads the rows of a CSV file one after the other. Of `counts` and `sentence` one is in use, by
 /// the [`Kind`] of the plan.
 pub(super) struct RowParser {
-    plan: CsvPlan,
-    /// Of the last good row, in the order of the layout, in units of their last decimals.
+    pub(super) plan: CsvPlan,
+    /// Of the last good row, in the order of the layout; 0 for what it lacks.
     pub(super) counts: Vec<i32>,
+    /// The channels that the last good row lacks, in order.
+    pub(super) absent: Vec<(usize, Absence)>,
+    /// How often each channel was absent.
+    absences: Vec<AbsentValues>,
+    /// The channels of which digits were rounded away that the head of the file does not have.
+    late_rounded: Vec<bool>,
+    /// The numbers of a row.
+    cells: Vec<Option<Number>>,
     /// Of the last good row, with CR LF.
     pub(super) sentence: Vec<u8>,
     /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
@@ -156,17 +200,54 @@ pub(super) struct RowParser {
 
 impl RowParser {
     pub(super) fn new(plan: CsvPlan) -> Self {
-        let (ignored_columns, rounded) = (plan.ignored_columns.clone(), plan.rounded.clone());
+        let ignored_columns = plan.ignored_columns.clone();
+        let channels = plan.priors.len();
         Self {
-            counts: vec![0; plan.quantizers.len()],
+            counts: vec![0; channels],
+            absent: Vec::new(),
+            absences: vec![AbsentValues::default(); channels],
+            late_rounded: vec![false; channels],
+            cells: vec![None; channels],
             sentence: Vec::new(),
             stamp_ns: None,
             first_stamp_ns: None,
             quote_open: false,
-            report: CsvReport { ignored_columns, rounded, ..CsvReport::default() },
+            report: CsvReport { ignored_columns, ..CsvReport::default() },
             tally: Tally::default(),
             rejected: RejectedRowCounts::default(),
             plan,
+        }
+    }
+
+    /// What has become of the lines so far.
+    pub(super) fn report(&self) -> CsvReport {
+        let Some(layout) = self.plan.layout() else { return self.report.clone() };
+        let mut rounded = self.plan.rounded();
+        let late = layout.channels.iter().zip(&self.late_rounded).filter(|(_, late)| **late);
+        rounded.extend(late.map(|(channel, _)| channel.name.to_string()));
+        let absences = layout.channels.iter().zip(&self.absences).filter(|(_, absences)| absences.total() > 0);
+        let absent =
+            absences.map(|(channel, absences)| AbsentValues { channel: channel.name.to_string(), ..absences.clone() });
+        CsvReport { rounded, absent: absent.collect(), ..self.report.clone() }
+    }
+
+    /// Adds the numbers of a line to what is known of their columns, where it is a good row.
+    pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
+        let is_row = match line.completeness {
+            Completeness::Overlong => false,
+            Completeness::Unended => self.ends_whole(line.text),
+            Completeness::Whole => true,
+        };
+        if is_row
+            && line.number > self.plan.lines_above
+            && !is_comment_or_blank(line.text)
+            && self.cells(line.text).is_ok()
+        {
+            for (scan, number) in scans.iter_mut().zip(&self.cells) {
+                if let Some(number) = number {
+                    scan.add(number);
+                }
+            }
         }
     }
 
@@ -188,6 +269,9 @@ impl RowParser {
             Ok(()) => {
                 self.report.rows += 1;
                 self.tally.valid_sentence_bytes += line.bytes;
+                if !self.absent.is_empty() {
+                    self.count_absent(line.number);
+                }
             }
             Err(reason) => {
                 self.count_rejected(reason, line);
@@ -197,17 +281,29 @@ impl RowParser {
     }
 
     #[cold]
+    fn count_absent(&mut self, line: u64) {
+        for &(channel, absence) in &self.absent {
+            let absences = &mut self.absences[channel];
+            if absences.total() == 0 {
+                absences.first_line = line;
+            }
+            *match absence {
+                Absence::Empty => &mut absences.empty,
+                Absence::NotANumber => &mut absences.not_a_number,
+                Absence::OutOfRange => &mut absences.out_of_range,
+            } += 1;
+        }
+    }
+
+    #[cold]
     fn count_rejected(&mut self, reason: RejectedRow, line: &CsvLine<'_>) {
         self.rejected.count(reason);
         self.tally.rejected_sentence_bytes += line.bytes;
         let tally = &mut self.tally.rejected;
         *match reason {
-            RejectedRow::Range => &mut tally.range,
             RejectedRow::Length => &mut tally.too_long,
             RejectedRow::Truncated => &mut tally.truncated,
-            RejectedRow::Fields | RejectedRow::Number | RejectedRow::Decimals | RejectedRow::Stamp => {
-                &mut tally.grammar
-            }
+            RejectedRow::Fields | RejectedRow::Number | RejectedRow::Stamp => &mut tally.grammar,
         } += 1;
         let rejected = &mut self.report.rejected;
         let at = rejected.binary_search_by_key(&reason, |rows| rows.reason).unwrap_or_else(|at| {
@@ -236,7 +332,6 @@ impl RowParser {
             tally.valid_sentence_bytes += file.valid_sentence_bytes.saturating_sub(tally.bytes());
             tally.rejected_sentence_bytes += file.rejected_sentence_bytes;
             tally.skipped_bytes += file.skipped_bytes;
-            tally.rejected.range += file.rejected.range;
             tally.rejected.too_long += file.rejected.too_long;
             tally.rejected.truncated += file.rejected.truncated;
             tally.rejected.grammar += file.rejected.grammar;
@@ -264,10 +359,33 @@ impl RowParser {
         Ok(())
     }
 
-    /// Reads the counts of a row and returns its stamp.
+    /// Reads the counts of a row and returns its stamp. What a channel lacks costs no other one.
     #[inline]
     fn values(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let plan = &self.plan;
+        let stamp = self.cells(line)?;
+        let Self { plan, counts, absent, late_rounded, cells, .. } = self;
+        for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
+            let count = cell.as_ref().and_then(|number| quantizer.count(number));
+            counts[slot] = count.unwrap_or_default();
+            match (cell, count) {
+                (Some(number), Some(_)) => late_rounded[slot] |= quantizer.rounds(number),
+                (Some(_), None) => absent.push((slot, Absence::OutOfRange)),
+                // why is in the list already
+                (None, _) => {}
+            }
+        }
+        if absent.len() >= cells.len() {
+            return Err(RejectedRow::Number);
+        }
+        absent.sort_unstable_by_key(|(slot, _)| *slot);
+        stamp.map(|(stamp, unit)| self.since_first(&stamp, unit)).transpose()
+    }
+
+    /// Reads the numbers of a row and returns its stamp.
+    #[inline]
+    fn cells(&mut self, line: &[u8]) -> Result<Option<(Number, StampUnit)>, RejectedRow> {
+        let Self { plan, absent, cells, .. } = self;
+        absent.clear();
         let mut stamp = None;
         let mut rest = line;
         for (place, &column) in plan.columns.iter().enumerate() {
@@ -275,11 +393,18 @@ impl RowParser {
                 rest = rest.get(1..).ok_or(RejectedRow::Fields)?;
             }
             rest = match column {
-                ColumnUse::Channel(slot) => {
-                    let (number, rest) = leading_number(rest, plan.separator).ok_or(RejectedRow::Number)?;
-                    self.counts[slot] = plan.quantizers[slot].count(&number)?;
-                    rest
-                }
+                ColumnUse::Channel(slot) => match leading_number(rest, plan.separator) {
+                    Some((number, rest)) => {
+                        cells[slot] = Some(number);
+                        rest
+                    }
+                    None => {
+                        let (absence, rest) = leading_absence(rest, plan.separator).ok_or(RejectedRow::Number)?;
+                        cells[slot] = None;
+                        absent.push((slot, absence));
+                        rest
+                    }
+                },
                 ColumnUse::Stamp(unit) => {
                     let (number, rest) = leading_number(rest, plan.separator).ok_or(RejectedRow::Stamp)?;
                     stamp = Some((number, unit));
@@ -288,10 +413,7 @@ impl RowParser {
                 ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.separator)..],
             };
         }
-        if !rest.is_empty() {
-            return Err(RejectedRow::Fields);
-        }
-        stamp.map(|(stamp, unit)| self.since_first(&stamp, unit)).transpose()
+        if rest.is_empty() { Ok(stamp) } else { Err(RejectedRow::Fields) }
     }
 
     /// Reads the sentence of a row and returns its stamp.
@@ -354,4 +476,30 @@ fn leading_number(rest: &[u8], separator: u8) -> Option<(Number, &[u8])> {
     let end = field_end(rest, separator);
     let number = Number::parse(unquoted(&rest[..end]))?;
     Some((number, &rest[end..]))
+}
+
+/// Why a row lacks a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Absence {
+    Empty,
+    NotANumber,
+    OutOfRange,
+}
+
+/// What scripts write for no number, in lower case.
+const NO_NUMBERS: [&str; 9] = ["nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--"];
+
+/// Why there is no number in the field at the head of `rest`, and what follows the field; `None`
+/// for a field that is damaged.
+#[cold]
+fn leading_absence(rest: &[u8], separator: u8) -> Option<(Absence, &[u8])> {
+    let end = field_end(rest, separator);
+    let field = unquoted(&rest[..end]);
+    let word = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
+    let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
+    match field {
+        b"" => Some((Absence::Empty, &rest[end..])),
+        _ if says_none(field) || says_none(word) => Some((Absence::NotANumber, &rest[end..])),
+        _ => None,
+    }
 }

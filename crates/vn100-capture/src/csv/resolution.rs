@@ -1,46 +1,84 @@
-//! How the numbers of a column become counts, with as many decimals as its first rows have.
+//! How the numbers of a column become counts: decimals as they stand where they fit 32 bits, else
+//! a power of two.
 
-use vn100_protocol::stream::RejectedRow;
+use vn100_protocol::Channel;
 
-use super::number::{LastDigit, Number};
+use super::number::Number;
 
-/// Rows looked at, as far as the head of the file holds them.
+/// Rows looked at in the head of a file.
 pub(super) const SCANNED_ROWS: usize = 1000;
 
-/// A channel that is not exact leaves room for values this many times larger than its first ones.
+/// Where only the head is known, room for values this many times larger than its largest one.
 const HEADROOM: f64 = 64.0;
+
+/// An angle turns: room for so many times its largest value.
+const TURNS: f64 = 8.0;
 
 /// More decimals than this are never kept.
 const MOST_DECIMALS: u32 = 18;
 
-/// The fewest and the most decimals of a channel whose first numbers are all zero.
+/// The fewest and the most decimals of a channel whose numbers are all zero.
 const UNSEEN_DECIMALS: (u32, u32) = (6, 9);
 
-/// What the first rows of a column print.
-#[derive(Debug, Clone, Copy, Default)]
+/// A number with more digits than this is a float printed beyond its precision.
+const FLOAT_DIGITS: u64 = 10_u64.pow(17);
+
+/// So few of all numbers, at most, may be beyond what is held: single glitches.
+const MOST_BEYOND: f64 = 1e-3;
+
+/// A count is at most this part of the deviation of the differences, where the range allows it: the
+/// error of half a count is a hundredth of the deviation.
+const COUNTS_IN_DEVIATION: f64 = 50.0;
+
+/// The share of the largest differences that is no part of their deviation.
+const TRIMMED: f64 = 0.01;
+
+/// The largest count.
+const MOST_COUNTS: f64 = i32::MAX as f64;
+
+/// What the numbers of a column are, of all its rows or of the first ones.
+#[derive(Debug, Clone, Default)]
 pub(super) struct ColumnScan {
-    /// Numbers other than zero.
-    nonzero: u32,
+    numbers: u64,
     largest: f64,
-    printed: Most,
-    significant: Most,
+    /// The most decimals of a number as printed, and without zeros at the end.
+    printed: u32,
+    significant: u32,
+    /// How many numbers are no zero, and how many of them have the most decimals, each way.
+    nonzero: u64,
+    have_printed: u64,
+    have_significant: u64,
+    magnitudes: Exponents,
+    steps: Exponents,
+    last: Option<f64>,
 }
 
-/// The most decimals, and how many numbers have them.
-#[derive(Debug, Clone, Copy, Default)]
-struct Most {
-    decimals: u32,
-    numbers: u32,
+/// How many numbers have each binary exponent; zeros are not among them.
+#[derive(Debug, Clone, Default)]
+struct Exponents {
+    counts: Vec<u64>,
+}
+
+/// The exponents of a float of 64 bits.
+const EXPONENTS: usize = 2048;
+
+/// What a count is worth, in the numbers of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scale {
+    /// 10^-this.
+    Decimal(u8),
+    /// 2^-this.
+    Binary(i32),
 }
 
 /// How a number becomes a count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantizer {
-    pub(super) decimals: u8,
-    pub(super) last_digit: LastDigit,
-    /// Taken off every count.
-    zero_counts: i64,
-    pub(super) limit_counts: i32,
+    pub(super) scale: Scale,
+    /// Digits behind the last one that is kept are rounded away.
+    pub(super) is_rounded: bool,
+    zero_hundredths: i64,
+    limit_counts: i32,
 }
 
 /// What is known of a channel beforehand.
@@ -48,144 +86,298 @@ pub(super) struct Quantizer {
 pub(super) struct Prior {
     /// Fewer decimals than this are not taken.
     pub(super) decimals: u8,
-    /// The largest magnitude of a value, where that is known.
+    /// The largest magnitude of a value of the sensor, where that is known.
     pub(super) limit: Option<f64>,
     /// As in [`Unit`](super::column_map::Unit).
     pub(super) zero_hundredths: i64,
+    /// It is an angle, whose counts go on beyond a turn.
+    pub(super) turns: bool,
+}
+
+/// How much of the file a [`ColumnScan`] is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scanned {
+    Whole,
+    Head,
 }
 
 impl Quantizer {
+    /// `None` for a number that no count holds.
     #[inline]
-    pub(super) fn count(&self, number: &Number) -> Result<i32, RejectedRow> {
-        let count = number.count(self.decimals, self.last_digit)?.saturating_sub(self.zero_counts);
-        if count.unsigned_abs() > u64::from(self.limit_counts.unsigned_abs()) {
-            return Err(RejectedRow::Range);
+    pub(super) fn count(&self, number: &Number) -> Option<i32> {
+        let count = match self.scale {
+            Scale::Decimal(decimals) => {
+                let count = number.count(decimals)?;
+                match self.zero_hundredths {
+                    0 => count,
+                    hundredths => count.checked_sub(hundredths * 10_i64.pow(u32::from(decimals) - 2))?,
+                }
+            }
+            Scale::Binary(power) => {
+                let value = number.value() - self.zero_hundredths as f64 / 100.0;
+                // a cast saturates, beyond every limit
+                (value * exp2(power)).round_ties_even() as i64
+            }
+        };
+        let limit = i64::from(self.limit_counts);
+        // the cast is of a number within the limit
+        (-limit..=limit).contains(&count).then_some(count as i32)
+    }
+
+    /// Whether digits of this number are rounded away that the numbers before it did not have.
+    #[inline]
+    pub(super) fn rounds(&self, number: &Number) -> bool {
+        match self.scale {
+            Scale::Decimal(decimals) if !self.is_rounded => number.decimals() > decimals.into(),
+            Scale::Decimal(_) | Scale::Binary(_) => false,
         }
-        i32::try_from(count).map_err(|_| RejectedRow::Range)
+    }
+
+    /// The channel in these counts; its scale is that of the file's unit.
+    pub(super) fn of_counts(&self, channel: Channel) -> Channel {
+        let (decimals, factor) = match self.scale {
+            Scale::Decimal(decimals) => (decimals, 1.0),
+            Scale::Binary(power) => (0, exp2(-power)),
+        };
+        Channel { decimals, scale: channel.scale * factor, limit_counts: self.limit_counts, ..channel }
     }
 }
 
 impl ColumnScan {
+    #[inline]
     pub(super) fn add(&mut self, number: &Number) {
-        let magnitude = number.magnitude();
-        // zeros are printed shorter by some scripts, and are no evidence
-        self.nonzero += u32::from(magnitude > 0.0);
+        let shortest = number.digits_beyond(FLOAT_DIGITS).then(|| number.shortest_of_float()).flatten();
+        let number = shortest.as_ref().unwrap_or(number);
+        let value = number.value();
+        let magnitude = value.abs();
+        self.numbers += 1;
         self.largest = self.largest.max(magnitude);
-        self.printed.add(number.decimals(), magnitude);
-        self.significant.add(number.significant_decimals(), magnitude);
-    }
-
-    pub(super) fn quantizer(&self, prior: Prior) -> Quantizer {
-        let (decimals, last_digit) = self.resolution(prior);
-        let power = 10_f64.powi(decimals.into());
-        // a cast saturates
-        let limit_counts = prior.limit.map_or(i32::MAX, |limit| (limit * power).round() as i32);
-        let zero_counts = (prior.zero_hundredths as f64 * power / 100.0) as i64;
-        Quantizer { decimals, last_digit, zero_counts, limit_counts }
-    }
-
-    /// The decimals as they stand, when they are a last digit: at least half of the numbers have
-    /// them (nine in ten have where a script drops zeros at the end), and the largest number fits
-    /// 32 bits with them. Otherwise the numbers are floats printed in full, whose last digits mean
-    /// nothing: as many decimals as fit with room for larger values, and the rest is rounded away.
-    fn resolution(&self, prior: Prior) -> (u8, LastDigit) {
-        let prior_decimals = u32::from(prior.decimals);
-        if prior.limit.is_some() && self.printed.decimals <= prior_decimals {
-            return (prior.decimals, LastDigit::Exact);
+        self.magnitudes.add(magnitude);
+        if let Some(last) = self.last.replace(value) {
+            self.steps.add((value - last).abs());
         }
-        for most in [self.printed, self.significant] {
-            let kept = most.decimals.max(prior_decimals);
-            let is_last_digit = self.nonzero > 0 && 2 * most.numbers >= self.nonzero;
-            if is_last_digit && kept <= MOST_DECIMALS && fits(self.largest, kept) {
-                return (kept as u8, LastDigit::Exact);
+        let is_nonzero = u64::from(magnitude > 0.0);
+        // zeros are printed shorter by some scripts, and are no evidence
+        self.nonzero += is_nonzero;
+        let printed = if shortest.is_some() { number.significant_decimals() } else { number.decimals() };
+        if printed > self.printed {
+            (self.printed, self.have_printed) = (printed, 0);
+        }
+        self.have_printed += is_nonzero * u64::from(printed == self.printed);
+        // no more than those printed
+        if printed >= self.significant {
+            let significant = number.significant_decimals();
+            if significant > self.significant {
+                (self.significant, self.have_significant) = (significant, 0);
+            }
+            self.have_significant += is_nonzero * u64::from(significant == self.significant);
+        }
+    }
+
+    pub(super) fn quantizer(&self, prior: Prior, scanned: Scanned) -> Quantizer {
+        let limit = prior.limit.filter(|limit| !self.are_many_beyond(*limit));
+        let scale = self.scale(prior, limit, scanned);
+        let per_unit = match scale {
+            Scale::Decimal(decimals) => 10_f64.powi(decimals.into()),
+            Scale::Binary(power) => exp2(power),
+        };
+        let is_rounded = match scale {
+            Scale::Decimal(decimals) => self.significant > u32::from(decimals),
+            Scale::Binary(_) => true,
+        };
+        Quantizer {
+            scale,
+            is_rounded,
+            zero_hundredths: prior.zero_hundredths,
+            // a cast saturates
+            limit_counts: limit.map_or(i32::MAX, |limit| (limit * per_unit).round() as i32),
+        }
+    }
+
+    /// The decimals as they stand where the largest number fits 32 bits with them; else the power
+    /// of two with which it just does. Where only the head is known there is room for larger
+    /// numbers and for more digits.
+    fn scale(&self, prior: Prior, limit: Option<f64>, scanned: Scanned) -> Scale {
+        let prior_decimals = u32::from(prior.decimals);
+        let zero = prior.zero_hundredths as f64 / 100.0;
+        let turns = if prior.turns { TURNS } else { 1.0 };
+        if limit.is_some() && self.printed <= prior_decimals {
+            return Scale::Decimal(prior.decimals);
+        }
+        let held = self.largest_held().min(limit.unwrap_or(f64::INFINITY)) + zero;
+        let room = match (scanned, limit) {
+            (Scanned::Whole, _) => turns * held,
+            (Scanned::Head, Some(limit)) => turns * limit,
+            (Scanned::Head, None) => HEADROOM * held,
+        };
+        let enough = |have: u64| scanned == Scanned::Whole || 2 * have >= self.nonzero;
+        for (decimals, have) in [(self.printed, self.have_printed), (self.significant, self.have_significant)] {
+            let decimals = decimals.max(prior_decimals);
+            if self.nonzero > 0 && enough(have) && decimals <= MOST_DECIMALS && fits(room, decimals) {
+                return Scale::Decimal(decimals as u8);
             }
         }
-        let limit = prior.limit.unwrap_or(HEADROOM * self.largest);
-        let wanted = if self.nonzero > 0 {
-            self.printed.decimals.min(MOST_DECIMALS)
-        } else {
+        if self.nonzero == 0 {
             let (fewest, most) = UNSEEN_DECIMALS;
-            self.printed.decimals.clamp(fewest, most)
-        };
-        let kept = (0..=wanted).rev().find(|&kept| fits(limit, kept));
-        (kept.unwrap_or(0).max(prior_decimals) as u8, LastDigit::Rounded)
+            let decimals = if scanned == Scanned::Whole { self.printed.clamp(fewest, most) } else { fewest };
+            return Scale::Decimal(decimals.max(prior_decimals) as u8);
+        }
+        Scale::Binary(((MOST_COUNTS / room).log2().floor() as i32).clamp(-900, 900))
+    }
+
+    /// The largest number, or less where single glitches would cost the resolution of all others.
+    fn largest_held(&self) -> f64 {
+        let needed = MOST_COUNTS * self.steps.deviation() / COUNTS_IN_DEVIATION;
+        if needed == 0.0 || self.largest <= needed {
+            return self.largest;
+        }
+        let usual = self.magnitudes.all_but(MOST_BEYOND, self.numbers);
+        if usual <= needed { self.magnitudes.up_to(needed) } else { self.largest }
+    }
+
+    fn are_many_beyond(&self, limit: f64) -> bool {
+        self.largest > limit && self.magnitudes.all_but(MOST_BEYOND, self.numbers) > 2.0 * limit
+    }
+}
+
+impl Exponents {
+    #[inline]
+    fn add(&mut self, magnitude: f64) {
+        if self.counts.is_empty() {
+            self.counts.resize(EXPONENTS, 0);
+        }
+        // the sign is 0
+        self.counts[(magnitude.to_bits() >> 52) as usize % EXPONENTS] += 1;
+    }
+
+    /// The smallest power of two below which all lie but so large a share of `numbers`.
+    fn all_but(&self, share: f64, numbers: u64) -> f64 {
+        let mut beyond = 0;
+        for (exponent, count) in self.counts.iter().enumerate().rev() {
+            beyond += count;
+            if beyond as f64 > share * numbers as f64 {
+                return exp2(exponent as i32 + 1 - 1023);
+            }
+        }
+        0.0
+    }
+
+    /// The smallest power of two below which all lie that lie below `limit` for certain.
+    fn up_to(&self, limit: f64) -> f64 {
+        let ends = self.counts.iter().zip(-1022_i32..).filter(|(count, _)| **count > 0).map(|(_, end)| exp2(end));
+        ends.filter(|end| *end <= limit).fold(0.0, f64::max)
+    }
+
+    /// The root mean square, without the largest, each taken to be as small as its exponent allows.
+    fn deviation(&self) -> f64 {
+        let numbers: u64 = self.counts.iter().sum();
+        let highest = self.all_but(TRIMMED, numbers);
+        let below = |exponent: i32| exp2(exponent) < highest;
+        let exponents = self.counts.iter().zip(-1023_i32..).filter(|(count, exponent)| **count > 0 && below(*exponent));
+        let squares: f64 = exponents
+            .filter(|(_, exponent)| *exponent > -1023)
+            .map(|(count, exponent)| *count as f64 * exp2(exponent) * exp2(exponent))
+            .sum();
+        if numbers == 0 { 0.0 } else { (squares / numbers as f64).sqrt() }
     }
 }
 
 /// Whether `largest` with this many decimals is a count of 32 bits.
 fn fits(largest: f64, decimals: u32) -> bool {
-    largest * 10_f64.powi(decimals as i32) <= f64::from(i32::MAX)
+    largest * 10_f64.powi(decimals as i32) <= MOST_COUNTS
 }
 
-impl Most {
-    fn add(&mut self, decimals: u32, magnitude: f64) {
-        if decimals > self.decimals {
-            *self = Self { decimals, numbers: 0 };
-        }
-        self.numbers += u32::from(decimals == self.decimals && magnitude > 0.0);
-    }
+/// Exact where it is no smaller than the smallest normal float.
+fn exp2(power: i32) -> f64 {
+    f64::from_bits(((power.clamp(-1022, 1023) + 1023) as u64) << 52)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{LastDigit::*, *};
+    use super::{Scale::*, Scanned::*, *};
 
-    const ANY: Prior = Prior { decimals: 0, limit: None, zero_hundredths: 0 };
-    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), zero_hundredths: 0 };
+    const ANY: Prior = Prior { decimals: 0, limit: None, zero_hundredths: 0, turns: false };
+    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), ..ANY };
 
-    fn resolution(fields: &[&str], prior: Prior) -> (u8, LastDigit) {
+    fn scanned<T: ToString>(fields: impl IntoIterator<Item = T>) -> ColumnScan {
         let mut scan = ColumnScan::default();
-        for field in fields {
-            scan.add(&Number::parse(field.as_bytes()).unwrap());
-        }
-        scan.resolution(prior)
+        fields.into_iter().for_each(|field| scan.add(&Number::parse(field.to_string().as_bytes()).unwrap()));
+        scan
+    }
+
+    fn scale(fields: &[&str], prior: Prior, of: Scanned) -> Scale {
+        scanned(fields).quantizer(prior, of).scale
     }
 
     #[test]
     fn decimals_are_taken_as_they_stand() {
-        assert_eq!(resolution(&["1.25", "-0.5", "0.25"], ANY), (2, Exact));
-        assert_eq!(resolution(&["1.50", "-0.50"], ANY), (2, Exact));
-        assert_eq!(resolution(&["3", "-4"], ANY), (0, Exact));
-        assert_eq!(resolution(&["1e-05", "0.00012"], ANY), (5, Exact));
-        // zeros are no evidence against a last digit
-        assert_eq!(resolution(&["0.0", "0.0", "0.0", "0.125"], ANY), (3, Exact));
+        for of in [Whole, Head] {
+            assert_eq!(scale(&["1.25", "-0.5", "0.25"], ANY, of), Decimal(2));
+            assert_eq!(scale(&["1.50", "-0.50"], ANY, of), Decimal(2));
+            assert_eq!(scale(&["3", "-4"], ANY, of), Decimal(0));
+            assert_eq!(scale(&["1e-05", "0.00012"], ANY, of), Decimal(5));
+            // zeros are no evidence against a last digit
+            assert_eq!(scale(&["0.0", "0.0", "0.0", "0.125"], ANY, of), Decimal(3));
+            assert_eq!(scale(&["9.851000000000", "-9.8"], ANY, of), Decimal(3));
+            // floats printed in full, of numbers with three decimals
+            assert_eq!(scale(&["-8.546899999999999409e+01", "7.497199999999999420e+01"], ANY, of), Decimal(3));
+        }
     }
 
     #[test]
-    fn zeros_that_do_not_fit_are_dropped() {
-        assert_eq!(resolution(&["9.851000000000", "-9.8"], ANY), (3, Exact));
-        assert_eq!(resolution(&["0.000021", "2147483647"], ANY).1, Rounded);
+    fn the_whole_file_needs_no_room_and_its_head_does() {
+        // 20.5 with eight decimals fits, 28 does not
+        assert_eq!(scale(&["20.50000001", "20.51000000"], ANY, Whole), Decimal(8));
+        assert_eq!(scale(&["20.50000001", "28.00000001"], ANY, Whole), Binary(26));
+        // 64 times as much
+        assert_eq!(scale(&["20.50000001", "20.51000000"], ANY, Head), Binary(20));
+        // a few longer numbers are all that is needed to know, or floats of which longer ones come
+        let six_digits = ["0.123456", "0.0123456", "0.234567", "0.345678"];
+        assert_eq!((scale(&six_digits, ANY, Whole), scale(&six_digits, ANY, Head)), (Decimal(7), Binary(26)));
     }
 
     #[test]
-    fn floats_printed_in_full_are_rounded_with_room_above() {
-        let floats = ["0.00123456789012345", "-0.0098765432109876", "0.0000456789012345678"];
-        // 64 * 0.0098.. = 0.632: nine decimals fit, ten do not
-        assert_eq!(resolution(&floats, ANY), (9, Rounded));
-        // up to 40 rad/s must fit
-        assert_eq!(resolution(&floats, RATE), (7, Rounded));
-    }
-
-    #[test]
-    fn a_few_longer_numbers_are_floats() {
-        // six significant digits: the longest are the smallest, and smaller ones come
-        assert_eq!(resolution(&["0.123456", "0.0123456", "0.234567", "0.345678"], ANY), (7, Rounded));
+    fn an_angle_has_room_to_turn() {
+        let angle = Prior { turns: true, ..ANY };
+        assert_eq!(scale(&["179.999", "-179.999"], angle, Whole), Decimal(3));
+        assert_eq!(scale(&["179.9999999", "-179.9999999"], angle, Whole), Binary(20));
     }
 
     #[test]
     fn a_known_message_keeps_its_decimals() {
-        assert_eq!(resolution(&[], RATE), (6, Exact));
-        assert_eq!(resolution(&["0.5", "0.25"], RATE), (6, Exact));
-        assert_eq!(resolution(&["0.0000"], RATE), (6, Exact));
-        assert_eq!(resolution(&["0.12345678"], RATE), (8, Exact));
-        // as one script prints every float: the true decimals, then noise of the conversion
-        assert_eq!(resolution(&["-1.234000000000000095e-03"], RATE), (7, Rounded));
+        for of in [Whole, Head] {
+            assert_eq!(scale(&[], RATE, of), Decimal(6));
+            assert_eq!(scale(&["0.5", "0.25"], RATE, of), Decimal(6));
+            assert_eq!(scale(&["-1.234000000000000095e-03"], RATE, of), Decimal(6));
+        }
+        assert_eq!((scale(&["0.12345678"], RATE, Whole), scale(&["0.12345678"], RATE, Head)), (Decimal(8), Binary(25)));
+        // degrees, whatever the name says: the limit is that of no such number
+        let degrees = scanned((0..100).map(|row| format!("{}.5", 100 + row)));
+        assert_eq!(degrees.quantizer(RATE, Whole).count(&Number::parse(b"199.5").unwrap()), Some(199_500_000));
+        // damaged digits are beyond it
+        let damaged = scanned((0..2000).map(|row| if row == 7 { "400.1" } else { "0.1" }));
+        assert_eq!(damaged.quantizer(RATE, Whole).count(&Number::parse(b"400.1").unwrap()), None);
     }
 
     #[test]
     fn nothing_but_zeros_leaves_room_for_decimals() {
-        assert_eq!(resolution(&["0.0", "0"], ANY), (6, Rounded));
-        assert_eq!(resolution(&["0.00000000"], ANY), (8, Rounded));
-        assert_eq!(resolution(&[], ANY), (6, Rounded));
+        assert_eq!(scale(&["0.0", "0"], ANY, Whole), Decimal(6));
+        assert_eq!(scale(&["0.00000000"], ANY, Whole), Decimal(8));
+        assert_eq!(scale(&["0.00000000"], ANY, Head), Decimal(6));
+        assert_eq!(scale(&[], ANY, Head), Decimal(6));
+    }
+
+    #[test]
+    fn single_glitches_cost_themselves_and_not_the_digits_of_all_others() {
+        let noise = |row: i32| f64::from(row.wrapping_mul(7919) % 101) * 1.234_567_890_123e-3;
+        let numbers = |glitches: i32| (0..10_000).map(move |row| if row < glitches { 3.4e38 } else { noise(row) });
+        let few = scanned(numbers(9)).quantizer(ANY, Whole);
+        let count = |value: f64| few.count(&Number::parse(value.to_string().as_bytes()).unwrap());
+        assert_eq!(count(3.4e38), None);
+        let Binary(power) = few.scale else { panic!("{few:?}") };
+        assert!((count(noise(7)).unwrap() as f64 * exp2(-power) - noise(7)).abs() < 0.125 * exp2(-31));
+        // as many as these are what the column holds
+        let many = scanned(numbers(11)).quantizer(ANY, Whole);
+        assert!(many.count(&Number::parse(b"3.4e38").unwrap()).is_some());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::number::{LastDigit, Number};
+use super::number::Number;
 
 /// Times of the years 2001 to 2102 since the epoch of Unix.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
@@ -39,7 +39,7 @@ impl StampUnit {
 
     /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
-        stamp.count(self.decimals, LastDigit::Rounded).ok()
+        stamp.count(self.decimals)
     }
 }
 

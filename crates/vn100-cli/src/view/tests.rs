@@ -141,6 +141,7 @@ fn every_warning_is_listed_and_read_in_full() {
             StampsRefused,
             BunchedArrival,
             Gaps,
+            AbsentValues,
             RejectedLines,
             UncheckedLines,
             RepeatedLines,

@@ -17,6 +17,9 @@ pub struct Batch {
     /// The samples, one row of exact integer counts each, in the order of `layout`; what a count is
     /// worth stands in its channel.
     pub counts: Vec<i32>,
+    /// The cells of `counts` that have no value, in the order of the rows and of their channels: an
+    /// empty field of a CSV file, or one that is no number. Their counts are 0 and mean nothing.
+    pub absent: Vec<AbsentCell>,
     /// When the rows arrived, in the order of the rows; empty where the source does not know.
     pub arrivals: Vec<Arrival>,
     /// The counters of the rows that carry one, in order.
@@ -48,6 +51,12 @@ impl Batch {
     #[must_use]
     pub fn row_count(&self) -> usize {
         self.rows().len()
+    }
+
+    /// Whether the row lacks the channel at this place of the layout.
+    #[must_use]
+    pub fn is_absent(&self, row: usize, channel: usize) -> bool {
+        self.absent.binary_search_by_key(&(row, channel), |cell| (cell.row, cell.channel)).is_ok()
     }
 
     /// Its rows, each as a batch of its own where there are [`tallies`](Self::tallies) of each;
@@ -94,6 +103,9 @@ impl SingleRows {
         let width = batch.layout.as_ref()?.channels.len();
         line.counts.clear();
         line.counts.extend_from_slice(&batch.counts[row * width..(row + 1) * width]);
+        line.absent.clear();
+        line.absent
+            .extend(batch.absent.iter().filter(|cell| cell.row == row).map(|cell| AbsentCell { row: 0, ..*cell }));
         line.arrivals.clear();
         let arrived = batch.arrivals.iter().rfind(|arrival| arrival.from_row <= row);
         line.arrivals.extend(arrived.map(|arrival| Arrival { from_row: 0, ..*arrival }));
@@ -102,6 +114,15 @@ impl SingleRows {
         line.counters.extend(counter.ok().map(|place| RowCounter { row: 0, ..batch.counters[place] }));
         Some(line)
     }
+}
+
+/// A sample that a row of a [`Batch`] lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AbsentCell {
+    /// The row.
+    pub row: usize,
+    /// The place of its channel in the layout.
+    pub channel: usize,
 }
 
 /// When rows of a [`Batch`] arrived: those from here to the next arrival came with one read.

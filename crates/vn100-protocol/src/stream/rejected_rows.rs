@@ -8,12 +8,8 @@ use core::fmt;
 pub enum RejectedRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
     Fields,
-    /// A field is no number.
+    /// A field is no number, or no channel has one.
     Number,
-    /// A number has more decimals than the rows at the beginning.
-    Decimals,
-    /// A number is beyond what the sensor can give, or beyond 32 bits.
-    Range,
     /// The stamp is no number, or 292 years from the first.
     Stamp,
     /// The line is longer than 64 KiB.
@@ -38,6 +34,31 @@ pub struct CsvReport {
     pub ignored_columns: Vec<String>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.
     pub rounded: Vec<String>,
+    /// Channels that rows lack which are otherwise good, one entry for each such channel.
+    pub absent: Vec<AbsentValues>,
+}
+
+/// How often good rows of a CSV file lack a channel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct AbsentValues {
+    /// The channel, by name.
+    pub channel: String,
+    /// The field is empty.
+    pub empty: u64,
+    /// The field says that there is no number, such as `nan`, `inf` or `null`.
+    pub not_a_number: u64,
+    /// The number is beyond what the sensor can give, or beyond the counts that hold all others.
+    pub out_of_range: u64,
+    /// Number of the first such line, from 1.
+    pub first_line: u64,
+}
+
+impl AbsentValues {
+    /// Of any reason.
+    #[must_use]
+    pub const fn total(&self) -> u64 {
+        self.empty + self.not_a_number + self.out_of_range
+    }
 }
 
 /// Rows of a CSV file rejected for one reason.
@@ -61,8 +82,7 @@ pub struct RejectedRowCounts {
 
 impl RejectedRow {
     /// Every reason.
-    pub const ALL: [Self; 7] =
-        [Self::Fields, Self::Number, Self::Decimals, Self::Range, Self::Stamp, Self::Length, Self::Truncated];
+    pub const ALL: [Self; 5] = [Self::Fields, Self::Number, Self::Stamp, Self::Length, Self::Truncated];
 }
 
 impl RejectedRowCounts {
@@ -93,8 +113,6 @@ impl fmt::Display for RejectedRow {
         f.write_str(match self {
             Self::Fields => "fields",
             Self::Number => "number",
-            Self::Decimals => "decimals",
-            Self::Range => "range",
             Self::Stamp => "stamp",
             Self::Length => "length",
             Self::Truncated => "truncated",

@@ -74,6 +74,18 @@ struct Csv {
     rejected: Vec<RejectedDocument>,
     ignored_columns: Vec<String>,
     rounded: Vec<String>,
+    absent: Vec<AbsentDocument>,
+}
+
+/// How often rows lack a channel.
+#[derive(Debug, Serialize)]
+struct AbsentDocument {
+    channel: String,
+    count: u64,
+    empty: u64,
+    not_a_number: u64,
+    out_of_range: u64,
+    first_line: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -92,6 +104,14 @@ fn csv(facts: &CsvReport) -> Csv {
         first_text: row.first_text.clone(),
     });
     let rejected = rejected.collect();
+    let absent = facts.absent.iter().map(|absent| AbsentDocument {
+        channel: absent.channel.clone(),
+        count: absent.total(),
+        empty: absent.empty,
+        not_a_number: absent.not_a_number,
+        out_of_range: absent.out_of_range,
+        first_line: absent.first_line,
+    });
     Csv {
         lines: facts.lines,
         rows: facts.rows,
@@ -99,6 +119,7 @@ fn csv(facts: &CsvReport) -> Csv {
         rejected,
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
+        absent: absent.collect(),
     }
 }
 

@@ -135,7 +135,7 @@ impl<W: Write> Ros2Messages<W> {
             let arrival =
                 batch.arrivals.iter().rev().find(|arrival| arrival.from_row <= row).map(|arrival| arrival.at_ns);
             let at_ns = self.stamp(arrival);
-            self.sample(layout, counts, at_ns)?;
+            self.sample(layout, counts, |channel| batch.is_absent(row, channel), at_ns)?;
             self.samples += 1;
         }
         Ok(())
@@ -150,11 +150,20 @@ impl<W: Write> Ros2Messages<W> {
         u64::try_from(arrival_ns.saturating_sub(from)).unwrap_or(0)
     }
 
-    fn sample(&mut self, layout: &Layout, counts: &[i32], at_ns: u64) -> Result<(), Ros2Error> {
+    /// A vector that lacks a component is left out.
+    fn sample(
+        &mut self,
+        layout: &Layout,
+        counts: &[i32],
+        is_absent: impl Fn(usize) -> bool,
+        at_ns: u64,
+    ) -> Result<(), Ros2Error> {
         let of = |quantity: Quantity| -> MeasuredVector {
-            let axes = layout.channels.iter().zip(counts).filter(|(channel, _)| channel.quantity == quantity);
-            let values: Vec<f64> = axes.take(3).map(|(channel, count)| channel.value(*count)).collect();
-            values.try_into().ok()
+            let cells = layout.channels.iter().zip(counts).enumerate();
+            let axes = cells.filter(|(_, (channel, _))| channel.quantity == quantity).take(3);
+            let values: Option<Vec<f64>> =
+                axes.map(|(place, (channel, count))| (!is_absent(place)).then(|| channel.value(*count))).collect();
+            values?.try_into().ok()
         };
         let (rate, acceleration) = (of(Quantity::AngularRate), of(Quantity::Acceleration));
         if rate.is_some() || acceleration.is_some() {

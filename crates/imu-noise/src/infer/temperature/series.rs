@@ -40,7 +40,7 @@ impl BlockSeries {
         let mean = |sum: i64, count: u64| sum as f64 / count as f64;
         let places = || run.clone().map(|place| (place, &blocks.blocks()[place]));
         let axis = |axis: usize| {
-            less_first(places().map(|(place, block)| mean(blocks.sum(place, axis), block.samples)).collect())
+            less_first(interpolated(&run.clone().map(|place| blocks.mean_counts(place, axis)).collect::<Vec<_>>()))
         };
         let read = |(_, block): (usize, &Presence)| {
             (block.readings > 0).then(|| degrees_per_count * mean(block.temperature_counts, block.readings))

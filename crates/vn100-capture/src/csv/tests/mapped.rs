@@ -6,7 +6,7 @@ use super::*;
 fn numbers_keep_the_files_unit_and_decimals() {
     let text = "time,ax,wy,wx\n1000,0.99987,-0.0125,12.5\n1025,1.00012,0.0375,-12.5\n";
     let plan = plan(text, Some("gyro_x=wx:deg/s,gyro_y=wy:deg/h,accel_x=2:mg,t=time:us")).unwrap().unwrap();
-    let layout = layout(&plan).clone();
+    let layout = layout(&plan);
     let scale: Vec<_> = layout.channels.iter().map(|channel| channel.scale).collect();
     assert_eq!((&*layout.message, layout.compensated), ("CSV", None));
     let channels: Vec<_> =
@@ -73,20 +73,32 @@ fn whether_columns_are_compensated_only_the_words_of_the_file_say() {
 }
 
 #[test]
-fn what_does_not_fit_takes_fewer_decimals_and_says_so() {
-    let mut text = "w\n".to_owned();
-    for row in 0..resolution::SCANNED_ROWS {
-        text.push_str(&format!("{}\n", (row as f64).sin() * 100.0));
-    }
-    text.push_str("0.00012345678901234\n21474\n300000\n");
-    let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
-    let [rounded] = &plan.rounded[..] else { panic!("{:?}", plan.rounded) };
-    // 64 * 100 with five decimals fits 32 bits
-    assert_eq!((&**rounded, plan.quantizers[0].decimals), ("gyro_x", 5));
+fn what_does_not_fit_is_rounded_to_a_power_of_two_and_says_so() {
+    let numbers = (0..resolution::SCANNED_ROWS).map(|row| (row as f64).sin() * 100.0);
+    let numbers: Vec<_> = numbers.chain([0.000_123_456_789_012_34, 21_474.0, 300_000.0]).collect();
+    let text = format!("w\n{}", numbers.iter().map(|number| format!("{number}\n")).collect::<String>());
+    let plan = whole_plan(&text, Some("gyro_x=w:deg/s"));
+    let channel = layout(&plan).channels[0].clone();
+    // 300 000 · 2^12 fits 32 bits, with 2^13 it does not
+    assert_eq!((plan.rounded(), plan.quantizers[0].scale), (vec!["gyro_x".to_owned()], resolution::Scale::Binary(12)));
+    assert_eq!((channel.decimals, channel.scale), (0, std::f64::consts::PI / 180.0 / 4096.0));
     let whole = read(plan, text.as_bytes());
-    assert_eq!(whole.counts[1], 8_414_710);
-    assert_eq!(whole.counts[resolution::SCANNED_ROWS..], [12, 2_147_400_000]);
-    assert_eq!(whole.rejected, [(resolution::SCANNED_ROWS + 2, RejectedRow::Range)]);
+    assert_eq!(whole.report.rounded, ["gyro_x"]);
+    for (count, number) in whole.counts.iter().zip(&numbers) {
+        assert!((f64::from(*count) / 4096.0 - number).abs() <= 0.5 / 4096.0, "{number}");
+    }
+    assert_eq!((whole.counts.len(), whole.rejected_rows()), (numbers.len(), 0));
+}
+
+#[test]
+fn digits_behind_those_of_the_head_are_rounded_away_and_told() {
+    let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::SCANNED_ROWS));
+    let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
+    assert!(plan.rounded().is_empty());
+    let whole = read(plan, text.as_bytes());
+    assert_eq!(whole.counts[resolution::SCANNED_ROWS - 1..], [15, 2, 3]);
+    assert_eq!((whole.report.rounded, whole.report.rejected), (vec!["gyro_x".to_owned()], vec![]));
+    assert_eq!(read_text(&text, Some("gyro_x=w:deg/s")).counts[resolution::SCANNED_ROWS..], [25, 26]);
 }
 
 #[test]
