@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, Cursor, Read},
+    io::{self, Read},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -10,7 +10,6 @@ use std::{
     },
 };
 
-use flate2::bufread::GzDecoder;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
@@ -21,11 +20,9 @@ use crate::{
     recording::{Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     timing_sidecar::{Sidecar, TimedReader},
+    unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
 use vn100_protocol::stream::ReadOptions;
-
-const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
-const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 /// An opened capture, detected by its content and ready to be read from its first byte.
 pub struct Capture {
@@ -48,8 +45,8 @@ pub struct Capture {
 type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result<mpsc::Receiver<Event>> + Send>;
 
 impl Capture {
-    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says; zeros behind
-    /// gzip data are its end. A file `NAME.timing` beside it, with a row `t_ns,offset` for each
+    /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, whatever the name says, and
+    /// so is the one capture in a ZIP archive; zeros behind gzip data are its end. A file `NAME.timing` beside it, with a row `t_ns,offset` for each
     /// read of the port, gives the bytes their arrival times. Where its rows end too early, so does
     /// the capture, with an error.
     ///
@@ -67,7 +64,10 @@ impl Capture {
         let stored_bytes = metadata.is_file().then_some(metadata.len());
         let sidecar = Sidecar::beside(path).map_err(failed)?;
         let again = stored_bytes.is_some().then(|| path.to_owned());
-        Self::start(file, stored_bytes, sidecar, columns, path, again)
+        let stored_bytes_read = Arc::new(AtomicU64::new(0));
+        let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
+        let reader = unpacked_file(file, counted).map_err(|error| OpenError::packed(path, error))?;
+        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, columns, path, again)
     }
 
     /// Takes any reader: standard input, or bytes in memory.
@@ -75,7 +75,11 @@ impl Capture {
     /// # Errors
     /// As [`Capture::open`].
     pub fn from_reader(reader: impl Read + Send + 'static, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
-        Self::start(reader, None, None, columns, Path::new("-"), None)
+        let path = Path::new("-");
+        let stored_bytes_read = Arc::new(AtomicU64::new(0));
+        let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
+        let reader = unpacked(counted).map_err(|error| OpenError::packed(path, error))?;
+        Self::start(reader, None, stored_bytes_read, None, columns, path, None)
     }
 
     /// Starts to read, as [`read_samples`] does from any source.
@@ -90,17 +94,15 @@ impl Capture {
     }
 
     fn start(
-        reader: impl Read + Send + 'static,
+        mut reader: Box<dyn Read + Send>,
         stored_bytes: Option<u64>,
+        stored_bytes_read: Arc<AtomicU64>,
         sidecar: Option<Sidecar>,
         columns: Option<&ColumnMap>,
         path: &Path,
         again: Option<PathBuf>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let stored_bytes_read = Arc::new(AtomicU64::new(0));
-        let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
-        let mut reader = decompressed(counted).map_err(failed)?;
         let (head, detected) = detect_format(&mut reader, columns).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
@@ -110,7 +112,8 @@ impl Capture {
         };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
-                let again = again.map(|path| decompressed(File::open(path)?)).transpose().map_err(failed)?;
+                let again = again.map(|path| unpacked_file(File::open(path)?, |file| file)).transpose();
+                let again = again.map_err(|error| OpenError::packed(path, error))?;
                 (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, again, options), stop)))
             }
             Detected::Bytes(format) => (
@@ -170,10 +173,18 @@ pub enum OpenError {
         /// What it is instead.
         problem: RecordingError,
     },
+    /// A ZIP archive that is not read.
+    #[error("{}: {problem}", path.display())]
+    Archive {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// Why.
+        problem: ArchiveError,
+    },
     /// Readable, but not a capture of a VN-100.
     #[error(
         "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
-         binary packets, CSV columns of known names and MCAP recordings, also inside gzip and zstd; found {found}",
+         binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz and ZIP; found {found}",
         path.display()
     )]
     NotACapture {
@@ -182,6 +193,16 @@ pub enum OpenError {
         /// The content instead.
         found: String,
     },
+}
+
+impl OpenError {
+    fn packed(path: &Path, error: UnpackError) -> Self {
+        let path = path.to_owned();
+        match error {
+            UnpackError::Io(source) => Self::Io { path, source },
+            UnpackError::Archive(problem) => Self::Archive { path, problem },
+        }
+    }
 }
 
 /// Counts the bytes that pass, for a progress display on another thread.
@@ -195,112 +216,5 @@ impl<R: Read> Read for CountedReader<R> {
         let n = self.inner.read(buffer)?;
         self.read.fetch_add(n as u64, Ordering::Relaxed);
         Ok(n)
-    }
-}
-
-fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Read + Send>> {
-    let mut magic = Vec::new();
-    reader.by_ref().take(ZSTD_MAGIC.len() as u64).read_to_end(&mut magic)?;
-    let (gzip, zstd) = (magic.starts_with(GZIP_MAGIC), magic.starts_with(ZSTD_MAGIC));
-    let whole = Cursor::new(magic).chain(reader);
-    Ok(if gzip {
-        Box::new(Gunzip::new(whole))
-    } else if zstd {
-        Box::new(zstd::Decoder::new(whole)?)
-    } else {
-        Box::new(whole)
-    })
-}
-
-/// Unpacks gzip data, member behind member, and behind the last one the zeros that fill up a block.
-struct Gunzip<R> {
-    /// `None` behind the last member.
-    member: Option<GzDecoder<BufReader<R>>>,
-}
-
-impl<R: Read> Gunzip<R> {
-    fn new(packed: R) -> Self {
-        Self { member: Some(GzDecoder::new(BufReader::new(packed))) }
-    }
-}
-
-impl<R: Read> Read for Gunzip<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while let Some(member) = &mut self.member {
-            let n = member.read(buffer)?;
-            if n > 0 || buffer.is_empty() {
-                return Ok(n);
-            }
-            let ended = skip_zeros(member.get_mut())?;
-            let packed = self.member.take().map(GzDecoder::into_inner);
-            self.member = packed.filter(|_| !ended).map(GzDecoder::new);
-        }
-        Ok(0)
-    }
-}
-
-/// Whether nothing but zeros was left.
-fn skip_zeros(packed: &mut impl BufRead) -> io::Result<bool> {
-    loop {
-        let waiting = packed.fill_buf()?;
-        let length = waiting.len();
-        let zeros = waiting.iter().take_while(|&&byte| byte == 0).count();
-        packed.consume(zeros);
-        if zeros < length || length == 0 {
-            return Ok(length == 0);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Write;
-
-    use flate2::{Compression, write::GzEncoder};
-
-    use super::*;
-
-    fn packed(bytes: &[u8]) -> Vec<u8> {
-        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-        encoder.write_all(bytes).unwrap();
-        encoder.finish().unwrap()
-    }
-
-    /// The bytes unpacked, and whether they ended without an error.
-    fn unpacked(bytes: &[u8]) -> (Vec<u8>, bool) {
-        let mut unpacked = Vec::new();
-        let outcome = Gunzip::new(bytes).read_to_end(&mut unpacked);
-        (unpacked, outcome.is_ok())
-    }
-
-    #[test]
-    fn members_and_zeros_behind_them_are_one_file() {
-        let (one, two) = (packed(b"one "), packed(b"two"));
-        for zeros in [0, 1, 511, 100_000] {
-            let padding = vec![0; zeros];
-            assert_eq!(unpacked(&[&*one, &two, &padding].concat()), (b"one two".to_vec(), true), "{zeros}");
-        }
-        assert_eq!(unpacked(&[&packed(b"")[..], &one].concat()), (b"one ".to_vec(), true));
-    }
-
-    #[test]
-    fn other_bytes_behind_and_a_cut_are_errors() {
-        let one = packed(b"one ");
-        assert_eq!(unpacked(&[&one, &b"\0\0more"[..]].concat()), (b"one ".to_vec(), false));
-        assert!(!unpacked(&one[..one.len() - 1]).1);
-        assert!(!unpacked(&[&one[..], &one[..5]].concat()).1);
-        // an interrupted read is not the end
-        struct Interrupted<'a>(&'a [u8], bool);
-        impl Read for Interrupted<'_> {
-            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-                self.1 = !self.1;
-                if self.1 { Err(io::ErrorKind::Interrupted.into()) } else { self.0.by_ref().take(3).read(buffer) }
-            }
-        }
-        let bytes = [&one[..], &[0; 9], &one].concat();
-        let mut whole = Vec::new();
-        let mut reader = Interrupted(&bytes, false);
-        let outcome = Gunzip::new(&mut reader).read_to_end(&mut whole);
-        assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
     }
 }

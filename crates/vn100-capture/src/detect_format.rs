@@ -17,14 +17,9 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"%PDF", "a PDF document"),
-    (b"PK\x03\x04", "a ZIP archive"),
-    (b"BZh", "bzip2 data, which is not unpacked"),
-    (b"\xfd7zXZ", "xz data, which is not unpacked"),
     (b"\x7fELF", "a program"),
     (b"SQLite format 3", "an SQLite database"),
     (b"#ROSBAG", "a ROS bag without sentences"),
-    (b"\xff\xfe", "text in UTF-16, or nothing known"),
-    (b"\xfe\xff", "text in UTF-16, or nothing known"),
 ];
 
 /// The form a capture has, after decompression.

@@ -33,6 +33,8 @@ mod read_samples;
 mod recording;
 mod source;
 mod timing_sidecar;
+mod unpack;
+mod utf16;
 
 pub use capture::{Capture, OpenError};
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
@@ -43,3 +45,4 @@ pub use recording::{
     RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingReader, RecordingState, RecordingWriter,
 };
 pub use source::{Clock, ReaderSource, Source};
+pub use unpack::ArchiveError;

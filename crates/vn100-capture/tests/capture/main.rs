@@ -7,6 +7,7 @@
 )]
 
 mod formats;
+mod packed;
 mod read_samples;
 mod recorder;
 mod recording;

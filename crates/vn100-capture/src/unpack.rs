@@ -1,0 +1,290 @@
+//! Packed captures, recognised by their content and unpacked while they are read: gzip, zstd, bzip2,
+//! xz, and the one capture in a ZIP archive.
+
+use std::{
+    fs::File,
+    io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom},
+};
+
+use bzip2::read::MultiBzDecoder;
+use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
+use liblzma::{read::XzDecoder, stream::Stream};
+use zip::{CompressionMethod, ZipArchive};
+
+use crate::utf16;
+
+const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
+const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+const BZIP2_MAGIC: &[u8] = b"BZh";
+const XZ_MAGIC: &[u8] = b"\xfd7zXZ\0";
+const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
+const LONGEST_MAGIC: usize = XZ_MAGIC.len();
+
+/// What xz data may need to be unpacked: the largest dictionary that `xz` itself makes takes 65 MiB.
+const XZ_MEMORY_BYTES: u64 = 72 << 20;
+
+/// How the names of captures end, where an archive holds other files beside one.
+const CAPTURE_ENDINGS: [&str; 10] =
+    [".csv", ".tsv", ".txt", ".log", ".dat", ".asc", ".vnymr", ".vnimu", ".bin", ".mcap"];
+
+/// Why a ZIP archive is not read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArchiveError {
+    /// It holds several files that may be meant.
+    #[error("a ZIP archive of several files: unpack the one that is meant ({})", .0.join(", "))]
+    Several(Vec<String>),
+    /// It holds no file.
+    #[error("a ZIP archive without a file")]
+    Empty,
+    /// The file in it is encrypted, or packed by another method than Deflate.
+    #[error("{member} in this ZIP archive is {how}: unpack it with the program that made it")]
+    Unreadable {
+        /// Its name.
+        member: String,
+        /// What is special about it.
+        how: String,
+    },
+    /// An archive has its list of files at its end, which a stream does not show.
+    #[error("a ZIP archive on standard input: name it as a file, or unpack it, as `unzip -p` does")]
+    Stream,
+    /// The archive is damaged.
+    #[error("a ZIP archive that is damaged: {0}")]
+    Damaged(String),
+}
+
+/// Why something packed is not read.
+#[derive(Debug)]
+pub(crate) enum UnpackError {
+    Io(io::Error),
+    Archive(ArchiveError),
+}
+
+impl From<io::Error> for UnpackError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// What a file holds, unpacked; `counted` is laid around the file.
+pub(crate) fn unpacked_file<R: Read + Send + 'static>(
+    mut file: File,
+    counted: impl FnOnce(File) -> R,
+) -> Result<Box<dyn Read + Send>, UnpackError> {
+    // what is no file of the disk has no place to go back to
+    let begins_as_zip = file.metadata()?.is_file() && {
+        let mut magic = [0; ZIP_MAGIC.len()];
+        let n = file.read(&mut magic)?;
+        file.rewind()?;
+        magic[..n] == *ZIP_MAGIC
+    };
+    if !begins_as_zip {
+        return unpacked(counted(file));
+    }
+    let member = Member::only(&file).map_err(UnpackError::Archive)?;
+    file.seek(SeekFrom::Start(member.start))?;
+    let packed = counted(file).take(member.packed_bytes);
+    let inner: Box<dyn Read + Send> =
+        if member.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
+    unpacked(MemberReader { inner: CrcReader::new(inner), member })
+}
+
+/// What a stream holds, unpacked; text in UTF-16 as UTF-8.
+pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, UnpackError> {
+    let mut magic = Vec::new();
+    // the end of a stream that is shorter is waited for, not more than what tells it apart
+    while magic.len() < LONGEST_MAGIC
+        && [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC, ZIP_MAGIC]
+            .iter()
+            .any(|known| known.starts_with(&magic) && magic.len() < known.len())
+    {
+        let before = magic.len();
+        reader.by_ref().take(1).read_to_end(&mut magic)?;
+        if magic.len() == before {
+            break;
+        }
+    }
+    let is = |known: &[u8]| magic.starts_with(known);
+    if is(ZIP_MAGIC) {
+        return Err(UnpackError::Archive(ArchiveError::Stream));
+    }
+    let packings = [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC].map(is);
+    let whole = Cursor::new(magic).chain(reader);
+    let unpacked: Box<dyn Read + Send> = match packings {
+        [true, ..] => Box::new(Gunzip::new(whole)),
+        [_, true, ..] => Box::new(zstd::Decoder::new(whole)?),
+        [_, _, true, _] => Box::new(MultiBzDecoder::new(whole)),
+        [_, _, _, true] => {
+            let concatenated = liblzma::stream::CONCATENATED;
+            let stream = Stream::new_stream_decoder(XZ_MEMORY_BYTES, concatenated).map_err(io::Error::from)?;
+            Box::new(XzDecoder::new_stream(whole, stream))
+        }
+        _ => Box::new(whole),
+    };
+    Ok(utf16::as_utf8(unpacked)?)
+}
+
+/// Where a file lies in an archive.
+struct Member {
+    name: String,
+    start: u64,
+    packed_bytes: u64,
+    is_deflated: bool,
+    crc32: u32,
+}
+
+impl Member {
+    /// The only file, or the only one that by its name may be a capture.
+    fn only(archive: &File) -> Result<Self, ArchiveError> {
+        let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
+        let mut archive = ZipArchive::new(BufReader::new(archive)).map_err(damaged)?;
+        let mut names: Vec<(usize, String)> = Vec::new();
+        for place in 0..archive.len() {
+            let entry = archive.by_index_raw(place).map_err(damaged)?;
+            let is_of_the_system = entry.name().starts_with("__MACOSX/") || entry.name().ends_with(".DS_Store");
+            if entry.is_file() && !is_of_the_system {
+                names.push((place, entry.name().to_owned()));
+            }
+        }
+        if names.len() > 1 {
+            let is_capture = |name: &str| CAPTURE_ENDINGS.iter().any(|end| name.to_lowercase().ends_with(end));
+            let captures = names.iter().filter(|(_, name)| is_capture(name)).count();
+            if captures != 1 {
+                const NAMED: usize = 20;
+                let more = names.len().saturating_sub(NAMED);
+                let mut names: Vec<_> = names.into_iter().take(NAMED).map(|(_, name)| legible(&name)).collect();
+                names.extend((more > 0).then(|| format!("and {more} more")));
+                return Err(ArchiveError::Several(names));
+            }
+            names.retain(|(_, name)| is_capture(name));
+        }
+        let (place, _) = names.pop().ok_or(ArchiveError::Empty)?;
+        let entry = archive.by_index_raw(place).map_err(damaged)?;
+        let name = legible(entry.name());
+        let is_deflated = match (entry.encrypted(), entry.compression()) {
+            (false, CompressionMethod::Stored) => false,
+            // the crate knows the method by this name where it is left to others
+            #[expect(deprecated, reason = "the number of a method that is unpacked here")]
+            (false, CompressionMethod::Unsupported(8)) => true,
+            (true, _) => return Err(ArchiveError::Unreadable { member: name, how: "encrypted".into() }),
+            (_, method) => return Err(ArchiveError::Unreadable { member: name, how: format!("packed by {method}") }),
+        };
+        let start = entry.data_start().ok_or_else(|| ArchiveError::Damaged(format!("{name} has no beginning")))?;
+        Ok(Self { name, start, packed_bytes: entry.compressed_size(), is_deflated, crc32: entry.crc32() })
+    }
+}
+
+/// Without the characters that steer a terminal.
+fn legible(name: &str) -> String {
+    name.chars().filter(|c| !c.is_control()).take(80).collect()
+}
+
+/// Reads a file of an archive, whose checksum must hold.
+struct MemberReader<R> {
+    inner: CrcReader<R>,
+    member: Member,
+}
+
+impl<R: Read> Read for MemberReader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        if n == 0 && !buffer.is_empty() && self.inner.crc().sum() != self.member.crc32 {
+            let text = format!("{} in this ZIP archive is damaged: its checksum does not hold", self.member.name);
+            return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+        }
+        Ok(n)
+    }
+}
+
+/// Unpacks gzip data, member behind member, and behind the last one the zeros that fill up a block.
+struct Gunzip<R> {
+    /// `None` behind the last member.
+    member: Option<GzDecoder<BufReader<R>>>,
+}
+
+impl<R: Read> Gunzip<R> {
+    fn new(packed: R) -> Self {
+        Self { member: Some(GzDecoder::new(BufReader::new(packed))) }
+    }
+}
+
+impl<R: Read> Read for Gunzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.member {
+            let n = member.read(buffer)?;
+            if n > 0 || buffer.is_empty() {
+                return Ok(n);
+            }
+            let ended = skip_zeros(member.get_mut())?;
+            let packed = self.member.take().map(GzDecoder::into_inner);
+            self.member = packed.filter(|_| !ended).map(GzDecoder::new);
+        }
+        Ok(0)
+    }
+}
+
+/// Whether nothing but zeros was left.
+fn skip_zeros(packed: &mut impl BufRead) -> io::Result<bool> {
+    loop {
+        let waiting = packed.fill_buf()?;
+        let length = waiting.len();
+        let zeros = waiting.iter().take_while(|&&byte| byte == 0).count();
+        packed.consume(zeros);
+        if zeros < length || length == 0 {
+            return Ok(length == 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::{Compression, write::GzEncoder};
+
+    use super::*;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    /// The bytes unpacked, and whether they ended without an error.
+    fn unpacked(bytes: &[u8]) -> (Vec<u8>, bool) {
+        let mut unpacked = Vec::new();
+        let outcome = Gunzip::new(bytes).read_to_end(&mut unpacked);
+        (unpacked, outcome.is_ok())
+    }
+
+    #[test]
+    fn members_and_zeros_behind_them_are_one_file() {
+        let (one, two) = (packed(b"one "), packed(b"two"));
+        for zeros in [0, 1, 511, 100_000] {
+            let padding = vec![0; zeros];
+            assert_eq!(unpacked(&[&*one, &two, &padding].concat()), (b"one two".to_vec(), true), "{zeros}");
+        }
+        assert_eq!(unpacked(&[&packed(b"")[..], &one].concat()), (b"one ".to_vec(), true));
+    }
+
+    #[test]
+    fn other_bytes_behind_and_a_cut_are_errors() {
+        let one = packed(b"one ");
+        assert_eq!(unpacked(&[&one, &b"\0\0more"[..]].concat()), (b"one ".to_vec(), false));
+        assert!(!unpacked(&one[..one.len() - 1]).1);
+        assert!(!unpacked(&[&one[..], &one[..5]].concat()).1);
+        // an interrupted read is not the end
+        struct Interrupted<'a>(&'a [u8], bool);
+        impl Read for Interrupted<'_> {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                self.1 = !self.1;
+                if self.1 { Err(io::ErrorKind::Interrupted.into()) } else { self.0.by_ref().take(3).read(buffer) }
+            }
+        }
+        let bytes = [&one[..], &[0; 9], &one].concat();
+        let mut whole = Vec::new();
+        let mut reader = Interrupted(&bytes, false);
+        let outcome = Gunzip::new(&mut reader).read_to_end(&mut whole);
+        assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
+    }
+}
