@@ -45,10 +45,10 @@ pub struct Capture {
 type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result<mpsc::Receiver<Event>> + Send>;
 
 impl Capture {
-    /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, whatever the name says, and
-    /// so is the one capture in a ZIP archive; zeros behind gzip data are its end. A file `NAME.timing` beside it, with a row `t_ns,offset` for each
-    /// read of the port, gives the bytes their arrival times. Where its rows end too early, so does
-    /// the capture, with an error.
+    /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, whatever the name says,
+    /// and so is the one capture in a ZIP archive; zeros behind gzip data are its end. A file
+    /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes
+    /// their arrival times. Where its rows end too early, so does the capture, with an error.
     ///
     /// # Errors
     /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds

@@ -73,8 +73,8 @@ impl CsvPlan {
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     /// Numbers, one per channel. The layout is named after the message when it has exactly the
-    /// channels of one, `CSV` otherwise; its scales lead from the file's units to the channels' own,
-    /// without regard to what a count is worth.
+    /// channels of one, `CSV` otherwise; its scales lead from the file's units to the channels'
+    /// own, without regard to what a count is worth.
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,

@@ -1,5 +1,5 @@
-//! Packed captures, recognised by their content and unpacked while they are read: gzip, zstd, bzip2,
-//! xz, and the one capture in a ZIP archive.
+//! Packed captures, recognised by their content and unpacked while they are read: gzip, zstd,
+//! bzip2, xz, and the one capture in a ZIP archive.
 
 use std::{
     fs::File,
@@ -20,7 +20,7 @@ const XZ_MAGIC: &[u8] = b"\xfd7zXZ\0";
 const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
 const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 
-/// What xz data may need to be unpacked: the largest dictionary that `xz` itself makes takes 65 MiB.
+/// What xz data may need to be unpacked: the largest dictionary that `xz` makes takes 65 MiB.
 const XZ_MEMORY_BYTES: u64 = 72 << 20;
 
 /// How the names of captures end, where an archive holds other files beside one.
@@ -92,7 +92,7 @@ pub(crate) fn unpacked_file<R: Read + Send + 'static>(
 /// What a stream holds, unpacked; text in UTF-16 as UTF-8.
 pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, UnpackError> {
     let mut magic = Vec::new();
-    // the end of a stream that is shorter is waited for, not more than what tells it apart
+    // no more is waited for than shows what it is
     while magic.len() < LONGEST_MAGIC
         && [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC, ZIP_MAGIC]
             .iter()

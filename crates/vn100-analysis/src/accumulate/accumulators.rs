@@ -180,7 +180,7 @@ impl Accumulators {
         }
     }
 
-    /// The absent cells of these rows, by place: of a quaternion of which one element is absent, all.
+    /// The absent cells of these rows, by place: all of a quaternion that lacks an element.
     fn without_broken_quaternions(&self, rows: &Rows<'_>) -> Vec<AbsentCell> {
         if rows.is_full() {
             return Vec::new();

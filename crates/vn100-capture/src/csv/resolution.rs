@@ -90,7 +90,7 @@ pub(super) struct Prior {
     pub(super) limit: Option<f64>,
     /// As in [`Unit`](super::column_map::Unit).
     pub(super) zero_hundredths: i64,
-    /// It is an angle, whose counts go on beyond a turn.
+    /// It is an angle, whose counts continue beyond a turn.
     pub(super) turns: bool,
 }
 

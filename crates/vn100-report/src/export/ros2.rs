@@ -150,7 +150,7 @@ impl<W: Write> Ros2Messages<W> {
         u64::try_from(arrival_ns.saturating_sub(from)).unwrap_or(0)
     }
 
-    /// A vector that lacks a component is left out.
+    /// A vector that lacks a component is not written.
     fn sample(
         &mut self,
         layout: &Layout,

@@ -91,7 +91,7 @@ fn what_does_not_fit_is_rounded_to_a_power_of_two_and_says_so() {
 }
 
 #[test]
-fn digits_behind_those_of_the_head_are_rounded_away_and_told() {
+fn digits_behind_those_of_the_head_are_rounded_away_and_named() {
     let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::SCANNED_ROWS));
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     assert!(plan.rounded().is_empty());
