@@ -77,7 +77,7 @@ fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("capture");
     fs::copy(replay_log(CLEAN), &path).unwrap();
-    let capture = vn100_capture::Capture::open(&path, None).unwrap();
+    let capture = vn100_capture::Capture::open(&path, &vn100_capture::CaptureOptions::default()).unwrap();
     fs::remove_file(&path).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     let samples = runtime.block_on(async {

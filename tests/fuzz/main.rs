@@ -56,6 +56,11 @@ fn captures() {
 }
 
 #[test]
+fn bags() {
+    run("bags");
+}
+
+#[test]
 fn timing() {
     run("timing");
 }

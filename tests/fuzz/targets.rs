@@ -21,12 +21,13 @@ pub(crate) struct Target {
 }
 
 #[rustfmt::skip]
-pub(crate) const TARGETS: [Target; 7] = [
+pub(crate) const TARGETS: [Target; 8] = [
     Target { name: "framer", check: framer::check, seeds: seeds::streams },
     Target { name: "messages", check: messages::check, seeds: seeds::bodies },
     Target { name: "packets", check: packets::check, seeds: seeds::packets },
     Target { name: "session", check: session::check, seeds: seeds::conversations },
     Target { name: "captures", check: captures::check, seeds: seeds::captures },
+    Target { name: "bags", check: captures::check, seeds: seeds::bags },
     Target { name: "timing", check: captures::check_with_sidecar, seeds: seeds::sidecars },
     Target { name: "options", check: options::check, seeds: seeds::options },
 ];

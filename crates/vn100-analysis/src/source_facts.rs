@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vn100_protocol::stream::CsvReport;
+use vn100_protocol::stream::{BagReport, CsvReport};
 
 /// What is known of a source beside its samples: a session fills it, reports and faces read it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -17,6 +17,10 @@ pub struct SourceFacts {
     pub file: Option<FileFacts>,
     /// The lines of a CSV file.
     pub csv: Option<CsvReport>,
+    /// The messages of a bag.
+    pub bag: Option<BagReport>,
+    /// Which stream of the source this is, where it may have several: the topic of a bag.
+    pub stream: Option<String>,
     /// What a recording that is replayed says of itself.
     pub recording: Option<RecordingFacts>,
     /// The conditions of the measurement, as the user wrote them down.

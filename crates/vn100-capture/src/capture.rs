@@ -1,7 +1,7 @@
 //! Recorded captures: opened, decompressed, detected.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, Read},
     path::{Path, PathBuf},
     sync::{
@@ -14,6 +14,7 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
+    bag::{self, Bag, BagError, BagSamples, TopicScan},
     csv::{ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
@@ -37,6 +38,8 @@ pub struct Capture {
     pub holds_values: bool,
     /// Whether it holds values without times: then its rate must be given.
     pub lacks_times: bool,
+    /// The topic that is read of a bag.
+    pub topic: Option<String>,
     /// Its metadata, where it is a recording of this program.
     pub recorded: Option<Recorded>,
     start_reading: StartReading,
@@ -50,36 +53,55 @@ impl Capture {
     /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes
     /// their arrival times. Where its rows end too early, so does the capture, with an error.
     ///
+    /// Of a bag, or the folder of one, a topic is read: the one named, else the only one of a
+    /// sensor.
+    ///
     /// # Errors
-    /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds
-    /// nothing of a VN-100.
-    pub fn open(path: impl AsRef<Path>, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
+    /// [`OpenError`] when the file cannot be read, or holds nothing of a sensor, or several streams
+    /// of which none is named.
+    pub fn open(path: impl AsRef<Path>, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let file = File::open(path).map_err(failed)?;
-        let metadata = file.metadata().map_err(failed)?;
-        if metadata.is_dir() {
-            return Err(OpenError::Directory(path.to_owned()));
-        }
+        let no_bag = |problem| OpenError::of_bag(path, problem);
+        let metadata = fs::metadata(path).map_err(failed)?;
         let stored_bytes = metadata.is_file().then_some(metadata.len());
+        if let Some(bag) = Bag::at(path).map_err(no_bag)? {
+            let stored_bytes = stored_bytes.or_else(|| bag.stored_bytes());
+            return Self::of_bag(bag, stored_bytes, Arc::default(), options).map_err(no_bag);
+        }
+        let file = File::open(path).map_err(failed)?;
         let sidecar = Sidecar::beside(path).map_err(failed)?;
         let again = stored_bytes.is_some().then(|| path.to_owned());
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
         let reader = unpacked_file(file, counted).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, columns, path, again)
+        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, again)
     }
 
-    /// Takes any reader: standard input, or bytes in memory.
+    /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the topics
+    /// that a bag is measured by, and `None` for a file of one stream, or one that cannot be
+    /// opened.
+    #[must_use]
+    pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
+        let streams = || {
+            let bag = Bag::at(path.as_ref()).ok()??;
+            let streams = bag::choose(&TopicScan::of(&bag).ok()?, options).ok()?;
+            Some(streams.into_iter().map(|stream| Some(stream.topic.name)).collect())
+        };
+        streams().filter(|streams: &Vec<_>| streams.len() > 1).unwrap_or_else(|| vec![options.topic.clone()])
+    }
+
+    /// Takes any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
+    /// that no name leads to.
     ///
     /// # Errors
     /// As [`Capture::open`].
-    pub fn from_reader(reader: impl Read + Send + 'static, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
+    pub fn from_reader(reader: impl Read + Send + 'static, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = Path::new("-");
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let reader = unpacked(counted).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, None, stored_bytes_read, None, columns, path, None)
+        Self::start(reader, None, stored_bytes_read, None, options, path, None)
     }
 
     /// Starts to read, as [`read_samples`] does from any source.
@@ -93,17 +115,49 @@ impl Capture {
         (self.start_reading)(options, stop)
     }
 
+    fn of_bag(
+        bag: Bag,
+        stored_bytes: Option<u64>,
+        read: Arc<AtomicU64>,
+        options: &CaptureOptions,
+    ) -> Result<Self, BagError> {
+        let mut stream = bag::choose_one(&TopicScan::of(&bag)?, options)?;
+        stream.fit(&bag)?;
+        // what was unpacked is read as stored
+        let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
+        let counted = if bag.unpacked_bytes > 0 { Arc::default() } else { Arc::clone(&stored_bytes_read) };
+        Ok(Self {
+            format: Format::Bag(bag.form),
+            stored_bytes,
+            stored_bytes_read,
+            holds_values: stream.holds_values(),
+            lacks_times: false,
+            recorded: None,
+            topic: Some(stream.topic.name.clone()),
+            start_reading: Box::new(move |options, stop| {
+                read_file(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?, stop)
+            }),
+        })
+    }
+
     fn start(
-        mut reader: Box<dyn Read + Send>,
+        reader: Box<dyn Read + Send>,
         stored_bytes: Option<u64>,
         stored_bytes_read: Arc<AtomicU64>,
         sidecar: Option<Sidecar>,
-        columns: Option<&ColumnMap>,
+        options: &CaptureOptions,
         path: &Path,
         again: Option<PathBuf>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let (head, detected) = detect_format(&mut reader, columns).map_err(failed)?;
+        let no_bag = |problem| OpenError::of_bag(path, problem);
+        let mut reader = match bag::look_for_bag(reader).map_err(no_bag)? {
+            bag::Stream::Bag(bag) => {
+                return Self::of_bag(bag, stored_bytes, stored_bytes_read, options).map_err(no_bag);
+            }
+            bag::Stream::Other(reader) => reader,
+        };
+        let (head, detected) = detect_format(&mut reader, options.columns.as_ref()).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
         let (holds_values, lacks_times) = match &detected {
@@ -139,8 +193,27 @@ impl Capture {
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
         };
-        Ok(Self { format, stored_bytes, stored_bytes_read, holds_values, lacks_times, recorded, start_reading })
+        Ok(Self {
+            format,
+            stored_bytes,
+            stored_bytes_read,
+            holds_values,
+            lacks_times,
+            recorded,
+            topic: None,
+            start_reading,
+        })
     }
+}
+
+/// What the user says of a capture.
+#[derive(Debug, Clone, Default)]
+pub struct CaptureOptions {
+    /// Which columns of a CSV file, or numbers in the messages of a bag, are which channels; `None`
+    /// where they are known by their names.
+    pub columns: Option<ColumnMap>,
+    /// The topic of a bag; `None` for the only one of a sensor.
+    pub topic: Option<String>,
 }
 
 /// Why a capture could not be opened.
@@ -154,9 +227,6 @@ pub enum OpenError {
         /// Its error.
         source: io::Error,
     },
-    /// A folder was named.
-    #[error("{} is a folder: name the captures in it", .0.display())]
-    Directory(PathBuf),
     /// A CSV file whose columns cannot be used.
     #[error("{}: {problem}", path.display())]
     Csv {
@@ -164,6 +234,14 @@ pub enum OpenError {
         path: PathBuf,
         /// What is wrong with its columns.
         problem: CsvError,
+    },
+    /// A bag that cannot be read, or in which no topic, or more than one, may be meant.
+    #[error("{}: {problem}", path.display())]
+    Bag {
+        /// The file or folder, `-` for standard input.
+        path: PathBuf,
+        /// What is wrong, or what it holds.
+        problem: BagError,
     },
     /// An MCAP file that is not read.
     #[error("{} is not a recording this program reads: {problem}", path.display())]
@@ -201,6 +279,13 @@ impl OpenError {
         match error {
             UnpackError::Io(source) => Self::Io { path, source },
             UnpackError::Archive(problem) => Self::Archive { path, problem },
+        }
+    }
+
+    fn of_bag(path: &Path, problem: BagError) -> Self {
+        match problem {
+            BagError::Io(source) => Self::Io { path: path.to_owned(), source },
+            problem => Self::Bag { path: path.to_owned(), problem },
         }
     }
 }

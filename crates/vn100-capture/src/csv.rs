@@ -26,6 +26,7 @@ use self::{
     stamp::StampUnit,
 };
 pub use column_map::{ColumnMap, ColumnMapError};
+pub(crate) use column_map::{by_name, known};
 pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;
 

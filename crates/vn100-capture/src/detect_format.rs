@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use vn100_protocol::{Check, Decoder, Item, Options, RejectReason};
 
 use crate::{
+    bag::BagForm,
     csv::{self, ColumnMap, CsvError, CsvPlan},
     recording,
 };
@@ -33,6 +34,8 @@ pub enum Format {
     Csv,
     /// A recording of this program: the bytes with the times of their reads, and link events.
     Mcap,
+    /// A bag of ROS.
+    Bag(BagForm),
 }
 
 /// What the head of a file was taken for.

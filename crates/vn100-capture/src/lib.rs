@@ -8,12 +8,12 @@
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;
-//! use vn100_capture::{Capture, Event};
+//! use vn100_capture::{Capture, CaptureOptions, Event};
 //! use vn100_protocol::stream::ReadOptions;
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
+//! let capture = Capture::from_reader(&line[..], &CaptureOptions::default())?; // or Capture::open("flight.vnymr", ..)
 //! let mut events = capture.read(ReadOptions::default(), CancellationToken::new())?;
 //! while let Some(event) = events.recv().await {
 //!     if let Event::Batch(batch) = event {
@@ -25,6 +25,7 @@
 //! # Ok(()) }
 //! ```
 
+mod bag;
 mod capture;
 mod csv;
 mod detect_format;
@@ -36,7 +37,8 @@ mod timing_sidecar;
 mod unpack;
 mod utf16;
 
-pub use capture::{Capture, OpenError};
+pub use bag::{BagError, BagForm, TopicSummary};
+pub use capture::{Capture, CaptureOptions, OpenError};
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
 pub use lossy_sender::LossySender;

@@ -5,7 +5,7 @@ use std::{io, thread};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::stream::{Batch, CsvReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{Batch, FileReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
 
 use crate::source::Source;
 
@@ -42,8 +42,8 @@ impl Event {
 pub struct End {
     /// The error that ended it; `None` at the end of the data, or when it was stopped.
     pub error: Option<io::Error>,
-    /// What became of the lines, where the source is a CSV file.
-    pub csv: Option<CsvReport>,
+    /// What became of the rows or messages of a file; `None` for a stream of bytes.
+    pub report: Option<FileReport>,
 }
 
 /// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
@@ -89,7 +89,7 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
         // a receiver that left has no use for the end either
         let _ = events.send(batch.into()).await;
     }
-    let _ = events.send(Event::End(End { error, csv: None })).await;
+    let _ = events.send(Event::End(End { error, report: None })).await;
 }
 
 /// A file whose reads block.
@@ -97,8 +97,8 @@ pub(crate) trait FileReader: Send + 'static {
     /// One step: the events that are due behind it, or `None` at the end of the file.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>>;
 
-    /// The last batches, and what became of the lines of a CSV file.
-    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>);
+    /// The last batches, and what became of the content.
+    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>);
 }
 
 /// Starts a thread that reads `file` to its end, or until `stop`, as [`read_samples`] does.
@@ -121,8 +121,8 @@ pub(crate) fn read_file(mut file: impl FileReader, stop: CancellationToken) -> i
                 Err(error) => break Some(error),
             }
         };
-        let (batches, csv) = file.finish();
-        for event in batches.into_iter().map(Event::from).chain([Event::End(End { error, csv })]) {
+        let (batches, report) = file.finish();
+        for event in batches.into_iter().map(Event::from).chain([Event::End(End { error, report })]) {
             // a receiver that left has no use for the end either
             let _ = events.blocking_send(event);
         }

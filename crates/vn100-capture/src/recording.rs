@@ -36,7 +36,7 @@ pub(crate) const MAGIC: &[u8] = b"\x89MCAP";
 const FORMAT: &str = "1";
 
 const PROFILE: &str = "vn100";
-const BYTES_TOPIC: &str = "/vn100/bytes";
+pub(crate) const BYTES_TOPIC: &str = "/vn100/bytes";
 const BYTES_ENCODING: &str = "application/octet-stream";
 const LINK_TOPIC: &str = "/vn100/link";
 const LINK_ENCODING: &str = "json";
@@ -49,16 +49,28 @@ const RESUMED: &str = "resumed";
 const CALLER_METADATA: &str = "vn100.metadata";
 const END_METADATA: &str = "vn100.end";
 
+/// How an MCAP file begins whose header says that this program wrote it: magic, the kind and length
+/// of the header, and its profile with its length.
+pub(crate) const fn is_ours(head: &[u8]) -> bool {
+    const PROFILE_AT: usize = 8 + 1 + 8 + 4;
+    match head.split_at_checked(PROFILE_AT) {
+        Some((_, [b'v', b'n', b'1', b'0', b'0', ..])) => true,
+        // cut so early that there is no topic
+        None => true,
+        Some(_) => false,
+    }
+}
+
 /// MCAP counts time without a sign; times before 1970 are kept as two's complement.
 fn log_time(at_ns: i64) -> u64 {
     at_ns.cast_unsigned()
 }
 
-fn at_ns(log_time: u64) -> i64 {
+pub(crate) fn at_ns(log_time: u64) -> i64 {
     log_time.cast_signed()
 }
 
-fn io_error(error: mcap::McapError) -> std::io::Error {
+pub(crate) fn io_error(error: mcap::McapError) -> std::io::Error {
     match error {
         mcap::McapError::Io(error) => error,
         error => std::io::Error::new(std::io::ErrorKind::InvalidData, format!("not readable as MCAP: {error}")),

@@ -10,7 +10,7 @@ use crate::{
     read_samples::{Event, FileReader},
     source::READ_BYTES,
 };
-use vn100_protocol::stream::{Batch, CsvReport, ReadOptions, SampleReader};
+use vn100_protocol::stream::{Batch, FileReport, ReadOptions, SampleReader};
 
 /// No line of a sidecar is longer, comments included.
 const LONGEST_LINE: usize = 1024;
@@ -174,7 +174,7 @@ impl<R: Read + Send + 'static> FileReader for TimedReader<R> {
         Ok(Some(self.samples.take_batches().into_iter().map(Event::from).collect()))
     }
 
-    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         (self.samples.finish(), None)
     }
 }

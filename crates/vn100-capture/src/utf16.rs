@@ -71,7 +71,6 @@ impl<R: Read> Read for Utf16Reader<R> {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use proptest::prelude::*;
 

@@ -16,6 +16,7 @@ use vn100_report::{
 use crate::{
     args::CompareArgs,
     exit::{print, print_json, report},
+    inputs::inputs,
     replay::measure_files,
     text::{fill, text},
     user_files::evaluation,
@@ -25,7 +26,7 @@ use crate::{
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure, false)?;
     let mut all: Vec<Measured> = Vec::new();
-    measure_files(&args.files, evaluation, false, |measured| {
+    measure_files(&args.files, &inputs(&args.files), evaluation, false, |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())

@@ -26,7 +26,7 @@ pub(crate) fn code(completion: Completion) -> ExitCode {
 
 pub(crate) fn report(message: &str) {
     // without stderr there is no other place to report to
-    let _ = writeln!(io::stderr(), "vn100: {}", printable(message));
+    let _ = writeln!(io::stderr(), "vn100: {}", printable_lines(message));
 }
 
 /// Writes lines of text to standard output, at once, without anything that steers a terminal.

@@ -21,7 +21,7 @@ use tokio::runtime::Builder;
 use vn100_capture::Event;
 use vn100_driver::LinkState;
 use vn100_pipeline::EventObserver;
-use vn100_protocol::stream::{CsvReport, LinkEventKind, ReadOptions};
+use vn100_protocol::stream::{CsvReport, FileReport, LinkEventKind, ReadOptions};
 use vn100_report::printable;
 
 use crate::{args::LogArgs, exit::report};
@@ -120,7 +120,9 @@ impl Entries {
             }
             Event::Link(event) => self.put(name, &link_event(&event.kind)),
             Event::End(end) => {
-                end.csv.iter().flat_map(refused_rows).for_each(|rows| self.put(name, &rows));
+                if let Some(FileReport::Csv(csv)) = &end.report {
+                    refused_rows(csv).for_each(|rows| self.put(name, &rows));
+                }
                 match &end.error {
                     Some(error) => self.put(name, &format!("ended: {error}")),
                     None => self.put(name, "ended"),

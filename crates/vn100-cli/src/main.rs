@@ -6,6 +6,7 @@ mod attach;
 mod compare;
 mod documentation;
 mod exit;
+mod inputs;
 mod live_source;
 mod log;
 mod plan;

@@ -2,13 +2,7 @@
 //! pipeline, several at a time, one result each, in the order given; at full speed, or in the view
 //! at the pace of the sensor or another.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    sync::Arc,
-    thread,
-    time::Duration,
-};
+use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
@@ -26,6 +20,7 @@ use vn100_report::{Completion, Document, Evaluation, Measured};
 use crate::{
     args::{FileArgs, ReplayArgs},
     exit::{HangUp, print_json_line, stop_on_interrupt},
+    inputs::{Input, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_state},
     user_files::evaluation,
@@ -43,7 +38,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let evaluation = evaluation(&files.measure, args.result.filter_models)?;
     let mut writer = ResultWriter::new(args.result.format());
     let mut recordings = Vec::new();
-    measure_files(files, evaluation, args.result.ndjson, |measured| {
+    measure_files(files, &inputs(files), evaluation, args.result.ndjson, |measured| {
         writer.write(&measured)?;
         recordings.extend(args.pool.then_some(measured));
         Ok(())
@@ -75,11 +70,11 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let stop = stop_on_interrupt(HangUp::HandledByView)?;
     let messages = MessageQueue::default();
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
-    let session = |path: &PathBuf| {
+    let session = |input| {
         let settings = Settings { recent: true, ..files.settings() };
-        Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, path, &log, &stop) })
+        Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
-    let sessions: Vec<Session> = files.files.iter().map(session).collect();
+    let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
     let monitors = sessions.iter().map(SourceMonitor::of).collect();
     let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
@@ -105,20 +100,22 @@ async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation
     evaluated_replay(result, &evaluation).await
 }
 
-/// Measures each file and passes the results to `take`, in the order given; the documents of every
+/// Measures each input and passes the results to `take`, in the order given; the documents of every
 /// second and of the end are `printed` on the way as lines, or only the end counts.
 pub(crate) fn measure_files(
     args: &FileArgs,
+    inputs: &[Input],
     evaluation: Evaluation,
     printed: bool,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
-    let work = async |log| measure_all(args, evaluation, printed, log, take).await;
+    let work = async |log| measure_all(args, inputs, evaluation, printed, log, take).await;
     run_logged(&mut Builder::new_multi_thread(), &args.log, work)
 }
 
 async fn measure_all(
     args: &FileArgs,
+    inputs: &[Input],
     evaluation: Evaluation,
     printed: bool,
     log: Entries,
@@ -126,14 +123,14 @@ async fn measure_all(
 ) -> Result<()> {
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
-        progress: progress_bar(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
+        progress: progress_bar(inputs.iter().map(|input| stored_bytes(&input.path)), takes_terminal(&args.log)),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
     });
     let stop = stop_on_interrupt(HangUp::Stops)?;
-    let spec = |path: &PathBuf| ReplaySpec { each_second: printed, ..replay_spec(args, path, &log, &stop) };
+    let spec = |input| ReplaySpec { each_second: printed, ..replay_spec(args, input, &log, &stop) };
     let files: Vec<JoinHandle<Result<Measured>>> =
-        args.files.iter().map(|file| task::spawn(measure_one(spec(file), Arc::clone(&job)))).collect();
+        inputs.iter().map(|input| task::spawn(measure_one(spec(input.clone()), Arc::clone(&job)))).collect();
     for file in files {
         let measured = file.await.context("a measurement stopped by a fault of this program")??;
         job.progress.suspend(|| take(measured))?;
@@ -141,10 +138,11 @@ async fn measure_all(
     Ok(())
 }
 
-fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
+fn replay_spec(args: &FileArgs, input: Input, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
     let spec = ReplaySpec {
-        path: path.to_owned(),
-        columns: args.columns.clone(),
+        path: input.path,
+        capture: input.options,
+        is_one_of_several: input.is_one_of_several,
         settings: args.settings(),
         read: log.asked(args.measure.read_options()),
         speed: None,

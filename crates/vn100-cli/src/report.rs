@@ -20,7 +20,8 @@ use vn100_report::{
 };
 
 use crate::{
-    args::ReportArgs, exit::report as complain, replay::measure_files, user_files::evaluation, words::remedy_words,
+    args::ReportArgs, exit::report as complain, inputs::inputs, replay::measure_files, user_files::evaluation,
+    words::remedy_words,
 };
 use exports::Exports;
 use output::Output;
@@ -42,18 +43,19 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         }
         None => {}
     }
-    let exports = Exports::new(args, &output)?;
+    let inputs = inputs(files);
+    let exports = Exports::new(args, &inputs, &output)?;
     let mut all: Vec<Measured> = Vec::new();
     let evaluation = evaluation(&files.measure, args.filter_models)?;
-    measure_files(files, evaluation, false, |measured| {
+    measure_files(files, &inputs, evaluation, false, |measured| {
         if let Some(error) = &measured.facts.error {
             complain(error);
         }
         all.push(measured);
         Ok(())
     })?;
-    for (measured, path) in all.iter_mut().zip(&files.files) {
-        measured.facts.file = capture_file(path);
+    for (measured, input) in all.iter_mut().zip(&inputs) {
+        measured.facts.file = capture_file(&input.path);
     }
     let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
     let names: Vec<String> = (0..records.len()).map(record_letter).collect();
@@ -100,6 +102,7 @@ fn option_text(args: &ReportArgs) -> String {
         option("fail-on", Some(format!("\"{figure}\"")));
     }
     option("typical-is-limit", flag(measure.typical_is_limit));
+    option("topic", args.files.topic.clone());
     option("window", args.files.window.map(|window| window.to_string()));
     // without its folder: the page says the same wherever the files lie
     let sheet = measure.datasheet.as_deref().and_then(Path::file_name);

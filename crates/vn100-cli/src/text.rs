@@ -9,7 +9,7 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
 use vn100_analysis::{Snapshot, SourceFacts};
-use vn100_protocol::stream::{AbsentValues, CsvReport};
+use vn100_protocol::stream::{AbsentValues, BagReport, CsvReport};
 use vn100_report::{
     Measured, RecordingDocument, code_of_missing, code_of_rate,
     names::{echoes, rejected_lines},
@@ -89,6 +89,9 @@ fn write_summary(out: &mut String, measured: &Measured) -> fmt::Result {
     if let Some(csv) = &facts.csv {
         write_csv(out, csv)?;
     }
+    if let Some(bag) = &facts.bag {
+        write_bag(out, bag)?;
+    }
     if let Some(recording) = &facts.recording {
         let text = format!("  recorded   {}", printable(&RecordingDocument::new(recording).text()));
         write_wrapped(out, &text)?;
@@ -148,6 +151,29 @@ fn write_wrapped(out: &mut String, text: &str) -> fmt::Result {
     writeln!(out, "{}", textwrap::fill(text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))
 }
 
+fn write_bag(out: &mut String, bag: &BagReport) -> fmt::Result {
+    let line = |out: &mut String, name: &str, text: &str| {
+        writeln!(out, "{}", fill(text, &format!("  {name:<11}"), "             "))
+    };
+    let BagReport { topic, type_name, messages, used, .. } = bag;
+    line(out, "topic", &printable(&format!("{topic} ({type_name}): {messages} messages, {used} used")))?;
+    line(out, "stamps", &printable(&bag.stamps.to_string()))?;
+    let counts = [
+        (bag.without_sample, "without a sentence, or a number that a count can hold"),
+        (bag.unreadable, "cut or of another form"),
+        (bag.reordered, "behind one of a later time, and put in their place"),
+        (bag.late, "too late for that, and left where they came"),
+    ];
+    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+        line(out, "", &format!("{count} {what}"))?;
+    }
+    write_absent(out, &bag.absent, ("messages", "message"))?;
+    if bag.unpacked_bytes > 0 {
+        line(out, "unpacked", &format!("{} bytes, in a temporary file", bag.unpacked_bytes))?;
+    }
+    Ok(())
+}
+
 fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
     for rejected in &csv.rejected {
@@ -163,7 +189,12 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             write_wrapped(out, &text)?;
         }
     }
-    for absent in &csv.absent {
+    write_absent(out, &csv.absent, ("rows", "line"))
+}
+
+/// How often channels are absent in the rows or messages that are used.
+fn write_absent(out: &mut String, all: &[AbsentValues], (of, numbered): (&str, &str)) -> fmt::Result {
+    for absent in all {
         let AbsentValues { channel, empty, not_a_number, out_of_range, first_line } = absent;
         let reasons = [(empty, "empty"), (not_a_number, "not a number"), (out_of_range, "out of range")];
         let reasons: Vec<_> = reasons
@@ -172,7 +203,7 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             .map(|(count, reason)| format!("{count} {reason}"))
             .collect();
         let text = format!(
-            "  absent     {channel} in {} rows ({}), the first is line {first_line}",
+            "  absent     {channel} in {} {of} ({}), the first is {numbered} {first_line}",
             absent.total(),
             reasons.join(", ")
         );

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use vn100_analysis::{RateChange, Remedy, Setting, Snapshot};
-use vn100_capture::{MapHint, OpenError};
+use vn100_capture::{BagError, MapHint, OpenError};
 use vn100_pipeline::{
     CommandRefusal, EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, SessionEvent, SetupError, StartError,
 };
@@ -113,12 +113,28 @@ fn not_started(name: &str, error: &StartError) -> String {
 fn cure(error: &OpenError) -> String {
     let hint = match error {
         OpenError::Csv { problem, .. } => problem.hint(),
+        OpenError::Bag { problem, .. } => return bag_cure(problem).into(),
         _ => None,
     };
     match hint {
         Some(MapHint::Columns(map)) => format!("; name the columns with a map (--columns), as in {map}"),
         Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
         None => String::new(),
+    }
+}
+
+/// The option that would make a topic of the bag readable; on a line of its own behind a list.
+const fn bag_cure(problem: &BagError) -> &'static str {
+    match problem {
+        BagError::SeveralTopics { .. } => "\nName one of them with --topic",
+        BagError::NoTopic { topics, .. } if !topics.is_empty() => "\nName one of them with --topic",
+        BagError::NoSensor { .. } => {
+            "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns"
+        }
+        BagError::NotOfSensor { .. } => {
+            "; if some are those of a sensor, name them with --columns, as in gyro_x=PATH:rad/s,accel_x=PATH:m/s^2"
+        }
+        _ => "",
     }
 }
 

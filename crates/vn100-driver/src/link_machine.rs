@@ -471,7 +471,7 @@ impl LinkMachine {
         self.phase = Phase::Closed;
         let batches = self.context.reader.finish().into_iter().map(StreamEvent::from);
         let error = error.map(|error| io::Error::other(self.text(&error)));
-        let last = batches.chain([StreamEvent::End(End { error, csv: None })]);
+        let last = batches.chain([StreamEvent::End(End { error, report: None })]);
         self.context.events.extend(last.map(LinkOutput::Stream));
         let paused_again = self.context.requests.must_restore_pause().then_some(self.is_pause_restored);
         self.context.publish(LinkState::Closed { paused_again });

@@ -13,7 +13,7 @@
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..], None)?;
+//! let capture = Capture::from_reader(&line[..], &CaptureOptions::default())?;
 //! let events = capture.read(ReadOptions::default(), Default::default())?;
 //! let session = Session::of_events(SourceFacts::default(), events, Settings::default());
 //! let result = session.result.await?;

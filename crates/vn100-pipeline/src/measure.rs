@@ -25,7 +25,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::{Batch, CsvReport};
+use vn100_analysis::protocol::stream::{Batch, FileReport};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
@@ -95,6 +95,7 @@ pub(crate) enum Origin {
     Events,
 }
 
+#[expect(clippy::large_enum_variant, reason = "there is one for each session")]
 pub(crate) enum MeasurementEnd {
     Ended(Ending),
     /// The capture is to be replayed again from its start.
@@ -107,7 +108,7 @@ pub(crate) enum MeasurementEnd {
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) reason: EndReason,
-    pub(crate) csv: Option<CsvReport>,
+    pub(crate) report: Option<FileReport>,
     pub(crate) excluded: Excluded,
 }
 
@@ -244,7 +245,7 @@ struct Measuring {
     has_changed: bool,
     /// Why the stream is given up although it still brings lines.
     stream_ended: Option<EndReason>,
-    end: Option<(EndReason, Option<CsvReport>)>,
+    end: Option<(EndReason, Option<FileReport>)>,
 }
 
 impl Measuring {
@@ -281,7 +282,7 @@ impl Measuring {
                     None if channels.stop.is_cancelled() => EndReason::Stopped,
                     None => EndReason::SourceEnded,
                 };
-                self.end = Some((reason, end.csv));
+                self.end = Some((reason, end.report));
                 return;
             }
         }
@@ -438,7 +439,7 @@ impl Measuring {
         self.analysis.finish();
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
-        let (reason, csv) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
+        let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
         let reason = match (reason, self.stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
@@ -448,7 +449,7 @@ impl Measuring {
             }
             (reason, ..) => reason,
         };
-        MeasurementEnd::Ended(Ending { snapshot, reason, csv, excluded: self.excluded })
+        MeasurementEnd::Ended(Ending { snapshot, reason, report, excluded: self.excluded })
     }
 }
 
@@ -474,7 +475,7 @@ mod tests {
         let origin = Origin::Paced(PaceStart { speed: Speed::Max, paused: false, run_to: 0 });
         let (settings, excluded) = (Settings::default(), Excluded::default());
         events.send(row()).await.unwrap();
-        events.send(Event::End(End { error: None, csv: None })).await.unwrap();
+        events.send(Event::End(End { error: None, report: None })).await.unwrap();
         face.commands.send(Command::GoTo(0.0)).await.unwrap();
         let stop = channels.stop.clone();
         let work = tokio::spawn(async move {

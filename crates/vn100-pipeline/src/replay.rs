@@ -10,7 +10,7 @@ use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
 use vn100_analysis::{RateFrom, Settings, SourceFacts};
-use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
+use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
 
 use crate::{
     end_reason::{EndReason, SessionResult, StartError},
@@ -27,8 +27,10 @@ use crate::{
 pub struct ReplaySpec {
     /// The file; `-` for standard input.
     pub path: PathBuf,
-    /// Columns of a CSV file; `None` where its header names them.
-    pub columns: Option<ColumnMap>,
+    /// What the user says of its content.
+    pub capture: CaptureOptions,
+    /// Whether the topic is one of several streams of the file, each a session of its own.
+    pub is_one_of_several: bool,
     /// How it is measured. Where these name no end, that of the recorded measurement is taken.
     pub settings: Settings,
     /// How its bytes are read.
@@ -44,21 +46,26 @@ pub struct ReplaySpec {
 }
 
 impl ReplaySpec {
-    /// The file's name without its folder: a result does not depend on the place of its capture.
+    /// The file's name without its folder, for a result does not depend on the place of its
+    /// capture; and the topic if that is one of several streams.
     #[must_use]
     pub fn name(&self) -> String {
-        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy();
+        match self.capture.topic.as_deref().filter(|_| self.is_one_of_several) {
+            Some(topic) => format!("{name} {topic}"),
+            None => name.into_owned(),
+        }
     }
 
     async fn open(&self) -> Result<Capture, OpenError> {
-        let (path, columns) = (self.path.clone(), self.columns.clone());
+        let (path, options) = (self.path.clone(), self.capture.clone());
         let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };
-        task::spawn_blocking(move || open_capture(&path, columns.as_ref())).await.map_err(failed)?
+        task::spawn_blocking(move || open_capture(&path, &options)).await.map_err(failed)?
     }
 }
 
-fn open_capture(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
-    if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
+fn open_capture(path: &Path, options: &CaptureOptions) -> Result<Capture, OpenError> {
+    if path == Path::new("-") { Capture::from_reader(io::stdin(), options) } else { Capture::open(path, options) }
 }
 
 fn kind(capture: &Capture, name: &str) -> &'static str {
@@ -68,6 +75,7 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
         Format::Raw => "raw",
         Format::Csv => "csv",
         Format::Mcap => "mcap",
+        Format::Bag(form) => form.code(),
     }
 }
 
@@ -136,6 +144,7 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         kind: Some(kind(capture, &spec.name())),
         meta: capture.recorded.as_ref().and_then(conditions),
         name: spec.name(),
+        stream: capture.topic.clone(),
         ..SourceFacts::default()
     };
     channels.state.send_modify(|state| {
@@ -176,7 +185,7 @@ async fn measure_capture(
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            MeasurementEnd::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), csv: None, excluded })
+            MeasurementEnd::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), report: None, excluded })
         }
     }
 }
@@ -212,7 +221,7 @@ mod tests {
     #[test]
     fn a_capture_is_named_by_its_format_and_standard_input_by_itself() {
         for (bytes, expected) in [("$VNYMR,+000.0*00\r\n", "text"), ("time,gyro_x\n0.0,1.0\n0.1,2.0\n", "csv")] {
-            let capture = Capture::from_reader(io::Cursor::new(bytes), None).unwrap();
+            let capture = Capture::from_reader(io::Cursor::new(bytes), &CaptureOptions::default()).unwrap();
             assert_eq!((kind(&capture, "noon"), kind(&capture, "-")), (expected, "stdin"));
         }
     }

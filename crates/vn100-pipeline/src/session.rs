@@ -7,7 +7,7 @@ use tokio::{
     task::JoinHandle,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::ReadOptions;
+use vn100_analysis::protocol::stream::{FileReport, ReadOptions};
 use vn100_analysis::{Goal, Settings, SourceFacts, UnmetGoal};
 use vn100_capture::Event;
 
@@ -139,11 +139,16 @@ impl Channels {
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { snapshot, reason, csv, excluded } = ending;
+    let Ending { snapshot, reason, report, excluded } = ending;
+    let (csv, bag) = match report {
+        Some(FileReport::Csv(csv)) => (Some(csv), None),
+        Some(FileReport::Bag(bag)) => (None, Some(bag)),
+        None => (None, None),
+    };
     let state = channels.state.borrow();
     let assessment = state.assessor.exact(&snapshot);
     SessionResult {
-        facts: SourceFacts { csv, ..state.facts_at(true) },
+        facts: SourceFacts { csv, bag, ..state.facts_at(true) },
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         snapshot,
         assessment,
@@ -159,7 +164,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    result(Ending { snapshot, reason, csv: None, excluded }, &[], channels)
+    result(Ending { snapshot, reason, report: None, excluded }, &[], channels)
 }
 
 /// So that a result that ends between two reads is the same however they were cut.

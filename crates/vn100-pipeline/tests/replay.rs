@@ -17,7 +17,7 @@ use tempfile::NamedTempFile;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_capture::{Event, OpenError, RecordingWriter};
+use vn100_capture::{CaptureOptions, Event, OpenError, RecordingWriter};
 use vn100_pipeline::{
     Command, CommandRefusal, EndReason, Playback, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage,
     StartError,
@@ -38,7 +38,8 @@ fn capture(samples: u64) -> NamedTempFile {
 fn spec(path: impl Into<PathBuf>) -> ReplaySpec {
     ReplaySpec {
         path: path.into(),
-        columns: None,
+        capture: CaptureOptions::default(),
+        is_one_of_several: false,
         settings: Settings::default(),
         read: ReadOptions::default(),
         speed: None,

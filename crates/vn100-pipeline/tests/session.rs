@@ -10,7 +10,10 @@ use vn100_capture::{End, Event, Source, read_samples};
 use vn100_pipeline::{Command, EndReason, Session, SessionEvent, SessionResult, Stage};
 use vn100_protocol::{
     DeviceError, VNYMR,
-    stream::{Batch, Chunk, CsvReport, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, RejectedRows, StreamInput},
+    stream::{
+        Batch, Chunk, CsvReport, FileReport, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, RejectedRows,
+        StreamInput,
+    },
 };
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -21,7 +24,7 @@ fn rows(count: usize) -> Event {
 }
 
 fn end() -> Event {
-    Event::End(End { error: None, csv: None })
+    Event::End(End { error: None, report: None })
 }
 
 fn at_10_hz() -> Settings {
@@ -132,7 +135,7 @@ async fn a_goal_that_the_message_cannot_show_ends_it_at_once() {
 async fn the_error_of_the_source_comes_with_the_results_before_it() {
     let (events, session) = session(Settings::default());
     events.send(rows(5)).await.unwrap();
-    events.send(Event::End(End { error: Some(io::Error::other("unplugged")), csv: None })).await.unwrap();
+    events.send(Event::End(End { error: Some(io::Error::other("unplugged")), report: None })).await.unwrap();
     let result = session.result.await.unwrap();
     assert_eq!(result.snapshot.timing.samples, 5);
     assert_eq!(result.end.to_string(), "unplugged");
@@ -162,7 +165,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         rounded: vec!["gyro_x".into()],
         absent: Vec::new(),
     };
-    events.send(Event::End(End { error: None, csv: Some(csv) })).await.unwrap();
+    events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
     let csv = session.result.await.unwrap().facts.csv.unwrap();
     assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
     let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };

@@ -3,12 +3,14 @@
 //! A source delivers [`StreamInput`]s; a [`SampleReader`] decodes them and collects the samples in
 //! [`Batch`]es, with [`StreamCounts`] of everything the stream has carried.
 
+mod bag_report;
 mod batch;
 mod counts;
 mod input;
 mod rejected_rows;
 mod sample_reader;
 
+pub use bag_report::{BagReport, FileReport, StampSource};
 pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};

@@ -8,8 +8,8 @@ use std::{
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Assessment, Settings};
-use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
-use vn100_protocol::stream::{CsvReport, ReadOptions, StreamCounts};
+use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
+use vn100_protocol::stream::{FileReport, ReadOptions, StreamCounts};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]
@@ -20,15 +20,16 @@ struct Told {
     marks: Vec<(usize, String)>,
     link_events: Vec<(usize, String)>,
     counts: StreamCounts,
-    csv: Option<CsvReport>,
+    report: Option<FileReport>,
     error: Option<String>,
 }
 
 /// The first byte sets the options, the second the size of the reads.
 pub(crate) fn check(input: &[u8]) {
     let [options, size, bytes @ ..] = input else { return };
-    let map: Option<ColumnMap> = (options & 4 == 4).then(|| "gyro_x=1:deg/s,accel_z=az:g,t=t:ns".parse().unwrap());
-    let open = |piece| Capture::from_reader(Dribble { bytes: Cursor::new(bytes.to_vec()), piece }, map.as_ref());
+    let map = (options & 4 == 4).then(|| "gyro_x=1:deg/s,accel_z=az:g,t=t:ns".parse().unwrap());
+    let capture_options = CaptureOptions { columns: map, topic: None };
+    let open = |piece| Capture::from_reader(Dribble { bytes: Cursor::new(bytes.to_vec()), piece }, &capture_options);
     let line_by_line = options & 2 == 2;
     let read = |piece, line_by_line| {
         open(piece).map_err(|error| error.to_string()).map(|capture| {
@@ -64,7 +65,7 @@ pub(crate) fn check_with_sidecar(input: &[u8]) {
     fs::write(&path, bytes).unwrap();
     fs::write(folder.path().join("c.timing"), timing).unwrap();
     let read = |line_by_line| {
-        let opened: Result<_, OpenError> = Capture::open(&path, None);
+        let opened: Result<_, OpenError> = Capture::open(&path, &CaptureOptions::default());
         let all = (!is_packed(bytes)).then_some(bytes.len());
         opened
             .map_err(|error| error.to_string())
@@ -75,7 +76,7 @@ pub(crate) fn check_with_sidecar(input: &[u8]) {
 
 /// Whether the bytes are not those that are read: a container.
 fn is_packed(bytes: &[u8]) -> bool {
-    is_compressed(bytes) || bytes.starts_with(b"\x89MCAP")
+    is_compressed(bytes) || [&b"\x89MCAP"[..], b"#ROSBAG", b"SQLite"].iter().any(|magic| bytes.starts_with(magic))
 }
 
 fn is_compressed(bytes: &[u8]) -> bool {
@@ -109,7 +110,7 @@ fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
                 Event::End(end) => {
                     has_ended = true;
                     told.error = end.error.map(|error| error.to_string());
-                    told.csv = end.csv;
+                    told.report = end.report;
                 }
             }
         }
@@ -131,9 +132,17 @@ fn assert_counted(told: &Told, length: Option<usize>) {
     if let (Some(length), None) = (length, &told.error) {
         assert_eq!(counts.bytes(), length as u64);
     }
-    assert_eq!(told.csv.is_some(), told.format == Some(Format::Csv));
-    if let Some(csv) = &told.csv {
-        assert_eq!(csv.lines, csv.rows + csv.skipped_lines + csv.rejected.iter().map(|rows| rows.count).sum::<u64>());
+    match (&told.report, told.format) {
+        (None, _) => assert!(!matches!(told.format, Some(Format::Csv | Format::Bag(_)))),
+        (Some(FileReport::Csv(csv)), format) => {
+            assert_eq!(format, Some(Format::Csv));
+            let rejected: u64 = csv.rejected.iter().map(|rows| rows.count).sum();
+            assert_eq!(csv.lines, csv.rows + csv.skipped_lines + rejected);
+        }
+        (Some(FileReport::Bag(bag)), format) => {
+            assert!(matches!(format, Some(Format::Bag(_))));
+            assert_eq!(bag.messages, bag.used + bag.without_sample + bag.unreadable);
+        }
     }
 }
 

@@ -108,6 +108,26 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
     (0..).zip(seeds).map(|(index, seed)| [&[index, 200], &seed[..]].concat()).collect()
 }
 
+/// Bags of each form, with options and the size of reads before each.
+pub(super) fn bags() -> Vec<Vec<u8>> {
+    macro_rules! bag {
+        ($name:literal) => {
+            include_bytes!(concat!("../../../crates/vn100-capture/tests/bags/", $name)).as_slice()
+        };
+    }
+    let bags = [
+        bag!("imu_none.bag"),
+        bag!("imu_bz2.bag"),
+        bag!("imu_lz4.bag"),
+        bag!("sentences.bag"),
+        bag!("db3/db3.db3"),
+        bag!("db3_message_zstd/db3_message_zstd.db3"),
+        bag!("mcap/mcap.mcap"),
+        bag!("mcap_storage_zstd/mcap_storage_zstd.mcap"),
+    ];
+    bags.map(|bag| [&[0, 200], bag].concat()).into()
+}
+
 fn recording() -> Vec<u8> {
     let mut writer = RecordingWriter::new(Vec::new(), &[("axis up".into(), "z".into())].into()).unwrap();
     let link = |at_ns, kind| StreamInput::Link(LinkEvent { at_ns, kind });

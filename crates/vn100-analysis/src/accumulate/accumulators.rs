@@ -88,7 +88,7 @@ impl Accumulators {
         self.end = first_index + rows.len() as u64;
         let is_next =
             |held: &RowPlace, many: usize| RowPlace { first_index: held.first_index + many as u64, ..*held } == place;
-        if !self.held.is_empty() && !(rows.is_full() && is_next(&self.held_rows, self.held.len() / width)) {
+        if !(self.held.is_empty() || rows.is_full() && is_next(&self.held_rows, self.held.len() / width)) {
             self.settle();
         }
         if self.held.is_empty() {

@@ -32,22 +32,22 @@ use super::stamp::StampUnit;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
     /// Empty when only the stamp is mapped.
-    pub(super) channels: Vec<MappedChannel>,
+    pub(crate) channels: Vec<MappedChannel>,
     pub(super) stamp: Option<(ColumnName, StampUnit)>,
 }
 
 /// A column that holds a channel.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct MappedChannel {
+pub(crate) struct MappedChannel {
     /// As in [`known`].
-    pub(super) index: usize,
-    pub(super) column: ColumnName,
-    pub(super) unit: Unit,
+    pub(crate) index: usize,
+    pub(crate) column: ColumnName,
+    pub(crate) unit: Unit,
 }
 
 /// How a column is called.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum ColumnName {
+pub(crate) enum ColumnName {
     Header(String),
     /// From 1.
     Number(usize),
@@ -150,8 +150,18 @@ impl ColumnMap {
         Ok(())
     }
 
+    /// Whether it names columns of channels, and not the stamp alone.
+    pub(crate) fn has_channels(&self) -> bool {
+        !self.channels.is_empty()
+    }
+
+    /// What holds the times.
+    pub(crate) fn stamp_column(&self) -> Option<&ColumnName> {
+        self.stamp.as_ref().map(|(column, _)| column)
+    }
+
     /// Every column with the channel it holds, the stamp last.
-    pub(super) fn columns(&self) -> impl Iterator<Item = (&'static str, &ColumnName)> {
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static str, &ColumnName)> {
         let channels = self.channels.iter();
         channels
             .map(|mapped| (&*known(mapped.index).name, &mapped.column))
@@ -228,13 +238,13 @@ const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// A unit a column may be in.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unit {
-    pub(super) name: Cow<'static, str>,
+pub(crate) struct Unit {
+    pub(crate) name: Cow<'static, str>,
     pub(super) quantity: Quantity,
     /// How many of the channel's own unit make one of this.
-    pub(super) scale: f64,
+    pub(crate) scale: f64,
     /// Where the channel's own zero lies on this scale, in hundredths: 0 for all but kelvin.
-    pub(super) zero_hundredths: i64,
+    pub(crate) zero_hundredths: i64,
 }
 
 /// The names of all channels.
@@ -243,12 +253,12 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// The channel at place `index` of the order in which a layout holds them.
-pub(super) fn known(index: usize) -> &'static Channel {
+pub(crate) fn known(index: usize) -> &'static Channel {
     KNOWN[index]
 }
 
 /// The place of the channel with this very name.
-pub(super) fn by_name(name: &str) -> Option<usize> {
+pub(crate) fn by_name(name: &str) -> Option<usize> {
     names().position(|known| known == name)
 }
 

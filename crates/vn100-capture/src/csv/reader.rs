@@ -9,7 +9,7 @@ use std::{
 use vn100_protocol::{
     Layout, Tally,
     stream::{
-        AbsentCell, AbsentValues, Arrival, Batch, CsvReport, Mark, MarkKind, ReadOptions, RejectedRow,
+        AbsentCell, AbsentValues, Arrival, Batch, CsvReport, FileReport, Mark, MarkKind, ReadOptions, RejectedRow,
         RejectedRowCounts, RejectedRows, SampleReader,
     },
 };
@@ -123,12 +123,12 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
         Ok(Some(batches.into_iter().map(Event::from).collect()))
     }
 
-    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         let batches = match &mut self.content {
             Content::Sentences(samples) => self.parser.complete(samples.finish()),
             values => values.take_batches(&self.parser),
         };
-        (batches, Some(self.parser.report()))
+        (batches, Some(FileReport::Csv(self.parser.report())))
     }
 }
 

@@ -22,7 +22,7 @@ use crate::{
     read_samples::{Event, FileReader},
     source,
 };
-use vn100_protocol::stream::{Batch, Chunk, CsvReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{Batch, Chunk, FileReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
 
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
@@ -378,7 +378,7 @@ impl<R: Read + Send + 'static> FileReader for RecordingSamples<R> {
         Ok(Some(due))
     }
 
-    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         (self.samples.finish(), None)
     }
 }

@@ -6,14 +6,14 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, End, Event, Format, MapHint, OpenError, RecordingWriter};
-use vn100_protocol::stream::{Batch, Chunk, MarkKind, ReadOptions, RejectedRow, StreamInput};
+use vn100_capture::{Capture, CaptureOptions, End, Event, Format, MapHint, OpenError, RecordingWriter};
+use vn100_protocol::stream::{Batch, Chunk, FileReport, MarkKind, ReadOptions, RejectedRow, StreamInput};
 
 /// A line of the sensor's manual.
 const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
 
 pub(crate) fn open(bytes: impl AsRef<[u8]>) -> Result<Capture, OpenError> {
-    Capture::from_reader(Cursor::new(bytes.as_ref().to_vec()), None)
+    Capture::from_reader(Cursor::new(bytes.as_ref().to_vec()), &CaptureOptions::default())
 }
 
 /// A CSV file with a stamp and two channels.
@@ -42,7 +42,8 @@ pub(crate) fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) 
 fn rows(bytes: impl AsRef<[u8]>) -> (u64, Vec<(String, u64)>) {
     let capture = open(bytes).unwrap();
     assert_eq!(capture.format, Format::Csv);
-    let report = read(capture, ReadOptions::default()).1.csv.unwrap();
+    let report = read(capture, ReadOptions::default()).1.report;
+    let Some(FileReport::Csv(report)) = report else { panic!("{report:?}") };
     (report.rows, report.rejected.into_iter().map(|rows| (rows.reason.to_string(), rows.count)).collect())
 }
 
@@ -92,7 +93,7 @@ fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one()
     }
     for (begin, format) in [("0.000391*63", Format::Text), ("\0", Format::Raw)] {
         let bytes = format!("{begin}\r\n{SENTENCE}\r\n").into_bytes();
-        assert_eq!(Capture::from_reader(Live(Cursor::new(bytes)), None).unwrap().format, format);
+        assert_eq!(Capture::from_reader(Live(Cursor::new(bytes)), &CaptureOptions::default()).unwrap().format, format);
     }
 }
 
@@ -166,7 +167,8 @@ fn an_interrupted_read_is_tried_again() {
     recording.write(&StreamInput::Chunk(Chunk { bytes: text.clone().into(), at_ns: Some(1) })).unwrap();
     for bytes in [text, csv(50).into_bytes(), recording.finish(None).unwrap()] {
         let reader = Interrupted { bytes: Cursor::new(bytes), is_interrupted: false };
-        let (batches, end) = read(Capture::from_reader(reader, None).unwrap(), ReadOptions::default());
+        let (batches, end) =
+            read(Capture::from_reader(reader, &CaptureOptions::default()).unwrap(), ReadOptions::default());
         assert!(end.error.is_none(), "{:?}", end.error);
         assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 50);
     }

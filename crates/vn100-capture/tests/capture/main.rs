@@ -6,6 +6,7 @@
     reason = "a test fails by panicking and says so when it skips"
 )]
 
+mod bags;
 mod formats;
 mod packed;
 mod read_samples;

@@ -2,7 +2,7 @@
 
 use std::{fs, io::Write};
 
-use vn100_capture::{ArchiveError, Capture, OpenError};
+use vn100_capture::{ArchiveError, Capture, CaptureOptions, OpenError};
 use vn100_protocol::stream::{Batch, ReadOptions};
 
 use super::formats::{open, read};
@@ -49,7 +49,7 @@ fn row_count(capture: Capture) -> (usize, bool) {
 fn of_file(bytes: &[u8]) -> Result<(usize, bool), OpenError> {
     let mut file = tempfile::NamedTempFile::new().unwrap();
     file.write_all(bytes).unwrap();
-    Capture::open(file.path(), None).map(row_count)
+    Capture::open(file.path(), &CaptureOptions::default()).map(row_count)
 }
 
 #[test]
@@ -107,13 +107,13 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
 
 #[test]
 fn text_in_utf_16_is_read_in_either_order() {
-    let text = "\u{feff}t;gyro_x;T [°C]\r\n".to_owned() + &"0.000;0.5;20\r\n0.025;0.25;20\r\n".repeat(1);
+    let text = "\u{feff}t;gyro_x;T [°C]\r\n".to_owned() + "0.000;0.5;20\r\n0.025;0.25;20\r\n";
     for unit in [u16::to_le_bytes, u16::to_be_bytes] {
         let bytes: Vec<u8> = text.encode_utf16().flat_map(unit).collect();
         assert_eq!(row_count(open(&bytes).unwrap()), (2, true));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.csv");
         fs::write(&path, &bytes).unwrap();
-        assert_eq!(row_count(Capture::open(&path, None).unwrap()), (2, true));
+        assert_eq!(row_count(Capture::open(&path, &CaptureOptions::default()).unwrap()), (2, true));
     }
 }

@@ -10,8 +10,8 @@ use bytes::Bytes;
 use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{
-    Capture, Event, Format, OpenError, RecordingEnd, RecordingError, RecordingReader, RecordingWriter, Source,
-    read_samples,
+    BagError, Capture, CaptureOptions, Event, Format, OpenError, RecordingEnd, RecordingError, RecordingReader,
+    RecordingWriter, Source, read_samples,
 };
 use vn100_protocol::DeviceError;
 use vn100_protocol::stream::{Arrival, Chunk, LinkEvent, LinkEventKind, ReadOptions, StreamCounts, StreamInput};
@@ -118,7 +118,7 @@ async fn told(mut events: tokio::sync::mpsc::Receiver<Event>) -> Told {
 }
 
 async fn replayed(file: Vec<u8>) -> Told {
-    let capture = Capture::from_reader(Cursor::new(file), None).unwrap();
+    let capture = Capture::from_reader(Cursor::new(file), &CaptureOptions::default()).unwrap();
     assert_eq!(capture.format, Format::Mcap);
     told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await
 }
@@ -162,7 +162,7 @@ async fn a_cut_anywhere_leaves_all_up_to_the_last_whole_read() {
     for cut in 0..file.len() {
         if cut < 8 {
             // not even the magic number: nothing to recognise, and nothing lost
-            if let Ok(capture) = Capture::from_reader(Cursor::new(file[..cut].to_vec()), None) {
+            if let Ok(capture) = Capture::from_reader(Cursor::new(file[..cut].to_vec()), &CaptureOptions::default()) {
                 let told = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
                 assert_eq!((told.rows.len(), told.error), (0, None), "cut at {cut}");
             }
@@ -222,12 +222,12 @@ fn another_programs_file_is_refused_by_its_topics() {
         other.add_channel(0, topic, "cdr", &BTreeMap::new()).unwrap();
     }
     other.finish().unwrap();
-    let opened = Capture::from_reader(Cursor::new(other.into_inner().into_inner()), None);
-    let Err(error @ OpenError::Recording { problem: RecordingError::Foreign { .. }, .. }) = opened else {
+    let opened = Capture::from_reader(Cursor::new(other.into_inner().into_inner()), &CaptureOptions::default());
+    let Err(error @ OpenError::Bag { problem: BagError::Empty { .. }, .. }) = opened else {
         panic!("opened, or another error")
     };
     let text = error.to_string();
-    assert!(text.contains("it has /imu/data, /tf"), "{text}");
+    assert!(text.contains("/imu/data") && text.contains("/tf"), "{text}");
 }
 
 #[test]

@@ -197,8 +197,8 @@ fn rate(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FileArgs {
-    /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is
-    /// standard input
+    /// Captures: text, raw bytes, CSV, recordings, and ROS bags (.bag, .db3, .mcap, or the folder
+    /// of one), also gzip or zstd, recognised by content; "-" is standard input
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -217,6 +217,10 @@ pub(crate) struct FileArgs {
     /// sensor: its deviation is that of the numbers as rate data
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
+
+    /// Topic of a ROS bag to measure, where more than one may be meant
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topic: Option<String>,
 
     /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
     /// where the capture does not contain the register

@@ -14,6 +14,7 @@ use vn100_report::{CsvTable, Document, Figures, KalibrError, KalibrYaml, Record,
 use super::{PROGRAM, output::Output};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
+    inputs::Input,
     words::remedy_words,
 };
 
@@ -21,32 +22,33 @@ pub(crate) struct Exports<'a> {
     /// Each once.
     forms: Vec<ExportForm>,
     args: &'a ReportArgs,
+    inputs: &'a [Input],
     output: &'a Output,
 }
 
 impl<'a> Exports<'a> {
     /// Fails early where a file exists.
-    pub(crate) fn new(args: &'a ReportArgs, output: &'a Output) -> Result<Self> {
+    pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [Input], output: &'a Output) -> Result<Self> {
         let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
             if !forms.contains(form) {
                 forms.push(*form);
             }
         }
-        let exports = Self { forms, args, output };
-        let inputs = &args.files.files;
+        let exports = Self { forms, args, inputs, output };
+        let files = &args.files.files;
         for form in &exports.forms {
             for index in 0..inputs.len() {
                 for ending in endings(*form) {
                     let path = exports.path(index, ending);
                     match form {
-                        ExportForm::Svg | ExportForm::Png => output.check_folder(&path, inputs)?,
-                        _ => output.check(&path, inputs)?,
+                        ExportForm::Svg | ExportForm::Png => output.check_folder(&path, files)?,
+                        _ => output.check(&path, files)?,
                     }
                 }
             }
         }
-        if args.export.contains(&ExportForm::Mcap) && inputs.iter().any(|input| input == Path::new("-")) {
+        if args.export.contains(&ExportForm::Mcap) && files.iter().any(|file| file == Path::new("-")) {
             bail!("--export mcap reads the capture again: give a file instead of standard input");
         }
         Ok(exports)
@@ -96,7 +98,7 @@ impl<'a> Exports<'a> {
             ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
             ExportForm::Mcap => {
                 let files = &self.args.files;
-                let input = files.files.get(index).context("no such capture")?;
+                let input = self.inputs.get(index).context("no such capture")?;
                 self.output.write(&path(MCAP), |file| write_samples(file, input, files, record))
             }
         }
@@ -120,7 +122,7 @@ impl<'a> Exports<'a> {
 
     /// Captures are numbered from 1 where there are several.
     fn path(&self, index: usize, ending: &str) -> PathBuf {
-        match self.args.files.files.len() {
+        match self.inputs.len() {
             0 | 1 => self.output.beside(ending),
             _ => self.output.beside(&format!("-{}{ending}", index + 1)),
         }
@@ -146,11 +148,11 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
 }
 
 /// Reads the capture again, with the time base that is now known.
-fn write_samples(out: impl Write, input: &Path, files: &FileArgs, record: &Record<'_>) -> Result<()> {
+fn write_samples(out: impl Write, input: &Input, files: &FileArgs, record: &Record<'_>) -> Result<()> {
     let mut messages = Ros2Messages::new(out, record, PROGRAM.name)?;
     let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;
     runtime.block_on(async {
-        let capture = Capture::open(input, files.columns.as_ref())?;
+        let capture = Capture::open(&input.path, &input.options)?;
         let mut events = capture.read(files.measure.read_options(), CancellationToken::new())?;
         while let Some(event) = events.recv().await {
             if let Event::Batch(batch) = event {

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, time::Duration};
 use crate::support::Sensor;
 use tokio::{sync::mpsc, time::sleep};
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, Event, Recorder};
+use vn100_capture::{Capture, CaptureOptions, Event, Recorder};
 use vn100_driver::{LinkOptions, open_link};
 use vn100_protocol::stream::{Arrival, LinkEvent, ReadOptions, StreamCounts};
 
@@ -50,7 +50,7 @@ async fn a_link_that_was_lost_and_found_replays_as_it_was_measured() {
     let live = live.await.unwrap();
     assert_eq!((live.3.connects, handle.unrecorded_bytes()), (2, 0));
     assert!(recorder.finish("stopped").await.error.is_none());
-    let capture = Capture::open(&path, None).unwrap();
+    let capture = Capture::open(&path, &CaptureOptions::default()).unwrap();
     let replayed = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
     assert_eq!(replayed, live);
 }

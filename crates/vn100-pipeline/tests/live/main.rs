@@ -19,7 +19,7 @@ use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{LinkStatus, Settings};
-use vn100_capture::{Event, RecordError, RecordingReader};
+use vn100_capture::{CaptureOptions, Event, RecordError, RecordingReader};
 use vn100_driver::{ConfigureError, LinkState, OutputSettings};
 use vn100_pipeline::{
     Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, Session, SessionEvent,
@@ -175,7 +175,8 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     assert_eq!(reason(&recording.path), "the end of the source, or of the time asked for");
     let spec = vn100_pipeline::ReplaySpec {
         path: recording.path,
-        columns: None,
+        capture: CaptureOptions::default(),
+        is_one_of_several: false,
         read: ReadOptions::default(),
         settings: Settings::default(),
         speed: None,

@@ -38,7 +38,7 @@ pub struct CsvReport {
     pub absent: Vec<AbsentValues>,
 }
 
-/// How often good rows of a CSV file lack a channel.
+/// How often good rows of a CSV file, or messages of a bag, lack a channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AbsentValues {
     /// The channel, by name.
@@ -49,7 +49,7 @@ pub struct AbsentValues {
     pub not_a_number: u64,
     /// The number is beyond what the sensor can give, or beyond the counts that hold all others.
     pub out_of_range: u64,
-    /// Number of the first such line, from 1.
+    /// Number of the first such line, or message, from 1.
     pub first_line: u64,
 }
 

@@ -7,7 +7,7 @@ use std::{
 };
 
 use serde::Serialize;
-use vn100_analysis::protocol::stream::CsvReport;
+use vn100_analysis::protocol::stream::{AbsentValues, BagReport, CsvReport, StampSource};
 use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
 
 #[derive(Debug, Serialize)]
@@ -21,6 +21,11 @@ pub(crate) struct SourceDocument {
     meta: Option<BTreeMap<String, String>>,
     error: Option<String>,
     csv: Option<Csv>,
+    /// The topic of a bag.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stream: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bag: Option<Bag>,
 }
 
 impl SourceDocument {
@@ -36,6 +41,8 @@ impl SourceDocument {
             meta: facts.meta.clone(),
             error: facts.error.clone(),
             csv: facts.csv.as_ref().map(csv),
+            stream: facts.stream.clone(),
+            bag: facts.bag.as_ref().map(Bag::new),
         }
     }
 }
@@ -104,14 +111,6 @@ fn csv(facts: &CsvReport) -> Csv {
         first_text: row.first_text.clone(),
     });
     let rejected = rejected.collect();
-    let absent = facts.absent.iter().map(|absent| AbsentDocument {
-        channel: absent.channel.clone(),
-        count: absent.total(),
-        empty: absent.empty,
-        not_a_number: absent.not_a_number,
-        out_of_range: absent.out_of_range,
-        first_line: absent.first_line,
-    });
     Csv {
         lines: facts.lines,
         rows: facts.rows,
@@ -119,7 +118,63 @@ fn csv(facts: &CsvReport) -> Csv {
         rejected,
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
-        absent: absent.collect(),
+        absent: facts.absent.iter().map(AbsentDocument::new).collect(),
+    }
+}
+
+impl AbsentDocument {
+    fn new(absent: &AbsentValues) -> Self {
+        Self {
+            channel: absent.channel.clone(),
+            count: absent.total(),
+            empty: absent.empty,
+            not_a_number: absent.not_a_number,
+            out_of_range: absent.out_of_range,
+            first_line: absent.first_line,
+        }
+    }
+}
+
+/// The messages of a topic of a bag: `messages` are `used` and the two that follow it.
+#[derive(Debug, Serialize)]
+struct Bag {
+    topic: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    messages: u64,
+    used: u64,
+    without_sample: u64,
+    unreadable: u64,
+    absent: Vec<AbsentDocument>,
+    reordered: u64,
+    late: u64,
+    other_messages: u64,
+    stamps: &'static str,
+    stamp_field: Option<String>,
+    unpacked_bytes: u64,
+}
+
+impl Bag {
+    fn new(report: &BagReport) -> Self {
+        let stamp_field = match &report.stamps {
+            StampSource::Field(path) => Some(path.clone()),
+            _ => None,
+        };
+        Self {
+            topic: report.topic.clone(),
+            type_name: report.type_name.clone(),
+            messages: report.messages,
+            used: report.used,
+            without_sample: report.without_sample,
+            unreadable: report.unreadable,
+            absent: report.absent.iter().map(AbsentDocument::new).collect(),
+            reordered: report.reordered,
+            late: report.late,
+            other_messages: report.other_messages,
+            stamps: report.stamps.code(),
+            stamp_field,
+            unpacked_bytes: report.unpacked_bytes,
+        }
     }
 }
 

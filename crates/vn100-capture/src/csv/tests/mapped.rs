@@ -158,9 +158,8 @@ fn every_unit_leads_to_the_channels_own() {
         assert!((value - expected).abs() <= 1e-14 * expected.abs(), "{field} {unit} is {value} {}", channel.unit);
     }
     let tested: Vec<_> = table.iter().map(|&(_, unit, _, _)| unit).collect();
-    let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(column_map::by_name);
-    let all =
-        quantities.map(|index| column_map::known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
+    let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(by_name);
+    let all = quantities.map(|index| known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
     assert_eq!(tested, all.map(|unit| &*unit.name).collect::<Vec<_>>());
 }
 

@@ -2,7 +2,10 @@
 
 use std::io;
 
-use vn100_protocol::{VNIMU, VNMAR, stream::ReadOptions};
+use vn100_protocol::{
+    VNIMU, VNMAR,
+    stream::{FileReport, ReadOptions},
+};
 
 use super::*;
 use crate::read_samples::{Event, FileReader};
@@ -235,7 +238,8 @@ fn a_file_that_is_read_twice_is_judged_by_all_its_rows() {
         // half of the last digit of 32 bits, or with room for 64 times as much
         let error = (last.last().unwrap() - 28.000_000_01).abs();
         assert!(if twice { error < 1e-8 } else { error < 1e-6 }, "{error}");
-        assert_eq!(reader.finish().1.unwrap().rows, 2001);
+        let Some(FileReport::Csv(report)) = reader.finish().1 else { panic!() };
+        assert_eq!(report.rows, 2001);
     }
 }
 

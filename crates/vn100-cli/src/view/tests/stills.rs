@@ -18,7 +18,7 @@ use ratatui::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessment, Settings, SourceFacts};
-use vn100_capture::Capture;
+use vn100_capture::{Capture, CaptureOptions};
 use vn100_pipeline::{Playback, Session, Speed};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Asked, Evaluation};
@@ -77,7 +77,7 @@ fn emulated() -> SourceView {
         let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let snapshot = runtime.block_on(async {
-            let capture = Capture::from_reader(Cursor::new(capture), None).unwrap();
+            let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
             let events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
             Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().snapshot
         });

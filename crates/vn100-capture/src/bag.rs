@@ -1,0 +1,38 @@
+//! Bags of ROS: messages of many topics with their times. ROS 1 bags, rosbag2's SQLite and MCAP
+//! files, and folders of these.
+//!
+//! A [`Bag`] gives the messages in the order they were written, whatever the form of its files; a
+//! [`TopicScan`] says what topics there are, and [`choose`] which of them are streams of a sensor.
+//! [`BagSamples`] makes samples of one of these: of the sentences inside its messages, or of its
+//! numbers.
+
+mod definition;
+mod fields;
+mod files;
+mod folder;
+mod mcap;
+mod message_reader;
+mod numbers;
+mod open;
+mod ros1;
+mod rosbag2;
+mod samples;
+mod sentences;
+mod sqlite;
+mod standard_types;
+mod streams;
+mod time_order;
+mod topic;
+mod topic_scan;
+
+pub(crate) use self::{
+    files::Bag,
+    open::{Stream, look_for_bag},
+    samples::BagSamples,
+    streams::{choose, choose_one},
+    topic_scan::TopicScan,
+};
+pub use self::{
+    files::BagForm,
+    topic::{BagError, TopicSummary},
+};

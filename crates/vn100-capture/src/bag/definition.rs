@@ -1,0 +1,173 @@
+//! Definitions of message types, as ROS 1 and 2 write them.
+//!
+//! The first is that of the message itself; each further one stands behind a line of `=` and
+//! `MSG: package/Type`. The form: <https://wiki.ros.org/msg>,
+//! <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>.
+
+use std::{borrow::Cow, collections::BTreeMap};
+
+use super::{
+    standard_types,
+    topic::{BagError, Encoding, Topic, short_type},
+};
+
+/// More types, or fields of one, than any message has.
+const MOST: usize = 4096;
+
+/// The types of a message, by name.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Definitions {
+    types: BTreeMap<String, Vec<Field>>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Field {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) length: Length,
+}
+
+/// What a field is, or each of its elements.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Kind {
+    Number(Number),
+    Text,
+    /// Seconds and nanoseconds, of four bytes each.
+    Time,
+    Message(String),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Length {
+    One,
+    /// As many elements.
+    Fixed(u32),
+    /// As many as stands before them.
+    Counted,
+}
+
+/// The form of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Definitions {
+    /// Those of the messages of a topic, from the bag or of the standard types; `None` where
+    /// neither has them.
+    pub(super) fn of(topic: &Topic) -> Result<Option<Self>, BagError> {
+        let standard = || standard_types::definition(&topic.type_name, &topic.encoding);
+        let Some(text) = topic.definition.as_deref().map(Cow::from).or_else(|| standard().map(Cow::from)) else {
+            return Ok(None);
+        };
+        let unusable = |problem| BagError::Definition { type_name: topic.type_name.clone(), problem };
+        let definitions = Self::parse(&topic.type_name, &text, topic.encoding == Encoding::Ros1).map_err(unusable)?;
+        Ok(Some(definitions))
+    }
+
+    fn parse(type_name: &str, text: &str, ros1: bool) -> Result<Self, String> {
+        let mut definitions = Self::default();
+        let mut current = type_name.to_owned();
+        definitions.types.insert(current.clone(), Vec::new());
+        for line in text.lines() {
+            let line = line.trim();
+            if line.len() >= 20 && line.bytes().all(|byte| byte == b'=') {
+                continue;
+            }
+            if let Some(name) = line.strip_prefix("MSG:") {
+                current = short_type(name.trim());
+                definitions.types.insert(current.clone(), Vec::new());
+            } else if let Some(field) = Field::parse(line, &current, ros1)? {
+                definitions.types.entry(current.clone()).or_default().push(field);
+            }
+            let is_large = definitions.types.len() > MOST || definitions.types[&current].len() > MOST;
+            if is_large {
+                return Err(format!("it has more than {MOST} types or fields"));
+            }
+        }
+        Ok(definitions)
+    }
+
+    /// The fields of a type; `None` for one that is not defined.
+    pub(super) fn fields(&self, type_name: &str) -> Option<&[Field]> {
+        self.types.get(type_name).map(Vec::as_slice)
+    }
+}
+
+impl Field {
+    /// The field of a line; `None` for a comment, a blank line or a constant.
+    fn parse(line: &str, of_type: &str, ros1: bool) -> Result<Option<Self>, String> {
+        let line = line.split('#').next().unwrap_or("").trim();
+        let Some((kind, rest)) = line.split_once(char::is_whitespace) else {
+            return if line.is_empty() { Ok(None) } else { Err(format!("the line {line:?} has no name")) };
+        };
+        let rest = rest.trim();
+        let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        if rest[name.len()..].trim_start().starts_with('=') {
+            return Ok(None);
+        }
+        let (element, length) = match kind.split_once('[') {
+            None => (kind, Length::One),
+            Some((element, "]")) => (element, Length::Counted),
+            Some((element, bound)) if bound.starts_with("<=") => (element, Length::Counted),
+            Some((element, count)) => {
+                let count = count.strip_suffix(']').and_then(|count| count.trim().parse().ok());
+                (element, Length::Fixed(count.ok_or_else(|| format!("the length in {kind:?} is no number"))?))
+            }
+        };
+        // a bound of a text
+        let element = element.split("<=").next().unwrap_or(element);
+        Ok(Some(Self { name, kind: Kind::parse(element, of_type, ros1)?, length }))
+    }
+}
+
+impl Kind {
+    fn parse(name: &str, of_type: &str, ros1: bool) -> Result<Self, String> {
+        Ok(match name {
+            "bool" | "uint8" | "byte" if !(ros1 && name == "byte") => Self::Number(Number::U8),
+            "byte" | "int8" => Self::Number(Number::I8),
+            "char" => Self::Number(Number::U8),
+            "int16" => Self::Number(Number::I16),
+            "uint16" => Self::Number(Number::U16),
+            "int32" => Self::Number(Number::I32),
+            "uint32" => Self::Number(Number::U32),
+            "int64" => Self::Number(Number::I64),
+            "uint64" => Self::Number(Number::U64),
+            "float32" => Self::Number(Number::F32),
+            "float64" => Self::Number(Number::F64),
+            "string" => Self::Text,
+            "time" | "duration" if ros1 => Self::Time,
+            "wstring" => return Err("texts of wide characters are not read".into()),
+            "Header" => Self::Message("std_msgs/Header".into()),
+            name => match short_type(name) {
+                name if name == "builtin_interfaces/Time" || name == "builtin_interfaces/Duration" => Self::Time,
+                name if name.contains('/') => Self::Message(name),
+                name => {
+                    let package = of_type.split('/').next().unwrap_or_default();
+                    Self::Message(format!("{package}/{name}"))
+                }
+            },
+        })
+    }
+}
+
+impl Number {
+    /// Bytes, of which it stands at a multiple in CDR.
+    pub(super) const fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+}

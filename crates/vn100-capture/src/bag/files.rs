@@ -1,0 +1,232 @@
+//! The files of a bag, one behind the other.
+
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use super::{
+    mcap::McapBag,
+    ros1::{self, Ros1Bag},
+    rosbag2::Rosbag2,
+    sqlite,
+    topic::{BagError, BagFile, MessageHead, Topic, TopicCount},
+};
+use crate::recording::{self, RecordingError, RecordingReader};
+
+/// The form of a bag.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BagForm {
+    /// Of ROS 1, `.bag`.
+    Ros1,
+    /// Of ROS 2, in an SQLite database, `.db3`.
+    Db3,
+    /// Of ROS 2 or 1, `.mcap`.
+    Mcap,
+}
+
+impl BagForm {
+    /// By the first bytes of a file.
+    pub(crate) fn of(head: &[u8]) -> Option<Self> {
+        let forms = [(ros1::MAGIC, Self::Ros1), (sqlite::MAGIC, Self::Db3), (recording::MAGIC, Self::Mcap)];
+        forms.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, form)| form)
+    }
+
+    /// Its name in results.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Ros1 => "ros1-bag",
+            Self::Db3 => "rosbag2",
+            Self::Mcap => "mcap",
+        }
+    }
+
+    /// In words.
+    pub(super) const fn words(self) -> &'static str {
+        match self {
+            Self::Ros1 => "a ROS 1 bag",
+            Self::Db3 => "a rosbag2 database",
+            Self::Mcap => "an MCAP file",
+        }
+    }
+}
+
+/// Whether an MCAP file holds no topic of a recording of this program.
+pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
+    let file = || file.try_clone().map(|file| SharedFile { file, at: 0 });
+    let mut bag = McapBag::open(file()?)?;
+    if bag.index()?.is_some() {
+        return Ok(bag.topics().iter().all(|topic| topic.name != recording::BYTES_TOPIC));
+    }
+    // a file that was cut has no summary
+    Ok(matches!(RecordingReader::open(file()?), Err(RecordingError::Foreign(_))))
+}
+
+/// A bag: its files in the order of time, each open.
+#[derive(Debug)]
+pub(crate) struct Bag {
+    pub(crate) form: BagForm,
+    pub(super) files: Vec<File>,
+    /// Bytes in temporary files, where it was packed or a stream.
+    pub(crate) unpacked_bytes: u64,
+}
+
+impl Bag {
+    /// Files of one form.
+    pub(crate) fn new(form: BagForm, files: Vec<File>) -> Self {
+        Self { form, files, unpacked_bytes: 0 }
+    }
+
+    /// Bytes of its files together, where they are not unpacked.
+    pub(crate) fn stored_bytes(&self) -> Option<u64> {
+        let all = || self.files.iter().map(|file| Some(file.metadata().ok()?.len())).sum();
+        if self.unpacked_bytes == 0 { all() } else { None }
+    }
+
+    /// All messages, from the first on; `read` counts the bytes read of the files.
+    pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, BagError> {
+        let files = self.files.iter().map(|file| open(self.form, file, read)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
+    }
+
+    /// Its topics and how many messages each has.
+    pub(super) fn topics(&self) -> Result<Vec<(Topic, TopicCount)>, BagError> {
+        let mut all: Vec<(Topic, TopicCount)> = Vec::new();
+        let add = |topic: &Topic, count: &TopicCount| {
+            let place = all.iter().position(|(other, _)| other.is(topic)).unwrap_or_else(|| {
+                all.push((topic.clone(), TopicCount::default()));
+                all.len() - 1
+            });
+            if let Some((first_ns, last_ns)) = count.times_ns {
+                all[place].1.add(count.messages, first_ns, last_ns);
+            }
+        };
+        let mut add = add;
+        let unseen = Arc::default();
+        for file in &self.files {
+            let mut messages = open(self.form, file, &unseen)?;
+            if let Some(counts) = messages.index()? {
+                messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, count));
+                continue;
+            }
+            let mut messages = open(self.form, file, &unseen)?;
+            let mut counts: Vec<TopicCount> = Vec::new();
+            // where it is damaged or cut, what came before counts
+            while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
+                if counts.len() <= topic {
+                    counts.resize_with(topic + 1, TopicCount::default);
+                }
+                counts[topic].add(1, record_ns, record_ns);
+            }
+            counts.resize_with(messages.topics().len(), TopicCount::default);
+            messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, count));
+        }
+        Ok(all)
+    }
+}
+
+/// The messages of all files of a bag.
+pub(super) struct Messages {
+    files: Vec<Box<dyn BagFile>>,
+    /// The file that is being read.
+    current: usize,
+    topics: Vec<Topic>,
+    /// Of each topic of that file the place among all.
+    places: Vec<usize>,
+}
+
+impl Messages {
+    /// Goes to the next message; `None` at the end.
+    pub(super) fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
+        while let Some(file) = self.files.get_mut(self.current) {
+            if let Some(head) = file.next_head()? {
+                while self.places.len() <= head.topic {
+                    let topic = &file.topics()[self.places.len()];
+                    let place = self.topics.iter().position(|other| other.is(topic)).unwrap_or_else(|| {
+                        self.topics.push(topic.clone());
+                        self.topics.len() - 1
+                    });
+                    self.places.push(place);
+                }
+                return Ok(Some(MessageHead { topic: self.places[head.topic], ..head }));
+            }
+            self.current += 1;
+            self.places.clear();
+        }
+        Ok(None)
+    }
+
+    /// The bytes of that message; once for each.
+    pub(super) fn read_data(&mut self) -> io::Result<&[u8]> {
+        match self.files.get_mut(self.current) {
+            Some(file) => file.read_data(),
+            None => Ok(&[]),
+        }
+    }
+
+    /// The topics seen so far.
+    pub(super) fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+}
+
+fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
+    let file = Counted { inner: SharedFile { file: file.try_clone()?, at: 0 }, read: Arc::clone(read) };
+    Ok(match form {
+        BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
+        BagForm::Mcap => Box::new(McapBag::open(file)?),
+        BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or(BagError::OtherDatabase)?),
+    })
+}
+
+/// A file with a position of its own: clones of one share theirs.
+struct SharedFile {
+    file: File,
+    at: u64,
+}
+
+impl Read for SharedFile {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.file.seek(SeekFrom::Start(self.at))?;
+        let n = self.file.read(buffer)?;
+        self.at += n as u64;
+        Ok(n)
+    }
+}
+
+impl Seek for SharedFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        if let SeekFrom::Start(at) = to {
+            self.at = at;
+        } else {
+            self.file.seek(SeekFrom::Start(self.at))?;
+            self.at = self.file.seek(to)?;
+        }
+        Ok(self.at)
+    }
+}
+
+/// Counts the bytes read, for a progress display.
+struct Counted<R> {
+    inner: R,
+    read: Arc<AtomicU64>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.read.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
+    }
+}

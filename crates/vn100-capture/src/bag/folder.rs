@@ -1,0 +1,84 @@
+//! The folder of a rosbag2: its files in the order of time.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use super::topic::BagError;
+
+/// A `metadata.yaml` is shorter, however many topics it lists.
+const METADATA_BYTES: u64 = 64 * 1024 * 1024;
+
+/// The files of the bag: as its `metadata.yaml` lists them, else those there are, by the number at
+/// the end of their names.
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let metadata = folder.join("metadata.yaml");
+    let listed = match fs::metadata(&metadata) {
+        Ok(found) if found.len() <= METADATA_BYTES => listed(&String::from_utf8_lossy(&fs::read(&metadata)?)),
+        _ => Vec::new(),
+    };
+    // old versions list paths from the folder above
+    let name = |path: &String| Path::new(path).file_name().map(|name| folder.join(name));
+    let listed: Vec<_> = listed.iter().filter_map(name).collect();
+    let files = if listed.is_empty() { found(folder)? } else { listed };
+    if files.is_empty() { Err(BagError::NotABagFolder) } else { Ok(files) }
+}
+
+/// The paths under `relative_file_paths:`.
+fn listed(metadata: &str) -> Vec<String> {
+    let mut lines = metadata.lines().skip_while(|line| !line.trim_start().starts_with("relative_file_paths:"));
+    let Some(head) = lines.next() else { return Vec::new() };
+    let unquoted = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
+    if let Some((_, inline)) = head.split_once('[') {
+        let inline = inline.split(']').next().unwrap_or_default();
+        return inline.split(',').map(unquoted).filter(|path| !path.is_empty()).collect();
+    }
+    lines.map_while(|line| line.trim_start().strip_prefix("- ")).map(unquoted).collect()
+}
+
+fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+    const ENDINGS: [&str; 6] = [".db3", ".mcap", ".bag", ".db3.zstd", ".mcap.zstd", ".bag.zstd"];
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            files.push((number(&name), name, path));
+        }
+    }
+    files.sort();
+    Ok(files.into_iter().map(|(_, _, path)| path).collect())
+}
+
+/// The number before the first dot: parts of a bag are called `NAME_0.db3`, `NAME_1.db3`.
+fn number(name: &str) -> u64 {
+    let stem = name.split('.').next().unwrap_or_default();
+    let digits = stem.rsplit(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
+    digits.parse().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metadata_lists_the_files() {
+        let text = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - walk_0.db3\n    - \"walk_1.db3\"\n  duration:\n    nanoseconds: 5\n";
+        assert_eq!(listed(text), ["walk_0.db3", "walk_1.db3"]);
+        assert_eq!(listed("relative_file_paths: [a.mcap, 'b.mcap']\n"), ["a.mcap", "b.mcap"]);
+        assert!(listed("").is_empty() && listed("relative_file_paths: []").is_empty());
+    }
+
+    #[test]
+    fn files_without_metadata_come_by_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(files(folder.path()), Err(BagError::NotABagFolder)));
+        for name in ["b_10.db3", "b_9.db3", "b_0.db3", "notes.txt", "b_0.db3-wal"] {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let names: Vec<_> =
+            files(folder.path()).unwrap().iter().map(|path| path.file_name().unwrap().to_owned()).collect();
+        assert_eq!(names, ["b_0.db3", "b_9.db3", "b_10.db3"]);
+    }
+}

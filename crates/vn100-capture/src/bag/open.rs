@@ -1,0 +1,121 @@
+//! Finds a bag: in a file, a folder, or a stream that is unpacked to a temporary file first.
+
+use std::{
+    ffi::OsString,
+    fs::{self, File},
+    io::{self, Cursor, Read, Seek, SeekFrom},
+    path::Path,
+};
+
+use super::{
+    files::{Bag, BagForm, is_foreign_mcap},
+    folder,
+    topic::BagError,
+};
+use crate::recording;
+
+/// As much is unpacked to a temporary file.
+const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
+
+/// Bytes that show the form of a file.
+const HEAD_BYTES: u64 = 32;
+
+const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+
+impl Bag {
+    /// The bag in a file or a folder; `None` for any other file, also a packed one.
+    pub(crate) fn at(path: &Path) -> Result<Option<Self>, BagError> {
+        if fs::metadata(path)?.is_dir() {
+            return Self::in_folder(path).map(Some);
+        }
+        let mut file = File::open(path)?;
+        if !file.metadata()?.is_file() {
+            return Ok(None);
+        }
+        let Some(form) = BagForm::of(&head(&mut file)?) else { return Ok(None) };
+        if form == BagForm::Mcap && !is_foreign_mcap(&file)? {
+            return Ok(None);
+        }
+        check_log(form, path)?;
+        Ok(Some(Self::new(form, vec![file])))
+    }
+
+    fn in_folder(folder: &Path) -> Result<Self, BagError> {
+        let (mut form_of_all, mut files) = (None, Vec::new());
+        let mut unpacked_bytes = 0;
+        for path in folder::files(folder)? {
+            let mut file = File::open(&path)?;
+            let mut found = head(&mut file)?;
+            if found.starts_with(ZSTD_MAGIC) {
+                let bytes;
+                (file, bytes) = to_temporary_file(zstd::Decoder::new(file)?)?;
+                unpacked_bytes += bytes;
+                found = head(&mut file)?;
+            }
+            let form = BagForm::of(&found).ok_or_else(|| BagError::OtherFile { path: path.clone() })?;
+            if *form_of_all.get_or_insert(form) != form {
+                return Err(BagError::OtherFile { path });
+            }
+            check_log(form, &path)?;
+            files.push(file);
+        }
+        let form = form_of_all.ok_or(BagError::NotABagFolder)?;
+        Ok(Self { unpacked_bytes, ..Self::new(form, files) })
+    }
+}
+
+/// What a stream holds.
+pub(crate) enum Stream {
+    Bag(Bag),
+    Other(Box<dyn Read + Send>),
+}
+
+/// Looks for a bag in a stream, which is then unpacked to a temporary file that no name leads to.
+pub(crate) fn look_for_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
+    let head = head_of(&mut stream)?;
+    let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
+    let whole = Cursor::new(head).chain(stream);
+    let Some(form) = form else { return Ok(Stream::Other(Box::new(whole))) };
+    let (mut file, unpacked_bytes) = to_temporary_file(whole)?;
+    if form == BagForm::Mcap && !is_foreign_mcap(&file)? {
+        file.seek(SeekFrom::Start(0))?;
+        return Ok(Stream::Other(Box::new(file)));
+    }
+    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
+}
+
+/// A file without a name, and how many bytes it has.
+fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
+    let mut file = tempfile::tempfile()?;
+    let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
+        .map_err(|source| io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}")))?;
+    if bytes > UNPACKED_BYTES {
+        return Err(BagError::TooLarge { most_bytes: UNPACKED_BYTES });
+    }
+    file.seek(SeekFrom::Start(0))?;
+    Ok((file, bytes))
+}
+
+fn head(file: &mut File) -> io::Result<Vec<u8>> {
+    let head = head_of(file)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(head)
+}
+
+fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    stream.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// A database that was not closed has its last messages in a file beside it.
+fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
+    let mut log = OsString::from(path);
+    log.push("-wal");
+    match fs::metadata(&log) {
+        Ok(found) if form == BagForm::Db3 && found.len() > 0 => {
+            Err(BagError::PendingWrites { database: path.to_owned(), log: log.into() })
+        }
+        _ => Ok(()),
+    }
+}

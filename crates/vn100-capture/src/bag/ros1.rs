@@ -1,0 +1,329 @@
+//! Bags of ROS 1, form 2.0: records one behind the other, most of them inside chunks.
+//!
+//! The form: <https://wiki.ros.org/Bags/Format/2.0>.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Take},
+    mem,
+};
+
+use bzip2::bufread::BzDecoder;
+
+use super::topic::{BagFile, Encoding, MessageHead, Topic, TopicCount};
+
+pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
+
+/// Bytes of one read of the file, and of one that is unpacked.
+const READ_BYTES: usize = 64 * 1024;
+
+/// Longest header of a record: it holds a few numbers, or the definitions of a type.
+const HEADER_BYTES: u32 = 4 * 1024 * 1024;
+
+/// Longest message that is read. Those of sensors have some hundred bytes; images may have more.
+pub(super) const MESSAGE_BYTES: u32 = 4 * 1024 * 1024;
+
+/// More connections than any bag has.
+const MOST_CONNECTIONS: usize = 65_536;
+
+/// What a record is.
+mod op {
+    pub(super) const MESSAGE: u8 = 0x02;
+    pub(super) const BAG_HEADER: u8 = 0x03;
+    pub(super) const CHUNK: u8 = 0x05;
+    pub(super) const CHUNK_INFO: u8 = 0x06;
+    pub(super) const CONNECTION: u8 = 0x07;
+}
+
+/// The messages of a bag, in the order they were written. Memory is bounded by its longest message.
+pub(super) struct Ros1Bag<R> {
+    bytes: Bytes<R>,
+    /// The place of the topic of each connection.
+    connections: BTreeMap<u32, usize>,
+    topics: Vec<Topic>,
+    header: Vec<u8>,
+    data: Vec<u8>,
+    /// Bytes of the message that were not read.
+    unread_bytes: u32,
+}
+
+/// Where the next record is read.
+enum Bytes<R> {
+    File(BufReader<R>),
+    Plain(Take<BufReader<R>>),
+    Bz2(BufReader<BzDecoder<Take<BufReader<R>>>>),
+    Lz4(BufReader<lz4::Decoder<Take<BufReader<R>>>>),
+    /// After an error.
+    Lost,
+}
+
+impl<R: Read + Seek> Ros1Bag<R> {
+    /// A bag from its first byte on.
+    pub(super) fn open(mut file: R) -> io::Result<Self> {
+        file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
+        Ok(Self {
+            bytes: Bytes::File(BufReader::with_capacity(READ_BYTES, file)),
+            connections: BTreeMap::new(),
+            topics: Vec::new(),
+            header: Vec::new(),
+            data: Vec::new(),
+            unread_bytes: 0,
+        })
+    }
+
+    /// Reads up to the data of the next record; `None` at the end of the file.
+    fn next_record(&mut self) -> io::Result<Option<Record>> {
+        loop {
+            if !self.bytes.fill()?.is_empty() {
+                break;
+            }
+            if matches!(self.bytes, Bytes::File(_)) {
+                return Ok(None);
+            }
+            self.leave_chunk()?;
+        }
+        let header_bytes = self.bytes.read_length()?;
+        if header_bytes > HEADER_BYTES {
+            return Err(damaged(&format!(
+                "the header of a record has {header_bytes} bytes, at most {HEADER_BYTES} are read"
+            )));
+        }
+        self.header.resize(header_bytes as usize, 0);
+        self.bytes.read_exact(&mut self.header).map_err(cut)?;
+        let data_bytes = self.bytes.read_length()?;
+        let op = field(&self.header, b"op").and_then(|op| op.first().copied());
+        let op = op.ok_or_else(|| damaged("a record without its kind"))?;
+        Ok(Some(Record { op, data_bytes }))
+    }
+
+    fn enter_chunk(&mut self, data_bytes: u32) -> io::Result<()> {
+        let compression = field(&self.header, b"compression").unwrap_or(b"none").to_owned();
+        let Bytes::File(file) = mem::replace(&mut self.bytes, Bytes::Lost) else {
+            return Err(damaged("a chunk inside a chunk"));
+        };
+        let packed = file.take(data_bytes.into());
+        self.bytes = match &*compression {
+            b"none" => Bytes::Plain(packed),
+            b"bz2" => Bytes::Bz2(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
+            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, lz4::Decoder::new(packed).map_err(cut)?)),
+            other => {
+                let name = String::from_utf8_lossy(other);
+                return Err(damaged(&format!("a chunk is packed by {name:?}; none, bz2 and lz4 are known")));
+            }
+        };
+        Ok(())
+    }
+
+    /// Continues behind the chunk, whose bytes are all unpacked.
+    fn leave_chunk(&mut self) -> io::Result<()> {
+        let mut packed = match mem::replace(&mut self.bytes, Bytes::Lost) {
+            Bytes::Plain(packed) => packed,
+            Bytes::Bz2(unpacked) => unpacked.into_inner().into_inner(),
+            Bytes::Lz4(unpacked) => {
+                let (packed, outcome) = unpacked.into_inner().finish();
+                outcome.map_err(cut)?;
+                packed
+            }
+            Bytes::File(_) | Bytes::Lost => return Err(damaged("a chunk that did not begin")),
+        };
+        io::copy(&mut packed, &mut io::sink())?;
+        if packed.limit() > 0 {
+            return Err(cut(ErrorKind::UnexpectedEof.into()));
+        }
+        self.bytes = Bytes::File(packed.into_inner());
+        Ok(())
+    }
+
+    fn take_connection(&mut self, data_bytes: u32) -> io::Result<()> {
+        let connection = field(&self.header, b"conn").and_then(number_4);
+        let name = field(&self.header, b"topic").map(|topic| String::from_utf8_lossy(topic).into_owned());
+        let (Some(connection), Some(name)) = (connection, name) else {
+            return Err(damaged("a connection without number or topic"));
+        };
+        if data_bytes > HEADER_BYTES {
+            return Err(damaged(&format!("a connection has {data_bytes} bytes, at most {HEADER_BYTES} are read")));
+        }
+        self.read_data_of(data_bytes)?;
+        let text = |name| field(&self.data, name).map(|text| String::from_utf8_lossy(text).into_owned());
+        let type_name = text(b"type").unwrap_or_default();
+        let new = Topic::new(&name, &type_name, Encoding::Ros1, text(b"message_definition").as_deref());
+        let same = |topic: &Topic| topic.name == new.name && topic.type_name == new.type_name;
+        let place = self.topics.iter().position(same).unwrap_or_else(|| {
+            self.topics.push(new);
+            self.topics.len() - 1
+        });
+        self.connections.insert(connection, place);
+        if self.connections.len() > MOST_CONNECTIONS {
+            return Err(damaged(&format!("it has more than {MOST_CONNECTIONS} connections")));
+        }
+        Ok(())
+    }
+
+    fn read_data_of(&mut self, data_bytes: u32) -> io::Result<()> {
+        // as much as is there, not as much as is claimed
+        self.data.clear();
+        let read = self.bytes.by_ref().take(data_bytes.into()).read_to_end(&mut self.data).map_err(cut)?;
+        if read < data_bytes as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
+    }
+
+    fn skip(&mut self, data_bytes: u32) -> io::Result<()> {
+        let skipped = io::copy(&mut self.bytes.by_ref().take(data_bytes.into()), &mut io::sink()).map_err(cut)?;
+        if skipped < data_bytes.into() { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
+    }
+}
+
+impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
+    fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
+        let unread_bytes = mem::take(&mut self.unread_bytes);
+        self.skip(unread_bytes)?;
+        while let Some(record) = self.next_record()? {
+            match record.op {
+                op::CHUNK => self.enter_chunk(record.data_bytes)?,
+                op::CONNECTION => self.take_connection(record.data_bytes)?,
+                op::MESSAGE => {
+                    let connection = field(&self.header, b"conn").and_then(number_4);
+                    let at_ns = field(&self.header, b"time").and_then(time_ns);
+                    let (Some(connection), Some(record_ns)) = (connection, at_ns) else {
+                        return Err(damaged("a message without connection or time"));
+                    };
+                    self.unread_bytes = record.data_bytes;
+                    if let Some(&topic) = self.connections.get(&connection) {
+                        return Ok(Some(MessageHead { topic, record_ns }));
+                    }
+                    return Err(damaged(&format!("a message of connection {connection}, which is not there")));
+                }
+                _ => self.skip(record.data_bytes)?,
+            }
+        }
+        Ok(None)
+    }
+
+    fn read_data(&mut self) -> io::Result<&[u8]> {
+        let data_bytes = mem::take(&mut self.unread_bytes);
+        if data_bytes > MESSAGE_BYTES {
+            self.data.clear();
+            self.skip(data_bytes)?;
+        } else {
+            self.read_data_of(data_bytes)?;
+        }
+        Ok(&self.data)
+    }
+
+    fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// From the index at its end, which a bag lacks that was never closed.
+    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>> {
+        let Bytes::File(file) = &mut self.bytes else { return Ok(None) };
+        let end = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
+        let Some(Record { op: op::BAG_HEADER, .. }) = self.next_record()? else { return Ok(None) };
+        let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(None) };
+        if index_pos == 0 || index_pos >= end {
+            return Ok(None);
+        }
+        if let Bytes::File(file) = &mut self.bytes {
+            file.seek(SeekFrom::Start(index_pos))?;
+        }
+        let mut counts: Vec<TopicCount> = Vec::new();
+        while let Some(record) = self.next_record()? {
+            match record.op {
+                op::CONNECTION => self.take_connection(record.data_bytes)?,
+                op::CHUNK_INFO => {
+                    let time = |name| field(&self.header, name).and_then(time_ns);
+                    let (Some(first_ns), Some(last_ns)) = (time(b"start_time"), time(b"end_time")) else {
+                        return Ok(None);
+                    };
+                    self.read_data_of(record.data_bytes)?;
+                    for pair in self.data.chunks_exact(8) {
+                        let (connection, messages) = (number_4(&pair[..4]), number_4(&pair[4..]));
+                        let topic = connection.and_then(|connection| self.connections.get(&connection));
+                        let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(None) };
+                        counts.resize_with(self.topics.len(), TopicCount::default);
+                        counts[topic].add(messages.into(), first_ns, last_ns);
+                    }
+                }
+                _ => self.skip(record.data_bytes)?,
+            }
+        }
+        counts.resize_with(self.topics.len(), TopicCount::default);
+        Ok(Some(counts))
+    }
+}
+
+struct Record {
+    op: u8,
+    data_bytes: u32,
+}
+
+impl<R: Read> Bytes<R> {
+    /// What is buffered; nothing at the end of the chunk, or of the file.
+    fn fill(&mut self) -> io::Result<&[u8]> {
+        match self {
+            Self::File(file) => file.fill_buf(),
+            Self::Plain(chunk) => chunk.fill_buf(),
+            Self::Bz2(chunk) => chunk.fill_buf(),
+            Self::Lz4(chunk) => chunk.fill_buf(),
+            Self::Lost => Ok(&[][..]),
+        }
+        .map_err(cut)
+    }
+
+    fn read_length(&mut self) -> io::Result<u32> {
+        let mut length = [0; 4];
+        self.read_exact(&mut length).map_err(cut)?;
+        Ok(u32::from_le_bytes(length))
+    }
+}
+
+impl<R: Read> Read for Bytes<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::File(file) => file.read(buffer),
+            Self::Plain(chunk) => chunk.read(buffer),
+            Self::Bz2(chunk) => chunk.read(buffer),
+            Self::Lz4(chunk) => chunk.read(buffer),
+            Self::Lost => Ok(0),
+        }
+    }
+}
+
+/// The value of a field: each is its length, its name, `=` and the value.
+fn field<'a>(mut fields: &'a [u8], name: &[u8]) -> Option<&'a [u8]> {
+    while let Some((length, rest)) = fields.split_first_chunk() {
+        let (field, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        if let Some(value) = field.strip_prefix(name).and_then(|value| value.strip_prefix(b"=")) {
+            return Some(value);
+        }
+        fields = rest;
+    }
+    None
+}
+
+fn number_4(bytes: &[u8]) -> Option<u32> {
+    Some(u32::from_le_bytes(bytes.try_into().ok()?))
+}
+
+fn number_8(bytes: &[u8]) -> Option<u64> {
+    Some(u64::from_le_bytes(bytes.try_into().ok()?))
+}
+
+fn time_ns(bytes: &[u8]) -> Option<i64> {
+    let (seconds, nanoseconds) = bytes.split_at_checked(4)?;
+    Some(i64::from(number_4(seconds)?) * 1_000_000_000 + i64::from(number_4(nanoseconds)?))
+}
+
+fn damaged(problem: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
+}
+
+/// The same in words where the file ends too early.
+fn cut(error: io::Error) -> io::Error {
+    match error.kind() {
+        ErrorKind::UnexpectedEof => {
+            io::Error::new(ErrorKind::UnexpectedEof, "the bag was cut: it ends inside a record")
+        }
+        _ => error,
+    }
+}

@@ -1,0 +1,165 @@
+//! Bags of ROS 2 in SQLite, `.db3`: a table of topics and one of messages, in its forms 1 to 4.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, ErrorKind, Read, Seek},
+};
+
+use super::{
+    sqlite::{Database, Row, Table, TableScan, Value},
+    topic::{BagError, BagFile, Encoding, MessageHead, Topic, TopicCount},
+};
+
+const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+
+/// Longest message that is unpacked.
+const MESSAGE_BYTES: u64 = 4 * 1024 * 1024;
+
+/// The messages of a bag in the order they were written.
+pub(super) struct Rosbag2<R> {
+    database: Database<R>,
+    messages: MessageTable,
+    scan: TableScan,
+    row: Row,
+    unpacked: Vec<u8>,
+    topics: Vec<Topic>,
+    places: BTreeMap<i64, usize>,
+}
+
+/// Where the fields of a message stand.
+struct MessageTable {
+    table: Table,
+    topic_id: usize,
+    timestamp: usize,
+    data: usize,
+}
+
+impl<R: Read + Seek> Rosbag2<R> {
+    /// A bag before its first message; `None` where the database is none.
+    pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
+        let mut database = Database::open(file)?;
+        let tables = database.tables()?;
+        let table = |name: &str| tables.iter().find(|table| table.name == name);
+        let Some((topics, messages)) = table("topics").zip(table("messages").and_then(MessageTable::of)) else {
+            return Ok(None);
+        };
+        let definitions = match table("message_definitions") {
+            Some(table) => definitions(&mut database, table)?,
+            None => BTreeMap::new(),
+        };
+        let (topics, places) = read_topics(&mut database, topics, &definitions)?;
+        let scan = database.scan(&messages.table)?;
+        let (row, unpacked) = (Row::default(), Vec::new());
+        Ok(Some(Self { database, messages, scan, row, unpacked, topics, places }))
+    }
+}
+
+impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
+    fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
+        while self.database.next_row(&mut self.scan, &mut self.row)? {
+            if let Some(head) = self.messages.head(&self.row, &self.places) {
+                return Ok(Some(head));
+            }
+        }
+        Ok(None)
+    }
+
+    fn read_data(&mut self) -> io::Result<&[u8]> {
+        self.database.complete(&mut self.row)?;
+        let Value::Blob(data) = self.row.field(self.messages.data) else { return Ok(&[]) };
+        if !data.starts_with(ZSTD_MAGIC) {
+            return Ok(data);
+        }
+        self.unpacked.clear();
+        zstd::Decoder::new(data)?.take(MESSAGE_BYTES).read_to_end(&mut self.unpacked)?;
+        Ok(&self.unpacked)
+    }
+
+    fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>> {
+        Ok(None)
+    }
+}
+
+impl MessageTable {
+    fn of(table: &Table) -> Option<Self> {
+        let place = |name: &str| table.columns.iter().position(|column| column == name);
+        Some(Self {
+            topic_id: place("topic_id")?,
+            timestamp: place("timestamp")?,
+            data: place("data")?,
+            table: table.clone(),
+        })
+    }
+
+    /// `None` for a row without a topic or a time.
+    fn head(&self, row: &Row, places: &BTreeMap<i64, usize>) -> Option<MessageHead> {
+        match (row.field(self.topic_id), row.field(self.timestamp)) {
+            (Value::Integer(topic), Value::Integer(record_ns)) => {
+                Some(MessageHead { topic: *places.get(&topic)?, record_ns })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The definitions by the name of their type.
+fn definitions<R: Read + Seek>(database: &mut Database<R>, table: &Table) -> io::Result<BTreeMap<String, String>> {
+    let place = |name: &str| table.columns.iter().position(|column| column == name);
+    let places = (place("topic_type"), place("encoding"), place("encoded_message_definition"));
+    let (Some(name), Some(encoding), Some(text)) = places else { return Ok(BTreeMap::new()) };
+    let (mut scan, mut row) = (database.scan(table)?, Row::default());
+    let mut definitions = BTreeMap::new();
+    while database.next_row(&mut scan, &mut row)? {
+        database.complete(&mut row)?;
+        if let [Value::Text(name), Value::Text(b"ros2msg"), Value::Text(text)] =
+            [name, encoding, text].map(|place| row.field(place))
+        {
+            definitions.insert(string(name), string(text));
+        }
+        check_count(definitions.len())?;
+    }
+    Ok(definitions)
+}
+
+type Topics = (Vec<Topic>, BTreeMap<i64, usize>);
+
+fn read_topics<R: Read + Seek>(
+    database: &mut Database<R>,
+    table: &Table,
+    definitions: &BTreeMap<String, String>,
+) -> io::Result<Topics> {
+    let place = |name: &str| table.columns.iter().position(|column| column == name);
+    let (Some(name), Some(type_name)) = (place("name"), place("type")) else { return Ok(Topics::default()) };
+    let encoding = place("serialization_format");
+    let (mut scan, mut row) = (database.scan(table)?, Row::default());
+    let (mut topics, mut places) = Topics::default();
+    while database.next_row(&mut scan, &mut row)? {
+        database.complete(&mut row)?;
+        let text = |place| if let Value::Text(text) = row.field(place) { string(text) } else { String::new() };
+        let type_name = text(type_name);
+        let definition = definitions.get(&type_name).map(String::as_str);
+        let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
+        let new = Topic::new(&text(name), &type_name, encoding, definition);
+        places.insert(row.id, topics.len());
+        topics.push(new);
+        check_count(topics.len())?;
+    }
+    Ok((topics, places))
+}
+
+fn string(text: &[u8]) -> String {
+    String::from_utf8_lossy(text).into_owned()
+}
+
+fn check_count(rows: usize) -> io::Result<()> {
+    const MOST: usize = 65_536;
+    if rows <= MOST {
+        Ok(())
+    } else {
+        Err(io::Error::new(ErrorKind::InvalidData, format!("it has more than {MOST} topics")))
+    }
+}

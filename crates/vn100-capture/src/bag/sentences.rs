@@ -1,0 +1,48 @@
+//! Sentences of a VectorNav inside a message, whatever the field is called.
+
+use memchr::memmem;
+
+/// The sentences in the bytes of a message, from `$VN` to the end of its line, or to where text
+/// ends.
+pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = message;
+    std::iter::from_fn(move || {
+        let start = memmem::find(rest, b"$VN")?;
+        let sentence = &rest[start..];
+        let is_text = |byte: &u8| matches!(byte, 0x20..=0x7e);
+        let end = sentence.iter().position(|byte| !is_text(byte)).unwrap_or(sentence.len());
+        // one more behind it in the same text
+        let end = memmem::find(&sentence[1..end], b"$").map_or(end, |next| next + 1);
+        rest = &sentence[end..];
+        Some(checked_part(&sentence[..end]))
+    })
+}
+
+/// Up to its checksum, of two or four digits: a quote or an escaped line end may follow. All of a
+/// sentence without one.
+fn checked_part(sentence: &[u8]) -> &[u8] {
+    let Some(star) = memchr::memchr(b'*', sentence) else { return sentence };
+    let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();
+    match digits {
+        4 => &sentence[..star + 5],
+        2 | 3 => &sentence[..star + 3],
+        _ => sentence,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn they_end_with_their_line_or_their_text() {
+        let found = |message: &[u8]| sentences(message).map(<[u8]>::to_vec).collect::<Vec<_>>();
+        assert_eq!(found(b"\x08\0\0\0$VNYMR,1*5E\0\0"), [b"$VNYMR,1*5E"]);
+        assert_eq!(found(b"$VNYMR,1*5E\r\n$VNYMR,2*5D\r\n"), [&b"$VNYMR,1*5E"[..], b"$VNYMR,2*5D"]);
+        assert_eq!(found(b"b'$VNYMR,1*5E\\r\\n'"), [b"$VNYMR,1*5E"]);
+        assert_eq!(found(b"\"$VNYMR,1*12EF\""), [b"$VNYMR,1*12EF"]);
+        assert_eq!(found(b"$VNYMR,1*"), [b"$VNYMR,1*"]);
+        assert_eq!(found(b"$VNYMR,1$VNYMR,2*5D"), [&b"$VNYMR,1"[..], b"$VNYMR,2*5D"]);
+        assert!(found(b"$GPGGA,1*5E").is_empty() && found(b"").is_empty());
+    }
+}

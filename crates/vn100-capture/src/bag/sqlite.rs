@@ -1,0 +1,354 @@
+//! Tables of an SQLite file, read row by row in the order of their row numbers.
+//!
+//! No more of SQLite is here than a scan of a table takes: no index, no write-ahead log, no query.
+//! The form: <https://www.sqlite.org/fileformat2.html>.
+
+use std::{
+    io::{self, ErrorKind, Read, Seek, SeekFrom},
+    ops::Range,
+};
+
+pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// Bytes of one read of the file: neighbouring pages follow each other.
+const BLOCK_BYTES: usize = 256 * 1024;
+
+/// Longest row that is read.
+const ROW_BYTES: u64 = 4 * 1024 * 1024 + 4096;
+
+/// Deeper than any tree of 2^32 pages with two branches or more.
+const MOST_LEVELS: usize = 40;
+
+/// Bytes of the header of the file, on its first page.
+const FILE_HEADER_BYTES: usize = 100;
+
+/// A database file.
+pub(super) struct Database<R> {
+    file: R,
+    page_bytes: usize,
+    /// Of each page, those that are used.
+    usable_bytes: usize,
+    pages: u64,
+    /// A part of the file, and where it begins.
+    block: Vec<u8>,
+    block_start: u64,
+}
+
+/// A table, as the schema names it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Table {
+    pub(super) name: String,
+    pub(super) columns: Vec<String>,
+    root: u32,
+}
+
+/// How far a scan of a table has come.
+#[derive(Debug)]
+pub(super) struct TableScan {
+    /// The interior pages from the root on, and the branches of each not yet taken.
+    path: Vec<Branches>,
+    leaf: Vec<u8>,
+    cells: Range<usize>,
+    cells_at: usize,
+    pages_read: u64,
+}
+
+#[derive(Debug)]
+struct Branches {
+    page: Vec<u8>,
+    next: usize,
+    cells: usize,
+    cells_at: usize,
+}
+
+/// A row: its number, and its bytes as far as they were asked for.
+#[derive(Debug, Default)]
+pub(super) struct Row {
+    pub(super) id: i64,
+    bytes: Vec<u8>,
+    /// The bytes there are, in the leaf and behind.
+    total_bytes: u64,
+    overflow_page: u32,
+}
+
+/// A field of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Value<'a> {
+    Null,
+    Integer(i64),
+    Real(f64),
+    Text(&'a [u8]),
+    Blob(&'a [u8]),
+    /// Its bytes were not read.
+    Behind,
+}
+
+impl<R: Read + Seek> Database<R> {
+    pub(super) fn open(mut file: R) -> io::Result<Self> {
+        let bytes = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(0))?;
+        let mut header = [0; FILE_HEADER_BYTES];
+        file.read_exact(&mut header)?;
+        let page_bytes = match u16::from_be_bytes([header[16], header[17]]) {
+            1 => 65_536,
+            bytes => usize::from(bytes),
+        };
+        let usable_bytes = page_bytes.saturating_sub(header[20].into());
+        if !header.starts_with(MAGIC) || !page_bytes.is_power_of_two() || usable_bytes < 480 {
+            return Err(damaged(&format!("pages of {page_bytes} bytes, {usable_bytes} of them used")));
+        }
+        let pages = bytes / page_bytes as u64;
+        Ok(Self { file, page_bytes, usable_bytes, pages, block: Vec::new(), block_start: 0 })
+    }
+
+    /// The tables of the schema.
+    pub(super) fn tables(&mut self) -> io::Result<Vec<Table>> {
+        const MOST_TABLES: usize = 10_000;
+        let mut scan = self.scan_root(1)?;
+        let (mut tables, mut row) = (Vec::new(), Row::default());
+        while self.next_row(&mut scan, &mut row)? {
+            self.complete(&mut row)?;
+            let field = |place| row.field(place);
+            let text = |value| if let Value::Text(text) = value { String::from_utf8_lossy(text) } else { "".into() };
+            if text(field(0)) == "table"
+                && let Value::Integer(root) = field(3)
+                && let Ok(root) = u32::try_from(root)
+            {
+                let columns = column_names(&text(field(4)));
+                tables.push(Table { name: text(field(1)).into_owned(), columns, root });
+            }
+            if tables.len() > MOST_TABLES {
+                return Err(damaged(&format!("more than {MOST_TABLES} tables")));
+            }
+        }
+        Ok(tables)
+    }
+
+    /// A scan of the table from its first row on.
+    pub(super) fn scan(&mut self, table: &Table) -> io::Result<TableScan> {
+        self.scan_root(table.root)
+    }
+
+    fn scan_root(&mut self, root: u32) -> io::Result<TableScan> {
+        let mut scan = TableScan { path: Vec::new(), leaf: Vec::new(), cells: 0..0, cells_at: 0, pages_read: 0 };
+        self.descend(&mut scan, root)?;
+        Ok(scan)
+    }
+
+    /// Reads the part of the next row that stands in its leaf; `false` behind the last row.
+    pub(super) fn next_row(&mut self, scan: &mut TableScan, row: &mut Row) -> io::Result<bool> {
+        while scan.cells.is_empty() {
+            let Some(branches) = scan.path.last_mut() else { return Ok(false) };
+            if branches.next > branches.cells {
+                scan.path.pop();
+                continue;
+            }
+            let child = branches.child()?;
+            branches.next += 1;
+            self.descend(scan, child)?;
+        }
+        let Some(cell) = scan.cells.next() else { return Ok(false) };
+        let at = cell_offset(&scan.leaf, scan.cells_at, cell)?;
+        let cell = scan.leaf.get(at..).ok_or_else(|| damaged("a cell lies outside of its page"))?;
+        let (total_bytes, rest) = varint(cell)?;
+        let (id, rest) = varint(rest)?;
+        let local = self.local_bytes(total_bytes);
+        let (bytes, rest) = rest.split_at_checked(local).ok_or_else(|| damaged("a row ends outside of its page"))?;
+        row.id = id as i64;
+        row.total_bytes = total_bytes;
+        row.bytes.clear();
+        row.bytes.extend_from_slice(bytes);
+        row.overflow_page = match total_bytes > local as u64 {
+            true => number_4(rest, 0)?,
+            false => 0,
+        };
+        Ok(true)
+    }
+
+    /// Reads what of the row stands on other pages, unless it is too long to be a message: then its
+    /// last fields remain [`Value::Behind`].
+    pub(super) fn complete(&mut self, row: &mut Row) -> io::Result<()> {
+        if row.total_bytes > ROW_BYTES {
+            return Ok(());
+        }
+        while row.overflow_page != 0 && (row.bytes.len() as u64) < row.total_bytes {
+            let left = (row.total_bytes - row.bytes.len() as u64) as usize;
+            let usable_bytes = self.usable_bytes;
+            let page = self.page(row.overflow_page)?;
+            let next = number_4(page, 0)?;
+            let take = left.min(usable_bytes - 4);
+            row.bytes.extend_from_slice(&page[4..4 + take]);
+            row.overflow_page = next;
+        }
+        if (row.bytes.len() as u64) < row.total_bytes { Err(damaged("a row ends before its length")) } else { Ok(()) }
+    }
+
+    /// Goes down to the first leaf below a page.
+    fn descend(&mut self, scan: &mut TableScan, mut page_number: u32) -> io::Result<()> {
+        const INTERIOR: u8 = 0x05;
+        const LEAF: u8 = 0x0d;
+        loop {
+            scan.pages_read += 1;
+            if scan.pages_read > self.pages || scan.path.len() > MOST_LEVELS {
+                return Err(damaged("a page of a table is its own branch"));
+            }
+            let header = if page_number == 1 { FILE_HEADER_BYTES } else { 0 };
+            let page = self.page(page_number)?;
+            let cells = usize::from(u16::from_be_bytes([page[header + 3], page[header + 4]]));
+            match page[header] {
+                LEAF => {
+                    scan.leaf.clear();
+                    scan.leaf.extend_from_slice(page);
+                    (scan.cells, scan.cells_at) = (0..cells, header + 8);
+                    return Ok(());
+                }
+                INTERIOR => {
+                    let mut branches = Branches { page: page.to_vec(), next: 0, cells, cells_at: header + 12 };
+                    page_number = branches.child()?;
+                    branches.next = 1;
+                    scan.path.push(branches);
+                }
+                other => {
+                    return Err(damaged(&format!("page {page_number} has the kind {other:#04x}, not that of a table")));
+                }
+            }
+        }
+    }
+
+    /// How many bytes of a row stand in its leaf.
+    fn local_bytes(&self, total_bytes: u64) -> usize {
+        let usable = self.usable_bytes;
+        let most = usable - 35;
+        if total_bytes <= most as u64 {
+            return total_bytes as usize;
+        }
+        let least = (usable - 12) * 32 / 255 - 23;
+        let local = least + ((total_bytes - least as u64) % (usable as u64 - 4)) as usize;
+        if local <= most { local } else { least }
+    }
+
+    fn page(&mut self, number: u32) -> io::Result<&[u8]> {
+        let number = u64::from(number);
+        if number == 0 || number > self.pages {
+            return Err(damaged(&format!("it refers to page {number} of {}", self.pages)));
+        }
+        let at = (number - 1) * self.page_bytes as u64;
+        let is_held = |at: u64| {
+            let offset = at.checked_sub(self.block_start)?;
+            let end = usize::try_from(offset).ok()?.checked_add(self.page_bytes)?;
+            (end <= self.block.len()).then_some(offset as usize)
+        };
+        let offset = match is_held(at) {
+            Some(offset) => offset,
+            None => {
+                self.file.seek(SeekFrom::Start(at))?;
+                self.block.clear();
+                self.file.by_ref().take(BLOCK_BYTES as u64).read_to_end(&mut self.block)?;
+                self.block_start = at;
+                if self.block.len() < self.page_bytes {
+                    return Err(damaged("it was cut inside a page"));
+                }
+                0
+            }
+        };
+        Ok(&self.block[offset..offset + self.page_bytes])
+    }
+}
+
+impl Branches {
+    fn child(&self) -> io::Result<u32> {
+        if self.next == self.cells {
+            return number_4(&self.page, self.cells_at - 4);
+        }
+        number_4(&self.page, cell_offset(&self.page, self.cells_at, self.next)?)
+    }
+}
+
+impl Row {
+    /// The field at `place`; [`Value::Null`] for one that is not there.
+    pub(super) fn field(&self, place: usize) -> Value<'_> {
+        self.find(place).unwrap_or(Value::Null)
+    }
+
+    fn find(&self, place: usize) -> Option<Value<'_>> {
+        let (header_bytes, types) = varint(&self.bytes).ok()?;
+        let header_bytes = usize::try_from(header_bytes).ok()?;
+        let mut types = types.get(..header_bytes.checked_sub(self.bytes.len() - types.len())?)?;
+        let mut at = header_bytes;
+        for _ in 0..place {
+            let (kind, rest) = varint(types).ok()?;
+            at = at.checked_add(usize::try_from(field_bytes(kind)).ok()?)?;
+            types = rest;
+        }
+        let (kind, _) = varint(types).ok()?;
+        let length = usize::try_from(field_bytes(kind)).ok()?;
+        let Some(bytes) = self.bytes.get(at..at.checked_add(length)?) else { return Some(Value::Behind) };
+        Some(match kind {
+            0 | 10 | 11 => Value::Null,
+            7 => Value::Real(f64::from_be_bytes(bytes.try_into().ok()?)),
+            8 => Value::Integer(0),
+            9 => Value::Integer(1),
+            1..=6 => {
+                let negative = bytes[0] & 0x80 != 0;
+                let mut whole = [if negative { 0xff } else { 0 }; 8];
+                whole[8 - length..].copy_from_slice(bytes);
+                Value::Integer(i64::from_be_bytes(whole))
+            }
+            kind if kind % 2 == 0 => Value::Blob(bytes),
+            _ => Value::Text(bytes),
+        })
+    }
+}
+
+fn field_bytes(kind: u64) -> u64 {
+    match kind {
+        1..=4 => kind,
+        5 => 6,
+        6 | 7 => 8,
+        kind if kind >= 12 => (kind - 12) / 2,
+        _ => 0,
+    }
+}
+
+/// A number of seven bits a byte, the first one the highest, and what follows it.
+fn varint(bytes: &[u8]) -> io::Result<(u64, &[u8])> {
+    let mut number = 0_u64;
+    for (place, &byte) in bytes.iter().take(9).enumerate() {
+        if place == 8 {
+            return Ok((number << 8 | u64::from(byte), &bytes[9..]));
+        }
+        number = number << 7 | u64::from(byte & 0x7f);
+        if byte & 0x80 == 0 {
+            return Ok((number, &bytes[place + 1..]));
+        }
+    }
+    Err(damaged("a number ends outside of its page"))
+}
+
+fn cell_offset(page: &[u8], cells_at: usize, cell: usize) -> io::Result<usize> {
+    let at = cells_at + 2 * cell;
+    let bytes = page.get(at..at + 2).ok_or_else(|| damaged("a page has more cells than fit it"))?;
+    Ok(usize::from(u16::from_be_bytes([bytes[0], bytes[1]])))
+}
+
+fn number_4(bytes: &[u8], at: usize) -> io::Result<u32> {
+    let bytes = bytes.get(at..).and_then(|bytes| bytes.first_chunk());
+    bytes.map(|bytes| u32::from_be_bytes(*bytes)).ok_or_else(|| damaged("a page number lies outside of its page"))
+}
+
+/// The names of the columns in `CREATE TABLE name(id INTEGER PRIMARY KEY, ...)`.
+fn column_names(sql: &str) -> Vec<String> {
+    let Some((_, definitions)) = sql.split_once('(') else { return Vec::new() };
+    let mut depth = 0;
+    let parts = definitions.split(|c: char| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        (c == ',' && depth == 0) || depth < 0
+    });
+    let first_word =
+        |part: &str| part.split_whitespace().next().map(|word| word.trim_matches(['"', '`', '[', ']']).to_lowercase());
+    parts.filter_map(first_word).collect()
+}
+
+fn damaged(problem: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("the database is damaged: {problem}"))
+}

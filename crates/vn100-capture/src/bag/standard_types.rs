@@ -1,0 +1,108 @@
+//! The standard messages of sensors: their definitions, where a bag has none, and which of their
+//! numbers are channels.
+//!
+//! Units and conventions: <https://www.ros.org/reps/rep-0103.html> and the comments in the
+//! definitions of `sensor_msgs`.
+
+use super::topic::Encoding;
+
+pub(super) const IMU: &str = "sensor_msgs/Imu";
+pub(super) const MAGNETIC_FIELD: &str = "sensor_msgs/MagneticField";
+pub(super) const TEMPERATURE: &str = "sensor_msgs/Temperature";
+pub(super) const FLUID_PRESSURE: &str = "sensor_msgs/FluidPressure";
+
+/// Numbers of a standard message that are there together or not at all.
+pub(super) struct Part {
+    pub(super) message: &'static str,
+    /// The path of its covariance: -1 in the first place means that the sensor does not have it.
+    pub(super) covariance: Option<&'static str>,
+    /// The channels, and the paths of their numbers.
+    pub(super) channels: &'static [(&'static str, &'static str)],
+    /// How many of the channel's own unit make one of the message's.
+    pub(super) unit_scale: f64,
+    /// A count is 2^-`bits` of the message's unit: as fine as the range of a sensor allows in 32
+    /// bits (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
+    pub(super) bits: u8,
+}
+
+pub(super) const PARTS: [Part; 6] = [
+    Part {
+        message: IMU,
+        covariance: Some("orientation_covariance[0]"),
+        channels: &[
+            ("quat_x", "orientation.x"),
+            ("quat_y", "orientation.y"),
+            ("quat_z", "orientation.z"),
+            ("quat_w", "orientation.w"),
+        ],
+        unit_scale: 1.0,
+        bits: 30,
+    },
+    Part {
+        message: IMU,
+        covariance: Some("linear_acceleration_covariance[0]"),
+        channels: &[
+            ("accel_x", "linear_acceleration.x"),
+            ("accel_y", "linear_acceleration.y"),
+            ("accel_z", "linear_acceleration.z"),
+        ],
+        unit_scale: 1.0,
+        bits: 23,
+    },
+    Part {
+        message: IMU,
+        covariance: Some("angular_velocity_covariance[0]"),
+        channels: &[
+            ("gyro_x", "angular_velocity.x"),
+            ("gyro_y", "angular_velocity.y"),
+            ("gyro_z", "angular_velocity.z"),
+        ],
+        unit_scale: 1.0,
+        bits: 25,
+    },
+    Part {
+        message: MAGNETIC_FIELD,
+        covariance: None,
+        channels: &[("mag_x", "magnetic_field.x"), ("mag_y", "magnetic_field.y"), ("mag_z", "magnetic_field.z")],
+        // gauss in a tesla
+        unit_scale: 1e4,
+        bits: 40,
+    },
+    Part {
+        message: TEMPERATURE,
+        covariance: None,
+        channels: &[("temperature", "temperature")],
+        unit_scale: 1.0,
+        bits: 23,
+    },
+    Part {
+        message: FLUID_PRESSURE,
+        covariance: None,
+        channels: &[("pressure", "fluid_pressure")],
+        // kilopascals in a pascal
+        unit_scale: 1e-3,
+        bits: 13,
+    },
+];
+
+/// The definition of a standard type in the words of its encoding.
+pub(super) fn definition(type_name: &str, encoding: &Encoding) -> Option<String> {
+    const VECTOR: &str = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+    const QUATERNION: &str = "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
+    let fields = match type_name {
+        IMU => {
+            "geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+             geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+             geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n"
+        }
+        MAGNETIC_FIELD => "geometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n",
+        TEMPERATURE => "float64 temperature\nfloat64 variance\n",
+        FLUID_PRESSURE => "float64 fluid_pressure\nfloat64 variance\n",
+        _ => return None,
+    };
+    let header = match encoding {
+        Encoding::Ros1 => "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n",
+        Encoding::Cdr | Encoding::Other(_) => "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n",
+    };
+    Some(["std_msgs/Header header\n", fields, VECTOR, QUATERNION, header].concat())
+}

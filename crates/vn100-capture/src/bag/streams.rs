@@ -1,0 +1,141 @@
+//! Which topics of a bag are streams of a sensor.
+
+use super::{
+    files::Bag,
+    numbers::NumberFields,
+    standard_types::{IMU, Part},
+    topic::{BagError, Topic},
+    topic_scan::{ScannedTopic, TopicScan},
+};
+use crate::{capture::CaptureOptions, csv::ColumnMap};
+
+/// A topic that is read, and what its samples are made of.
+#[derive(Debug)]
+pub(crate) struct TopicStream {
+    pub(crate) topic: Topic,
+    pub(super) content: Content,
+}
+
+#[derive(Debug)]
+pub(super) enum Content {
+    /// The VectorNav sentences inside the messages, at the times they were recorded.
+    Sentences,
+    Numbers(NumberFields),
+}
+
+/// The topics to be read: the one asked for, or the only one with sentences, else the only one of
+/// an inertial sensor; else one of angular rates and one of accelerations, which some drivers send
+/// apart.
+///
+/// # Errors
+/// [`BagError`] where none is meant, or more than one may be.
+pub(crate) fn choose(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
+    let (topic, columns) = (options.topic.as_deref(), options.columns.as_ref());
+    let form = scan.form.words();
+    if scan.topics.iter().all(|topic| topic.count.messages == 0) {
+        return Err(BagError::Empty { form, topics: scan.summaries() });
+    }
+    let mapped = columns.filter(|map| map.has_channels());
+    if let Some(name) = topic {
+        let slashless = |name: &str| name.trim_start_matches('/').to_owned();
+        let exact = scan.topics.iter().find(|topic| topic.topic.name == name);
+        let found = exact.or_else(|| scan.topics.iter().find(|topic| slashless(&topic.topic.name) == slashless(name)));
+        let found = found.ok_or_else(|| BagError::NoTopic { name: name.into(), topics: scan.summaries() })?;
+        return Ok(vec![stream(found, columns)?]);
+    }
+    let list = |topics: &[&ScannedTopic]| topics.iter().map(|topic| topic.summary()).collect();
+    if let Some(map) = mapped {
+        let has_fields = |topic: &&ScannedTopic| NumberFields::mapped(topic, map).is_ok();
+        let found: Vec<_> = scan.topics.iter().filter(has_fields).collect();
+        return match &*found {
+            [one] => Ok(vec![stream(one, columns)?]),
+            // what is missing in the only topic, or in those there are
+            [] => match &*scan.topics {
+                [one] => stream(one, columns).map(|stream| vec![stream]),
+                _ => Err(BagError::NoTopicWithFields {
+                    paths: map.columns().map(|(_, column)| column.to_string()).collect(),
+                    topics: scan.summaries(),
+                }),
+            },
+            several => Err(BagError::SeveralTopics { form, topics: list(several) }),
+        };
+    }
+    let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences).collect();
+    let inertial: Vec<_> = scan.topics.iter().filter(|topic| has(topic, |part| part.message == IMU)).collect();
+    let of_sensor: Vec<_> = scan.topics.iter().filter(|topic| !topic.parts.is_empty()).collect();
+    let has_rates = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "gyro_x");
+    let has_accelerations = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "accel_x");
+    let chosen = match (&*with_sentences, &*inertial, &*of_sensor) {
+        ([one], _, _) | ([], [one], _) | ([], [], [one]) => vec![*one],
+        ([], [a, b], _) if has_rates(a) != has_rates(b) && has_accelerations(a) != has_accelerations(b) => {
+            if has_rates(a) { vec![*a, *b] } else { vec![*b, *a] }
+        }
+        ([], [], []) => return Err(no_sensor(scan)),
+        ([], [], several) | ([], several, _) | (several, _, _) => {
+            return Err(BagError::SeveralTopics { form, topics: list(several) });
+        }
+    };
+    chosen.into_iter().map(|topic| stream(topic, columns)).collect()
+}
+
+/// The only topic to be read.
+///
+/// # Errors
+/// [`BagError`] where none is meant, or more than one.
+pub(crate) fn choose_one(scan: &TopicScan, options: &CaptureOptions) -> Result<TopicStream, BagError> {
+    let mut streams = choose(scan, options)?;
+    match (streams.pop(), streams.is_empty()) {
+        (Some(one), true) => Ok(one),
+        (last, _) => {
+            let is_meant =
+                |topic: &&ScannedTopic| streams.iter().chain(&last).any(|stream| stream.topic.is(&topic.topic));
+            let topics = scan.topics.iter().filter(is_meant).map(ScannedTopic::summary).collect();
+            Err(BagError::SeveralTopics { form: scan.form.words(), topics })
+        }
+    }
+}
+
+impl TopicStream {
+    /// Fits what only the whole bag shows.
+    pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), BagError> {
+        match &mut self.content {
+            Content::Sentences => Ok(()),
+            Content::Numbers(fields) => fields.fit(bag, &self.topic),
+        }
+    }
+
+    /// Whether it has numbers that may be of any sensor.
+    pub(crate) const fn holds_values(&self) -> bool {
+        matches!(self.content, Content::Numbers(_))
+    }
+}
+
+fn has(topic: &ScannedTopic, is: impl Fn(&Part) -> bool) -> bool {
+    topic.parts.iter().any(|(part, _)| is(part))
+}
+
+fn no_sensor(scan: &TopicScan) -> BagError {
+    let form = scan.form.words();
+    match &*scan.topics {
+        [topic] => no_sensor_in(topic),
+        _ => BagError::NoSensor { form, topics: scan.summaries() },
+    }
+}
+
+fn no_sensor_in(topic: &ScannedTopic) -> BagError {
+    let (name, type_name) = (topic.topic.name.clone(), topic.topic.type_name.clone());
+    match topic.definitions {
+        Some(_) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
+        None => BagError::NoDefinition { topic: name, type_name },
+    }
+}
+
+fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, BagError> {
+    let content = match columns {
+        Some(map) if map.has_channels() => Content::Numbers(NumberFields::mapped(topic, map)?),
+        _ if topic.has_sentences => Content::Sentences,
+        _ if topic.parts.is_empty() => return Err(no_sensor_in(topic)),
+        map => Content::Numbers(NumberFields::standard(topic, map)?),
+    };
+    Ok(TopicStream { topic: topic.topic.clone(), content })
+}

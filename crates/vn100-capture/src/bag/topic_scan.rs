@@ -1,0 +1,240 @@
+//! What the topics of a bag hold, judged by their types and first messages.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use super::{
+    definition::Definitions,
+    fields::{Leaf, Place, Step, places, steps},
+    files::{Bag, BagForm},
+    message_reader::{Taken, take},
+    sentences::sentences,
+    standard_types::{PARTS, Part},
+    topic::{BagError, Topic, TopicCount, TopicSummary},
+};
+
+/// Messages of each topic that are looked at.
+const PROBED_MESSAGES: usize = 100;
+
+/// Bytes of messages that are looked at: a topic whose first message comes later is judged by its
+/// type alone.
+const PROBED_BYTES: usize = 16 * 1024 * 1024;
+
+/// The topics of a bag.
+pub(crate) struct TopicScan {
+    pub(super) form: BagForm,
+    pub(super) topics: Vec<ScannedTopic>,
+}
+
+/// A topic, and what of a sensor it holds.
+pub(super) struct ScannedTopic {
+    pub(super) topic: Topic,
+    pub(super) count: TopicCount,
+    /// `None` where no definition is known.
+    pub(super) definitions: Option<Definitions>,
+    pub(super) has_sentences: bool,
+    /// The standard numbers that its messages have, and the path of the message each is part of.
+    pub(super) parts: Vec<(&'static Part, String)>,
+    /// The first time in its messages that runs on, by its path.
+    pub(super) stamp: Result<String, StampProblem>,
+    probed: usize,
+}
+
+/// Why the times in messages are not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StampProblem {
+    /// There are none.
+    None,
+    Zero,
+    Constant,
+    Backwards,
+}
+
+impl TopicScan {
+    pub(crate) fn of(bag: &Bag) -> Result<Self, BagError> {
+        let topics = bag.topics()?.into_iter().map(|(topic, count)| ScannedTopic::new(topic, count));
+        let mut scan = Self { form: bag.form, topics: topics.collect::<Result<_, _>>()? };
+        scan.probe(bag)?;
+        Ok(scan)
+    }
+
+    /// The topics, as a user chooses from.
+    pub(super) fn summaries(&self) -> Vec<TopicSummary> {
+        self.topics.iter().map(ScannedTopic::summary).collect()
+    }
+
+    fn probe(&mut self, bag: &Bag) -> Result<(), BagError> {
+        let mut probes: Vec<Probe> = self.topics.iter().map(Probe::new).collect();
+        let mut messages = bag.messages(&Arc::default())?;
+        let mut open = self.topics.iter().filter(|topic| topic.wanted() > 0).count();
+        let (mut bytes, mut places) = (0, Vec::new());
+        while open > 0 && bytes < PROBED_BYTES {
+            // an error is reported where the messages are read
+            let Ok(Some(head)) = messages.next_head() else { break };
+            for topic in &messages.topics()[places.len()..] {
+                places.push(self.topics.iter().position(|other| other.topic.is(topic)));
+            }
+            let Some(place) = places[head.topic] else { continue };
+            let topic = &mut self.topics[place];
+            if topic.probed == topic.wanted() {
+                continue;
+            }
+            let Ok(data) = messages.read_data() else { break };
+            bytes += data.len();
+            topic.probed += 1;
+            open -= usize::from(topic.probed == topic.wanted());
+            topic.has_sentences |= sentences(data).next().is_some();
+            probes[place].push(&topic.topic, data);
+        }
+        for (topic, probe) in self.topics.iter_mut().zip(probes) {
+            (topic.parts, topic.stamp) = probe.finish();
+        }
+        Ok(())
+    }
+}
+
+impl ScannedTopic {
+    fn new(topic: Topic, count: TopicCount) -> Result<Self, BagError> {
+        let definitions = Definitions::of(&topic)?;
+        let (parts, stamp) = (Vec::new(), Err(StampProblem::None));
+        Ok(Self { topic, count, definitions, has_sentences: false, parts, stamp, probed: 0 })
+    }
+
+    pub(super) fn summary(&self) -> TopicSummary {
+        TopicSummary {
+            name: self.topic.name.clone(),
+            type_name: self.topic.type_name.clone(),
+            messages: self.count.messages,
+            rate_hz: self.count.rate_hz(),
+        }
+    }
+
+    /// The paths of all numbers of its messages.
+    pub(super) fn number_paths(&self) -> Vec<String> {
+        let all = self.definitions.as_ref().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
+        let numbers = all.into_iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Number(_))));
+        // of an array the first stands for all
+        let listed =
+            numbers.filter(|(path, _)| !path.contains('[') || path.matches('[').count() == path.matches("[0]").count());
+        listed.map(|(path, _)| path).collect()
+    }
+
+    fn wanted(&self) -> usize {
+        PROBED_MESSAGES.min(usize::try_from(self.count.messages).unwrap_or(usize::MAX))
+    }
+}
+
+/// What the first messages of a topic show.
+struct Probe {
+    steps: Vec<Step>,
+    slots: Vec<Taken>,
+    /// The parts its type has, the path of each, the slot of its covariance and those of its
+    /// numbers.
+    parts: Vec<ProbedPart>,
+    stamps: Vec<ProbedStamp>,
+}
+
+struct ProbedPart {
+    part: &'static Part,
+    path: String,
+    covariance: Option<usize>,
+    numbers: Vec<usize>,
+    /// A message had it: its covariance is not -1, and not all of it is zero.
+    is_there: bool,
+}
+
+struct ProbedStamp {
+    path: String,
+    slot: usize,
+    times_ns: Vec<i64>,
+}
+
+impl Probe {
+    fn new(topic: &ScannedTopic) -> Self {
+        let type_name = &topic.topic.type_name;
+        let all = topic.definitions.as_ref().map(|types| places(types, type_name)).unwrap_or_default();
+        let mut slots = BTreeMap::new();
+        let mut slot = |path: String| {
+            let next = slots.len();
+            *slots.entry(path).or_insert(next)
+        };
+        let mut parts = Vec::new();
+        for part in &PARTS {
+            // of several such messages the first, as the topic's own is
+            let message = |place: &Place| matches!(place, Place::Message(name) if name == part.message);
+            let prefix = if type_name == part.message {
+                Some(String::new())
+            } else {
+                all.iter().find(|(_, place)| message(place)).map(|(path, _)| format!("{path}."))
+            };
+            let Some(prefix) = prefix else { continue };
+            let is_there = |path: &str| all.iter().any(|(other, _)| *other == format!("{prefix}{path}"));
+            if part.channels.iter().all(|(_, path)| is_there(path)) {
+                let covariance = part.covariance.filter(|path| is_there(path));
+                parts.push(ProbedPart {
+                    part,
+                    covariance: covariance.map(|path| slot(format!("{prefix}{path}"))),
+                    numbers: part.channels.iter().map(|(_, path)| slot(format!("{prefix}{path}"))).collect(),
+                    path: prefix,
+                    is_there: false,
+                });
+            }
+        }
+        let times = all.iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Time)));
+        let stamps = times
+            .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
+            .collect();
+        // one that cannot be walked through has no numbers; sentences are found without
+        let steps = topic.definitions.as_ref().and_then(|types| steps(types, type_name, &slots).ok());
+        Self { steps: steps.unwrap_or_default(), slots: vec![Taken::Number(f64::NAN); slots.len()], parts, stamps }
+    }
+
+    fn push(&mut self, topic: &Topic, data: &[u8]) {
+        if self.steps.is_empty() || take(&self.steps, &topic.encoding, data, &mut self.slots).is_none() {
+            return;
+        }
+        let number = |slot: usize| if let Taken::Number(number) = self.slots[slot] { number } else { f64::NAN };
+        for part in &mut self.parts {
+            let is_known = part.covariance.is_none_or(|slot| number(slot) != -1.0);
+            let is_zero = part.numbers.iter().all(|&slot| number(slot) == 0.0);
+            part.is_there |= is_known && !is_zero;
+        }
+        for stamp in &mut self.stamps {
+            if let Taken::Time(at_ns) = self.slots[stamp.slot] {
+                stamp.times_ns.push(at_ns);
+            }
+        }
+    }
+
+    fn finish(self) -> (Vec<(&'static Part, String)>, Result<String, StampProblem>) {
+        let there = self.parts.into_iter().filter(|part| part.is_there);
+        let parts = there.map(|part| (part.part, part.path)).collect();
+        let mut first_problem = None;
+        for stamp in self.stamps {
+            match stamp.problem() {
+                None => return (parts, Ok(stamp.path)),
+                Some(problem) => first_problem = first_problem.or(Some(problem)),
+            }
+        }
+        (parts, Err(first_problem.unwrap_or(StampProblem::None)))
+    }
+}
+
+impl ProbedStamp {
+    /// Those that run on in the large are messages out of order.
+    fn problem(&self) -> Option<StampProblem> {
+        const OUT_OF_ORDER: usize = 16;
+        let times = &*self.times_ns;
+        match times {
+            [] => Some(StampProblem::None),
+            times if times.iter().all(|time| *time == 0) => Some(StampProblem::Zero),
+            [first, rest @ ..] if !rest.is_empty() && rest.iter().all(|time| time == first) => {
+                Some(StampProblem::Constant)
+            }
+            [first, .., last] if last < first => Some(StampProblem::Backwards),
+            times if times.windows(OUT_OF_ORDER).any(|times| times[OUT_OF_ORDER - 1] < times[0]) => {
+                Some(StampProblem::Backwards)
+            }
+            _ => None,
+        }
+    }
+}

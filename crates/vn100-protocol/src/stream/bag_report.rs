@@ -1,0 +1,87 @@
+//! What became of the messages of a bag.
+
+use alloc::{string::String, vec::Vec};
+use core::fmt;
+
+use super::{AbsentValues, CsvReport};
+
+/// What became of the rows or messages of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FileReport {
+    /// Of the lines of a CSV file.
+    Csv(CsvReport),
+    /// Of the messages of a bag.
+    Bag(BagReport),
+}
+
+/// The messages of a topic, each counted once: `messages = used + without_sample + unreadable`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BagReport {
+    /// The topic.
+    pub topic: String,
+    /// The type of its messages, as `package/Type`.
+    pub type_name: String,
+    /// All messages of the topic.
+    pub messages: u64,
+    /// Those with sentences, good or not, or with a number.
+    pub used: u64,
+    /// Messages without a sentence, or without a number that a count can hold.
+    pub without_sample: u64,
+    /// Messages that end too early, or have another form.
+    pub unreadable: u64,
+    /// The numbers that are absent in messages that are used, by channel.
+    pub absent: Vec<AbsentValues>,
+    /// Messages that came behind one of a later time, and were put in their place.
+    pub reordered: u64,
+    /// Messages that came so late that they were left where they came.
+    pub late: u64,
+    /// Messages of other topics.
+    pub other_messages: u64,
+    /// Bytes unpacked to a temporary file, where the bag is packed or comes from a stream.
+    pub unpacked_bytes: u64,
+    /// Which times are used.
+    pub stamps: StampSource,
+}
+
+/// Which times of the messages of a bag are used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StampSource {
+    /// Those in the messages, in the field of this path.
+    Field(String),
+    /// Those of the recorder: of sentences, and of messages that hold none.
+    Recorded,
+    /// Those of the recorder, as those in the messages are all zero.
+    RecordedAsZero,
+    /// Those of the recorder, as those in the messages are all the same.
+    RecordedAsConstant,
+    /// Those of the recorder, as those in the messages run backwards.
+    RecordedAsBackwards,
+}
+
+impl StampSource {
+    /// Its code in results.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Field(_) => "field",
+            Self::Recorded => "recorded",
+            Self::RecordedAsZero => "recorded-as-zero",
+            Self::RecordedAsConstant => "recorded-as-constant",
+            Self::RecordedAsBackwards => "recorded-as-backwards",
+        }
+    }
+}
+
+impl fmt::Display for StampSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Field(path) => write!(f, "by {path} in the messages"),
+            Self::Recorded => f.write_str("by the time of recording"),
+            Self::RecordedAsZero => f.write_str("by the time of recording, as those in the messages are zero"),
+            Self::RecordedAsConstant => f.write_str("by the time of recording, as those in the messages stay the same"),
+            Self::RecordedAsBackwards => {
+                f.write_str("by the time of recording, as those in the messages run backwards")
+            }
+        }
+    }
+}
