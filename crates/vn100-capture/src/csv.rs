@@ -7,7 +7,9 @@
 //! become nanoseconds, and a row that is not understood is counted with its reason.
 
 mod column_map;
+mod column_name;
 mod detect;
+mod dialect;
 mod header;
 mod lines;
 mod number;
@@ -21,6 +23,7 @@ use thiserror::Error;
 use vn100_protocol::Layout;
 
 use self::{
+    dialect::Dialect,
     lines::LastField,
     resolution::{ColumnScan, Prior, Quantizer, Scanned},
     stamp::StampUnit,
@@ -45,7 +48,7 @@ pub(crate) struct CsvPlan {
     ignored_columns: Vec<String>,
     /// LF, also behind a CR; or CR, as on old Macs.
     line_end: u8,
-    separator: u8,
+    dialect: Dialect,
     columns: Vec<ColumnUse>,
     /// Of the channels, in the order of the layout: what is known beforehand, and how their columns
     /// become counts.

@@ -262,18 +262,6 @@ pub(crate) fn by_name(name: &str) -> Option<usize> {
     names().position(|known| known == name)
 }
 
-/// The place of the channel that scripts give this column name, in lower case.
-pub(super) fn by_alias(name: &str) -> Option<usize> {
-    let renamed = match name.split_once('_') {
-        Some(("acc", axis)) => format!("accel_{axis}"),
-        Some(("gyr", axis)) => format!("gyro_{axis}"),
-        Some(("magn", axis)) => format!("mag_{axis}"),
-        _ => name.to_owned(),
-    };
-    // what a column of values holds, only the user knows
-    by_name(&renamed).filter(|index| known(*index).quantity != Quantity::Value)
-}
-
 /// The units of `quantity`, its channels' own unit first.
 pub(super) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().filter(move |unit| unit.quantity == quantity)
@@ -310,7 +298,7 @@ const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::column_name::channel_of, *};
 
     #[test]
     fn columns_go_by_name_or_number() {
@@ -361,7 +349,7 @@ mod tests {
         }
         let without = "value=2:".parse::<ColumnMap>().unwrap_err().to_string();
         assert_eq!(without, "\"\" in \"value=2:\" is no unit of value: name one, such as s/s, ns or V");
-        assert_eq!(by_alias("value"), None, "a column of this name is not taken for one");
+        assert!(channel_of("value").is_none(), "a column of this name is not taken for one");
     }
 
     #[test]
@@ -370,15 +358,5 @@ mod tests {
             let places = layout.channels.iter().map(|channel| by_name(&channel.name));
             assert!(places.clone().all(|place| place.is_some()) && places.is_sorted(), "{}", layout.message);
         }
-    }
-
-    #[test]
-    fn aliases_lead_to_channels() {
-        for (alias, name) in [("acc_x", "accel_x"), ("gyr_z", "gyro_z"), ("magn_y", "mag_y"), ("gyro_x", "gyro_x")] {
-            assert_eq!(by_alias(alias), by_name(name), "{alias}");
-            assert!(by_alias(alias).is_some());
-        }
-        assert_eq!(by_alias("acc_w"), None);
-        assert_eq!(by_alias("data"), None);
     }
 }

@@ -1,11 +1,14 @@
 //! Finds the line that names the columns of a CSV file, and how the file is to be read then.
 
+use std::borrow::Cow;
+
 use memchr::memmem;
 use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
 
 use super::{
     BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
-    column_map::{ColumnMap, ColumnName, MappedChannel, Unit, known},
+    column_map::{ColumnMap, ColumnName, MappedChannel, known},
+    dialect::Dialect,
     header::{ColumnPlaces, Header},
     lines::{Fields, LastField, is_comment_or_blank},
     number::Number,
@@ -54,12 +57,40 @@ pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<CsvP
             Ok(None) | Err(_) => {}
         }
     }
-    let plan = HeaderCandidate::new(lines[first], &lines, line_end, first).plan(map)?;
-    match problem {
-        Some(problem) if plan.is_none() => Err(problem),
-        _ => Ok(plan),
+    let plan = HeaderCandidate::new(lines[first], &lines, line_end, first).plan(map);
+    match (&plan, problem) {
+        (Ok(Some(_)), _) => plan,
+        (Err(error), _) if error.is_about_stamps() => plan,
+        (Ok(None), Some(problem)) => Err(problem),
+        _ => below_preamble(&lines, first, line_end, map).unwrap_or(plan),
     }
 }
+
+/// The plan of a file whose names of columns, or whose rows, stand below lines of another kind.
+fn below_preamble(
+    lines: &[&[u8]],
+    first: usize,
+    line_end: u8,
+    map: Option<&ColumnMap>,
+) -> Option<Result<Option<CsvPlan>, CsvError>> {
+    let last = lines.len().min(first + LONGEST_PREAMBLE);
+    for index in (first + 1..last).filter(|&index| !is_comment_or_blank(lines[index])) {
+        let candidate = HeaderCandidate::new(lines[index], lines, line_end, index);
+        let fits = candidate.rows(index + 1).next().is_some_and(|row| candidate.fits(&row));
+        // a name of one word may stand in any text
+        if !fits || candidate.header.width() < 2 {
+            continue;
+        }
+        let plan = candidate.plan(map);
+        if matches!(&plan, Ok(Some(_))) || plan.as_ref().is_err_and(CsvError::is_about_stamps) {
+            return Some(plan);
+        }
+    }
+    None
+}
+
+/// Lines of another kind above the names of the columns, at most.
+const LONGEST_PREAMBLE: usize = 100;
 
 /// Rows that show how many fields a row has: few, as every comment above them may be a header.
 const FITTED_ROWS: usize = 50;
@@ -67,6 +98,7 @@ const FITTED_ROWS: usize = 50;
 /// A line that may be the header.
 struct HeaderCandidate<'a> {
     header: Header,
+    dialect: Dialect,
     /// The head of the file.
     lines: &'a [&'a [u8]],
     /// What ends them.
@@ -78,15 +110,26 @@ struct HeaderCandidate<'a> {
 impl<'a> HeaderCandidate<'a> {
     /// The line at `index`, which names the columns in the text `names`.
     fn new(names: &[u8], lines: &'a [&'a [u8]], line_end: u8, index: usize) -> Self {
-        let mut candidate = Self { header: Header::read(names), lines, line_end, index };
-        candidate.header.fit(rows(lines, index + 1).take(FITTED_ROWS));
+        let below: Vec<&[u8]> = rows(lines, index + 1).take(FITTED_ROWS).collect();
+        let dialect = match &below[..] {
+            [] => Dialect::of(names, std::iter::once(names)),
+            rows => Dialect::of(names, rows.iter().copied()),
+        };
+        let (names, separator) = dialect.header(names);
+        let mut candidate = Self { header: Header::read(&names, separator), dialect, lines, line_end, index };
+        candidate.header.fit(below.iter().map(|row| dialect.tidy(row)), dialect.separator);
         candidate
+    }
+
+    /// The first rows below `lines_above`, tidied.
+    fn rows(&self, lines_above: usize) -> impl Iterator<Item = Cow<'a, [u8]>> {
+        rows(self.lines, lines_above).map(|row| self.dialect.tidy(row))
     }
 
     /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A
     /// comment may name a channel in passing.
     fn fits(&self, row: &[u8]) -> bool {
-        let fields = Fields::new(row, self.header.separator).count();
+        let fields = Fields::new(&self.dialect.tidy(row), self.dialect.separator).count();
         fields == self.header.width() || memmem::find(row, b"$VN").is_some()
     }
 
@@ -116,14 +159,22 @@ impl<'a> HeaderCandidate<'a> {
             }
         }
         places.channels.sort_by_key(|&(_, channel)| channel);
-        let channels: Vec<_> = places.channels.iter().map(|&(_, index)| known(index).clone()).collect();
-        let prior = |channel: &Channel| Prior {
-            decimals: channel.decimals,
-            limit: Some(channel.value(channel.limit_counts)),
-            zero_hundredths: 0,
-            turns: channel.quantity == Quantity::Angle,
+        let unit_of = |index: usize| places.units.iter().find(|(channel, _)| *channel == index).map(|&(_, unit)| unit);
+        let channel = |&(_, index): &(usize, usize)| {
+            let scale = unit_of(index).map_or(1.0, |unit| unit.scale);
+            Channel { scale, ..known(index).clone() }
         };
-        let priors: Vec<_> = channels.iter().map(prior).collect();
+        let channels: Vec<_> = places.channels.iter().map(channel).collect();
+        let prior = |&(_, index): &(usize, usize)| match (unit_of(index), known(index)) {
+            (Some(unit), channel) if *unit.name != *channel.unit => Prior::of_unit(unit),
+            (_, channel) => Prior {
+                decimals: channel.decimals,
+                limit: Some(channel.value(channel.limit_counts)),
+                zero_hundredths: 0,
+                turns: channel.quantity == Quantity::Angle,
+            },
+        };
+        let priors: Vec<_> = places.channels.iter().map(prior).collect();
         let kind = match places.sentence {
             Some(_) => Kind::Sentences,
             None => Kind::Values(self.named_layout(channels)),
@@ -151,14 +202,7 @@ impl<'a> HeaderCandidate<'a> {
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let compensated = self.said_compensated();
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
-        let prior = |unit: &Unit| Prior {
-            // the distance between two zeros must be a whole count
-            decimals: if unit.zero_hundredths == 0 { 0 } else { 2 },
-            limit: None,
-            zero_hundredths: unit.zero_hundredths,
-            turns: unit.quantity == Quantity::Angle,
-        };
-        let priors: Vec<_> = mapped.iter().map(|mapped| prior(&mapped.unit)).collect();
+        let priors: Vec<_> = mapped.iter().map(|mapped| Prior::of_unit(&mapped.unit)).collect();
         let stamp_unit = map.stamp.as_ref().map(|&(_, unit)| unit);
         self.complete(&places, Kind::Values(layout), priors, stamp_unit, lines_above)
     }
@@ -212,10 +256,10 @@ impl<'a> HeaderCandidate<'a> {
 
     /// Whether a row of numbers follows a line of names.
     fn is_header_of_numbers(&self) -> bool {
-        let Some(row) = rows(self.lines, self.index + 1).next() else {
+        let Some(row) = self.rows(self.index + 1).next() else {
             return false;
         };
-        let fields = || Fields::new(row, self.header.separator);
+        let fields = || Fields::new(&row, self.dialect.separator);
         self.header.names_columns()
             && fields().count() == self.header.width()
             && fields().any(|field| Number::parse(field).is_some())
@@ -254,7 +298,7 @@ impl<'a> HeaderCandidate<'a> {
             last_field: (!ends_in_sentence).then(|| self.last_field(lines_above)),
             ignored_columns: places.ignored(&self.header),
             line_end: self.line_end,
-            separator: self.header.separator,
+            dialect: self.dialect,
             columns,
             priors,
             quantizers: Vec::new(),
@@ -267,10 +311,12 @@ impl<'a> HeaderCandidate<'a> {
     /// How the first rows end that do have a line end.
     fn last_field(&self, lines_above: usize) -> LastField {
         let ended = &self.lines[..self.lines.len() - 1];
-        let fields = rows(ended, lines_above.min(ended.len()))
-            .map(|row| Fields::new(row, self.header.separator).count_and_last());
-        let complete = fields.filter(|(count, _)| *count == self.header.width());
-        complete.map(|(_, last)| LastField::of(last)).reduce(LastField::common).unwrap_or_default()
+        let forms = rows(ended, lines_above.min(ended.len())).filter_map(|row| {
+            let row = self.dialect.tidy(row);
+            let (count, last) = Fields::new(&row, self.dialect.separator).count_and_last();
+            (count == self.header.width()).then(|| LastField::of(last))
+        });
+        forms.reduce(LastField::common).unwrap_or_default()
     }
 
     /// What the first rows print in the column of each channel, and in that of the stamps.
@@ -279,7 +325,8 @@ impl<'a> HeaderCandidate<'a> {
         let mut stamps = StampScan::default();
         let mut unreadable_stamp = None;
         for row in rows(self.lines, lines_above) {
-            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
+            let tidied = self.dialect.tidy(row);
+            let fields: Vec<_> = Fields::new(&tidied, self.dialect.separator).collect();
             // a sentence has commas of its own
             if fields.len() != self.header.width() && places.sentence.is_none() {
                 continue;
@@ -292,13 +339,13 @@ impl<'a> HeaderCandidate<'a> {
             if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
                 match Number::parse(field) {
                     Some(stamp) => stamps.add(&stamp),
-                    None => unreadable_stamp = unreadable_stamp.or(Some(field)),
+                    None => unreadable_stamp = unreadable_stamp.or_else(|| Some(field.to_vec())),
                 }
             }
         }
         match (places.stamp, unreadable_stamp) {
             (Some(place), Some(field)) if stamps.is_empty() => {
-                Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(field) })
+                Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(&field) })
             }
             _ => Ok((scans, stamps)),
         }

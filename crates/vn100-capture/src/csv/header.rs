@@ -1,10 +1,13 @@
 //! The line that names the columns, and what each column is for.
 
+use std::borrow::Cow;
+
 use vn100_protocol::Quantity;
 
 use super::{
     CsvError,
-    column_map::{ColumnMap, ColumnName, STAMP, by_alias, known},
+    column_map::{ColumnMap, ColumnName, STAMP, Unit, known},
+    column_name::channel_of,
     lines::Fields,
     number::Number,
     shown,
@@ -18,7 +21,6 @@ const SENTENCES: [&str; 5] = ["raw", "raw_data", "data", "field.data", "sentence
 
 /// A line cut into the names of columns.
 pub(super) struct Header {
-    pub(super) separator: u8,
     /// All but the last one where that is empty.
     pub(super) names: Vec<String>,
     /// A field without a name ends each row: a separator too many.
@@ -26,31 +28,30 @@ pub(super) struct Header {
 }
 
 /// The columns that matter, by place.
-#[derive(Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct ColumnPlaces {
     pub(super) stamp: Option<usize>,
     pub(super) sentence: Option<usize>,
     /// The place and the channel, in the order of the columns.
     pub(super) channels: Vec<(usize, usize)>,
+    /// The channels whose unit stands in the name of their column.
+    pub(super) units: Vec<(usize, &'static Unit)>,
 }
 
 impl Header {
-    /// Cuts `line` at the one of `,` `;` and tab that it has most of.
-    pub(super) fn read(line: &[u8]) -> Self {
-        let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
-        // of equals the last one counts
-        let separator = [b'\t', b';', b','].into_iter().max_by_key(|&byte| occurrences(byte)).unwrap_or(b',');
+    /// Cuts `line` at the separators.
+    pub(super) fn read(line: &[u8], separator: u8) -> Self {
         let mut names: Vec<_> = Fields::new(line, separator).map(shown).collect();
         let nameless_end = names.len() > 1 && names.pop_if(|name| name.is_empty()).is_some();
-        Self { separator, names, nameless_end }
+        Self { names, nameless_end }
     }
 
     /// Learns from the rows whether they end in a field without a name; the names of the columns
     /// may have a separator too many or too few.
-    pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>) {
+    pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = Cow<'a, [u8]>>, separator: u8) {
         let (mut as_named, mut longer) = (0, 0);
         for row in rows {
-            let (count, last) = Fields::new(row, self.separator).count_and_last();
+            let (count, last) = Fields::new(&row, separator).count_and_last();
             as_named += usize::from(count == self.names.len());
             longer += usize::from(count == self.names.len() + 1 && (self.nameless_end || last.is_empty()));
         }
@@ -71,10 +72,11 @@ impl Header {
                 places.stamp.get_or_insert(place);
             } else if SENTENCES.contains(&&*name) {
                 places.sentence.get_or_insert(place);
-            } else if let Some(channel) = by_alias(&name)
+            } else if let Some((channel, unit)) = channel_of(&name)
                 && places.channels.iter().all(|&(_, other)| other != channel)
             {
                 places.channels.push((place, channel));
+                places.units.extend(unit.map(|unit| (channel, unit)));
             }
         }
         places
@@ -106,6 +108,7 @@ impl Header {
         Ok(ColumnPlaces {
             stamp: found.get(map.channels.len()).map(|&(_, place)| place),
             sentence: None,
+            units: Vec::new(),
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
         })
     }
@@ -175,10 +178,14 @@ impl ColumnPlaces {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::dialect::Dialect, *};
+
+    fn header(line: &[u8]) -> Header {
+        Header::read(line, Dialect::of(line, std::iter::empty()).separator)
+    }
 
     fn channels(line: &str) -> Vec<(usize, &'static str)> {
-        let places = Header::read(line.as_bytes()).known_places();
+        let places = header(line.as_bytes()).known_places();
         let channels = places.channels.iter();
         channels.map(|&(place, channel)| (place, &*known(channel).name)).collect()
     }
@@ -187,13 +194,13 @@ mod tests {
     fn names_are_found_however_written() {
         for line in ["t,acc_x,gyr_z", " Time ; \"Accel_X\" ;GYRO_Z", "%time\tACC_X\tgyro_z"] {
             assert_eq!(channels(line), [(1, "accel_x"), (2, "gyro_z")], "{line:?}");
-            assert_eq!(Header::read(line.as_bytes()).known_places().stamp, Some(0));
+            assert_eq!(header(line.as_bytes()).known_places().stamp, Some(0));
         }
     }
 
     #[test]
     fn the_first_of_two_columns_is_taken() {
-        let header = Header::read(b"gyr_x,gyro_x,n");
+        let header = header(b"gyr_x,gyro_x,n");
         let places = header.known_places();
         assert_eq!(places.channels.len(), 1);
         assert_eq!(places.ignored(&header), ["gyro_x", "n"]);
@@ -201,10 +208,10 @@ mod tests {
 
     #[test]
     fn mapped_columns_are_found_or_missed_by_name() {
-        let header = Header::read(b"time;wx;WY");
+        let header = header(b"time;wx;WY");
         let places = |map: &str| header.mapped_places(&map.parse().unwrap()).map_err(|error| error.to_string());
         let found = places("gyro_x=2:deg/s,gyro_y=wy:deg/s,t=time:ns").unwrap();
-        let [x, y] = ["gyro_x", "gyro_y"].map(|name| by_alias(name).unwrap());
+        let [x, y] = ["gyro_x", "gyro_y"].map(|name| channel_of(name).unwrap().0);
         assert_eq!((found.stamp, &*found.channels), (Some(0), &[(1, x), (2, y)][..]));
         assert_eq!(places("gyro_x=wz:deg/s").unwrap_err(), "no column \"wz\" for gyro_x: the file has time, wx, WY");
         assert_eq!(places("gyro_x=4:deg/s").unwrap_err(), "no column \"4\" for gyro_x: the file has time, wx, WY");

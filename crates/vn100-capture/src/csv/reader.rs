@@ -233,6 +233,8 @@ impl RowParser {
 
     /// Adds the numbers of a line to what is known of their columns, where it is a good row.
     pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
+        let text = self.plan.dialect.tidy(line.text);
+        let line = &CsvLine { text: &text, ..*line };
         let is_row = match line.completeness {
             Completeness::Overlong => false,
             Completeness::Unended => self.ends_whole(line.text),
@@ -254,6 +256,8 @@ impl RowParser {
     /// Reads a line; `None` where it is no row.
     #[inline]
     pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
+        let text = self.plan.dialect.tidy(line.text);
+        let line = &CsvLine { text: &text, ..*line };
         self.report.lines += 1;
         if line.completeness != Completeness::Overlong && self.is_skipped(line) {
             self.report.skipped_lines += 1;
@@ -346,7 +350,7 @@ impl RowParser {
         let Some(last_field) = self.plan.last_field else {
             return true;
         };
-        let (count, last) = Fields::new(row, self.plan.separator).count_and_last();
+        let (count, last) = Fields::new(row, self.plan.dialect.separator).count_and_last();
         count == self.plan.columns.len() && last_field.is_whole(last)
     }
 
@@ -393,24 +397,25 @@ impl RowParser {
                 rest = rest.get(1..).ok_or(RejectedRow::Fields)?;
             }
             rest = match column {
-                ColumnUse::Channel(slot) => match leading_number(rest, plan.separator) {
+                ColumnUse::Channel(slot) => match leading_number(rest, plan.dialect.separator) {
                     Some((number, rest)) => {
                         cells[slot] = Some(number);
                         rest
                     }
                     None => {
-                        let (absence, rest) = leading_absence(rest, plan.separator).ok_or(RejectedRow::Number)?;
+                        let (absence, rest) =
+                            leading_absence(rest, plan.dialect.separator).ok_or(RejectedRow::Number)?;
                         cells[slot] = None;
                         absent.push((slot, absence));
                         rest
                     }
                 },
                 ColumnUse::Stamp(unit) => {
-                    let (number, rest) = leading_number(rest, plan.separator).ok_or(RejectedRow::Stamp)?;
+                    let (number, rest) = leading_number(rest, plan.dialect.separator).ok_or(RejectedRow::Stamp)?;
                     stamp = Some((number, unit));
                     rest
                 }
-                ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.separator)..],
+                ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.dialect.separator)..],
             };
         }
         if rest.is_empty() { Ok(stamp) } else { Err(RejectedRow::Fields) }
@@ -428,7 +433,7 @@ impl RowParser {
                 break;
             };
             let unquoted_tail = place == last && column == ColumnUse::Sentence && opening_quote(begun).is_none();
-            let end = if unquoted_tail { begun.len() } else { field_end(begun, self.plan.separator) };
+            let end = if unquoted_tail { begun.len() } else { field_end(begun, self.plan.dialect.separator) };
             let field = &begun[..end];
             rest = begun.get(end + 1..);
             self.quote_open = has_open_quote(field);
@@ -459,7 +464,7 @@ impl RowParser {
     /// A row with too many or too few fields is that before all else.
     #[cold]
     fn wrong_fields(&self, line: &[u8]) -> Option<RejectedRow> {
-        let fields = Fields::new(line, self.plan.separator).count();
+        let fields = Fields::new(line, self.plan.dialect.separator).count();
         (fields != self.plan.columns.len()).then_some(RejectedRow::Fields)
     }
 }

@@ -1,9 +1,9 @@
 //! How the numbers of a column become counts: decimals as they stand where they fit 32 bits, else
 //! a power of two.
 
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
-use super::number::Number;
+use super::{column_map::Unit, number::Number};
 
 /// Rows looked at in the head of a file.
 pub(super) const SCANNED_ROWS: usize = 1000;
@@ -92,6 +92,19 @@ pub(super) struct Prior {
     pub(super) zero_hundredths: i64,
     /// It is an angle, whose counts continue beyond a turn.
     pub(super) turns: bool,
+}
+
+impl Prior {
+    /// Of a column in this unit, of any sensor.
+    pub(super) fn of_unit(unit: &Unit) -> Self {
+        Self {
+            // the distance between two zeros must be a whole count
+            decimals: if unit.zero_hundredths == 0 { 0 } else { 2 },
+            limit: None,
+            zero_hundredths: unit.zero_hundredths,
+            turns: unit.quantity == Quantity::Angle,
+        }
+    }
 }
 
 /// How much of the file a [`ColumnScan`] is of.

@@ -8,6 +8,7 @@ use vn100_protocol::stream::{AbsentValues, CsvReport, RejectedRow, RejectedRows}
 
 use super::{lines::Lines, reader::RowParser, *};
 
+mod forms;
 mod mapped;
 mod properties;
 mod sentences;

@@ -1,0 +1,108 @@
+//! What parts the fields of a row, and which sign its decimals follow.
+
+use std::borrow::Cow;
+
+use memchr::memmem;
+
+use super::{lines::Fields, number::Number};
+
+/// How the rows of a file are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Dialect {
+    /// Between two fields; a space stands for any number of spaces and tabs.
+    pub(super) separator: u8,
+    /// `0,5` is a half.
+    decimal_comma: bool,
+}
+
+/// What parts fields by itself.
+const SEPARATORS: [u8; 3] = [b'\t', b';', b','];
+
+impl Dialect {
+    /// That of `rows`, below a line of `names` or the first of them itself.
+    pub(super) fn of<'a>(names: &[u8], rows: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
+        let mut shown = rows.clone().peekable();
+        // a tab that parts the names parts the numbers
+        let has_tabs = |row: &[u8]| names.contains(&b'\t') && row.contains(&b'\t');
+        if shown.peek().is_some() && shown.all(|row| is_spaced(row) && !has_tabs(row)) {
+            let decimal_comma = rows.clone().any(|row| row.contains(&b','));
+            return Self { separator: b' ', decimal_comma };
+        }
+        let separator = separator(names);
+        let fields = || rows.clone().flat_map(|row| Fields::new(row, separator));
+        let has_sentence = || rows.clone().any(|row| memmem::find(row, b"$VN").is_some());
+        let decimal_comma = separator != b','
+            && fields().any(is_with_comma)
+            && !fields().any(|field| field.contains(&b'.') && Number::parse(field).is_some())
+            && !has_sentence();
+        Self { separator, decimal_comma }
+    }
+
+    /// The names of the columns above rows of this dialect, and what parts them; they may be the
+    /// first row.
+    pub(super) fn header<'a>(self, names: &'a [u8]) -> (Cow<'a, [u8]>, u8) {
+        let is_spaced = self.separator == b' ' && !names.iter().any(|byte| SEPARATORS.contains(byte));
+        let separator = if is_spaced { b' ' } else { separator(names) };
+        let is_row = Fields::new(names, separator).any(is_with_comma) && separator != b',';
+        (if is_spaced || is_row { self.tidy(names) } else { names.into() }, separator)
+    }
+
+    /// Whether a line is read as it stands.
+    #[inline]
+    pub(super) const fn is_plain(self) -> bool {
+        !self.decimal_comma && self.separator != b' '
+    }
+
+    /// The line with single separators and decimal points.
+    pub(super) fn tidy<'a>(self, line: &'a [u8]) -> Cow<'a, [u8]> {
+        if self.is_plain() {
+            return line.into();
+        }
+        let mut tidy = Vec::with_capacity(line.len());
+        if self.separator == b' ' {
+            for word in words(line) {
+                tidy.extend_from_slice(word);
+                tidy.push(b' ');
+            }
+            tidy.pop();
+        } else {
+            tidy.extend_from_slice(line);
+        }
+        if self.decimal_comma {
+            tidy.iter_mut().filter(|byte| **byte == b',').for_each(|byte| *byte = b'.');
+        }
+        tidy.into()
+    }
+}
+
+/// The one of `,` `;` and tab that the line has most of; `;` or tab where the commas are those of
+/// decimals.
+fn separator(line: &[u8]) -> u8 {
+    let are_decimals = |separator: &u8| line.contains(separator) && Fields::new(line, *separator).all(is_with_comma);
+    let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
+    let [tab, semicolon, _] = SEPARATORS;
+    // of equals the last one counts
+    let most = || SEPARATORS.into_iter().max_by_key(|&byte| occurrences(byte));
+    [tab, semicolon].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
+}
+
+/// Whether the line is several numbers between spaces.
+fn is_spaced(line: &[u8]) -> bool {
+    let is_number =
+        |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
+    !line.contains(&b';') && words(line).count() > 1 && words(line).all(is_number) && line.contains(&b' ')
+}
+
+fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(|byte| matches!(byte, b' ' | b'\t')).filter(|word| !word.is_empty())
+}
+
+/// Whether it is a number whose decimals follow a comma.
+fn is_with_comma(field: &[u8]) -> bool {
+    match field.iter().position(|&byte| byte == b',') {
+        Some(at) if field[at + 1..].first().is_some_and(u8::is_ascii_digit) => {
+            Number::parse(&[&field[..at], b".", &field[at + 1..]].concat()).is_some()
+        }
+        _ => false,
+    }
+}
