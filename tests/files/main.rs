@@ -23,6 +23,7 @@ mod report;
 mod support;
 #[cfg(unix)]
 mod system_faults;
+mod tables;
 #[cfg(unix)]
 mod terminal;
 mod uncertainty;

@@ -9,6 +9,7 @@ mod rounding;
 mod stationary;
 mod stream;
 pub(crate) mod temperature;
+mod units;
 mod white_budget;
 
 use imu_noise::{
@@ -109,6 +110,7 @@ impl Assessment {
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels);
+        warnings.extend(units::warnings(snapshot));
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
             None => {

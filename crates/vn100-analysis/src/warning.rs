@@ -74,6 +74,8 @@ pub enum WarningKind {
     FullRange,
     /// An angle turned so far that its count had to start anew.
     AngleRestarted,
+    /// Columns of a file hold magnitudes that their unit makes impossible.
+    UnitDoubtful,
     /// The mean acceleration is not as long as gravity.
     GravityMagnitude,
     /// The mean magnetic field is not as long as the Earth's.
@@ -121,6 +123,7 @@ impl WarningKind {
             Self::QuantisationFloor => "quantisation-floor",
             Self::FullRange => "full-range",
             Self::AngleRestarted => "angle-restarted",
+            Self::UnitDoubtful => "unit-doubtful",
             Self::GravityMagnitude => "gravity-magnitude",
             Self::FieldMagnitude => "field-magnitude",
             Self::YawFromMagnetometer => "yaw-from-magnetometer",

@@ -49,7 +49,15 @@ fn warnings_are_named() {
         LowPass,
         LineFreeBand,
     ];
-    let rest = [NotStationary, WarmUp, FollowsTemperature, GravityMagnitude, FieldMagnitude, YawFromMagnetometer];
+    let rest = [
+        UnitDoubtful,
+        NotStationary,
+        WarmUp,
+        FollowsTemperature,
+        GravityMagnitude,
+        FieldMagnitude,
+        YawFromMagnetometer,
+    ];
     for kinds in [&link[..], &time, &values, &noise, &rest] {
         assert_named(kinds, WarningKind::name);
     }

@@ -153,6 +153,7 @@ fn every_warning_is_listed_and_read_in_full() {
             QuantisationFloor,
             FullRange,
             AngleRestarted,
+            UnitDoubtful,
             GravityMagnitude,
             FieldMagnitude,
             YawFromMagnetometer,

@@ -1,0 +1,150 @@
+//! Units that the columns of a file cannot be in: no sensor at rest measures such magnitudes.
+
+use imu_noise::STANDARD_GRAVITY_M_S2;
+use vn100_protocol::{Channel, Layout, Quantity};
+
+use crate::{
+    remedy::{Remedy, Text},
+    snapshot::Snapshot,
+    warning::{Warning, WarningKind},
+};
+
+/// What a column is read as, what it is instead, and how much longer gravity is read then.
+const MISTAKEN: [(&str, &str, f64); 6] = [
+    ("m/s^2", "g", 1.0 / STANDARD_GRAVITY_M_S2),
+    ("m/s^2", "mg", 1e3 / STANDARD_GRAVITY_M_S2),
+    ("g", "m/s^2", STANDARD_GRAVITY_M_S2),
+    ("mg", "m/s^2", 1e-3 * STANDARD_GRAVITY_M_S2),
+    ("g", "mg", 1e3),
+    ("mg", "g", 1e-3),
+];
+
+/// Gravity with the bias and scale of a poor sensor.
+const GRAVITY_SHARE: f64 = 0.1;
+
+/// The bias of a poor gyroscope is a tenth of it.
+const MEAN_RATE_RAD_S: f64 = 3.0;
+
+/// Beyond the range of every inertial sensor: 2000 deg/s.
+const RANGE_RAD_S: f64 = 40.0;
+
+/// Asks whether the units of a file with columns are those it is read in.
+pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
+    // the units of sentences are known
+    let (Some(layout), Some(_)) = (&snapshot.layout, snapshot.link.rejected_rows) else { return Vec::new() };
+    let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
+    let warning = |quantity, seen: String, read: &str, likely: &str| {
+        let of_quantity = layout.channels.iter().filter(|channel| channel.quantity == quantity);
+        let text = Text::from(format!("{seen}, read as {read}: are the columns in {likely}? Then give "))
+            .remedy(Remedy::MapColumns)
+            .then(format!(" {}, with the names of your columns behind each =", columns(layout, quantity, likely)));
+        Warning::new(WarningKind::UnitDoubtful, of_quantity.map(|channel| channel.name.to_string()).collect(), text)
+    };
+    let mut warnings = Vec::new();
+    if let Some(gravity) = length(Quantity::Acceleration) {
+        let is_so_long = |factor: f64| (gravity / (factor * STANDARD_GRAVITY_M_S2) - 1.0).abs() < GRAVITY_SHARE;
+        let unit_read =
+            layout.channels.iter().find(|channel| channel.quantity == Quantity::Acceleration).map(unit_read);
+        let mistaken = MISTAKEN.into_iter().find(|&(read, _, factor)| unit_read == Some(read) && is_so_long(factor));
+        if let Some((read, likely, _)) = mistaken {
+            let seen = format!("the mean acceleration is {gravity:.4} m/s^2 long, gravity {STANDARD_GRAVITY_M_S2:.2}");
+            warnings.push(warning(Quantity::Acceleration, seen, read, likely));
+        }
+    }
+    let rates = || snapshot.measured().filter(|(channel, _)| channel.quantity == Quantity::AngularRate);
+    let extremes = rates().flat_map(|(channel, results)| {
+        let counts = [results.moments.min_counts(), results.moments.max_counts()].into_iter().flatten();
+        counts.map(move |counts| channel.value(counts).abs())
+    });
+    let largest = extremes.fold(0.0, f64::max);
+    let mean = length(Quantity::AngularRate).unwrap_or(0.0);
+    let seen = if largest > RANGE_RAD_S {
+        Some(format!("a rate of {largest:.1} rad/s is beyond the range of inertial sensors"))
+    } else {
+        (mean > MEAN_RATE_RAD_S).then(|| format!("the mean rate is {mean:.2} rad/s long, which no sensor at rest has"))
+    };
+    warnings.extend(seen.map(|seen| warning(Quantity::AngularRate, seen, "rad/s", "deg/s")));
+    warnings
+}
+
+/// The unit of a file from which this channel of accelerations is converted: by its scale but for
+/// powers of two, which counts may have.
+fn unit_read(channel: &Channel) -> &'static str {
+    let significand = |scale: f64| scale.to_bits() & ((1 << 52) - 1);
+    let units = [("g", STANDARD_GRAVITY_M_S2), ("mg", STANDARD_GRAVITY_M_S2 / 1e3)];
+    let unit = units.into_iter().find(|(_, scale)| significand(*scale) == significand(channel.scale));
+    unit.map_or("m/s^2", |(unit, _)| unit)
+}
+
+/// All columns, those of this quantity in another unit.
+fn columns(layout: &Layout, quantity: Quantity, unit: &str) -> String {
+    let column = |channel: &Channel| {
+        let unit = if channel.quantity == quantity { unit } else { &channel.unit };
+        format!("{0}={0}:{unit}", channel.name)
+    };
+    layout.channels.iter().map(column).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use std::sync::Arc;
+
+    use vn100_protocol::{
+        VNIMU,
+        stream::{Batch, RejectedRowCounts, StreamCounts},
+    };
+
+    use super::*;
+    use crate::{Analysis, Settings};
+
+    /// A file of accelerations and rates, in m/s² and rad/s as read.
+    fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: f64, is_file: bool) -> Vec<Warning> {
+        let mut layout = Layout { channels: VNIMU.channels[3..9].into(), ..VNIMU.clone() };
+        layout.channels.to_mut()[..3]
+            .iter_mut()
+            .for_each(|channel| (channel.decimals, channel.scale) = (0, unit / 4096.0));
+        let row = [0.0, 0.0, accel_m_s2, rate_rad_s, 0.0, 0.0];
+        let count = |(channel, value): (&Channel, &f64)| (value / channel.in_unit(1.0)).round() as i32;
+        let counts: Vec<i32> = layout.channels.iter().zip(&row).map(count).collect();
+        let link = StreamCounts { rejected_rows: is_file.then(RejectedRowCounts::default), ..StreamCounts::default() };
+        let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+        analysis.absorb(&Batch {
+            layout: Some(Arc::new(layout)),
+            counts: counts.repeat(100),
+            link,
+            ..Batch::default()
+        });
+        warnings(&analysis.snapshot())
+    }
+
+    #[test]
+    fn magnitudes_that_no_sensor_has_are_asked_about() {
+        const G: f64 = STANDARD_GRAVITY_M_S2;
+        let text = |accel, rate| measured(accel, rate, 1.0, true).first().map(|warning| warning.text.to_string());
+        for (accel, unit, read, likely) in [
+            (-1.02, 1.0, "m/s^2", "g"),
+            (998.0, 1.0, "m/s^2", "mg"),
+            (96.2, G, "g", "m/s^2"),
+            (9806.65, G, "g", "mg"),
+            (0.0096, G / 1e3, "mg", "g"),
+            (0.096, G / 1e3, "mg", "m/s^2"),
+        ] {
+            let warned = measured(accel, 0.0, unit, true);
+            let text = warned.first().unwrap().text.to_string();
+            assert!(text.contains(&format!("read as {read}: are the columns in {likely}?")), "{accel}: {text}");
+        }
+        assert_eq!(
+            text(1.0, 0.01).unwrap(),
+            "the mean acceleration is 1.0000 m/s^2 long, gravity 9.81, read as m/s^2: are the columns in g? Then give a map of columns \
+             accel_x=accel_x:g,accel_y=accel_y:g,accel_z=accel_z:g,gyro_x=gyro_x:rad/s,gyro_y=gyro_y:rad/s,gyro_z=gyro_z:rad/s, with \
+             the names of your columns behind each ="
+        );
+        assert!(text(9.8, 300.0).unwrap().starts_with("a rate of 300.0 rad/s is beyond"));
+        assert!(text(9.8, 5.0).unwrap().contains("are the columns in deg/s?"));
+        for (accel, rate) in [(9.8, 0.0), (9.2, 0.3), (0.0, 0.0), (5.0, 0.0)] {
+            assert_eq!(text(accel, rate), None, "{accel} {rate}");
+        }
+        assert!(measured(1.0, 300.0, 1.0, false).is_empty(), "of sentences");
+    }
+}
