@@ -123,7 +123,10 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
             MeasurementEnd::Ended(ending) if holds_values && is_rate_unknown(&ending) => {
                 let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
-                channels.state.send_replace(before);
+                // what was read stays read
+                channels.state.send_modify(|state| {
+                    *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
+                });
                 return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
             }
             MeasurementEnd::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
