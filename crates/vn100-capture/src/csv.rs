@@ -6,16 +6,19 @@
 //! [`ColumnMap`]. Numbers become counts of their last digit without the way through a float, stamps
 //! become nanoseconds, and a row that is not understood is counted with its reason.
 
+mod clock;
 mod column_map;
 mod column_name;
 mod detect;
 mod dialect;
+mod guess;
 mod header;
 mod lines;
 mod number;
 mod reader;
 mod resolution;
 mod stamp;
+mod stamp_columns;
 #[cfg(test)]
 mod tests;
 
@@ -23,10 +26,11 @@ use thiserror::Error;
 use vn100_protocol::Layout;
 
 use self::{
+    clock::ClockForm,
     dialect::Dialect,
     lines::LastField,
     resolution::{ColumnScan, Prior, Quantizer, Scanned},
-    stamp::StampUnit,
+    stamp::{StampForm, StampUnit},
 };
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use column_map::{by_name, known};
@@ -57,6 +61,13 @@ pub(crate) struct CsvPlan {
     /// How the last fields of the first rows are printed; `None` for a sentence, which has a
     /// checksum.
     last_field: Option<LastField>,
+    /// The columns of the stamps and their forms, as a column map names them.
+    times: Option<String>,
+    /// The form of dates and times of day.
+    clock: Option<ClockForm>,
+    /// How long behind the row before it a row came that repeats its stamp; `None` where several
+    /// rows have one stamp as a rule.
+    repeated_step_ns: Option<i64>,
     /// Lines before the first row.
     lines_above: u64,
 }
@@ -69,7 +80,7 @@ impl CsvPlan {
 
     /// Whether its rows are numbers without a stamp.
     pub(crate) fn lacks_times(&self) -> bool {
-        self.holds_values() && !self.columns.iter().any(|column| matches!(column, ColumnUse::Stamp(_)))
+        self.holds_values() && self.times.is_none()
     }
 }
 
@@ -110,7 +121,9 @@ impl CsvPlan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnUse {
     Ignored,
-    Stamp(StampUnit),
+    Stamp(StampForm),
+    /// What is added to the stamp: the nanoseconds beside its seconds.
+    StampPart(StampUnit),
     /// The channel at this place of the layout.
     Channel(usize),
     Sentence,
@@ -123,9 +136,14 @@ pub enum CsvError {
     #[error(
         "no column of this CSV file is known: looked for {}; found {}",
         header::ColumnPlaces::SEARCHED,
-        .0.join(", ")
+        .found.join(", ")
     )]
-    UnknownColumns(Vec<String>),
+    UnknownColumns {
+        /// The names in the header.
+        found: Vec<String>,
+        /// A map that may fit.
+        guess: String,
+    },
     /// A column named in the map is not there.
     #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
     MissingColumn {
@@ -159,9 +177,17 @@ pub enum CsvError {
         /// The units in which that is 1 ms to 1 s.
         units: Vec<&'static str>,
     },
-    /// No stamp is a number.
+    /// Whether day or month comes first does not follow from the dates.
+    #[error("the dates in column {column:?} may have the day or the month first")]
+    DateOrder {
+        /// Their name.
+        column: String,
+        /// What a column map calls it.
+        argument: String,
+    },
+    /// No stamp is understood.
     #[error(
-        "the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none"
+        "the stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {text:?}: name another column"
     )]
     Stamps {
         /// Their name.
@@ -174,10 +200,12 @@ pub enum CsvError {
 /// What a [`ColumnMap`] would have to name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
-    /// The columns; with an example of a map.
-    Columns(&'static str),
+    /// The columns; with a map that may fit.
+    Columns(String),
     /// The unit of the stamps, one of s, ms, us and ns; with a map that does so.
     StampUnit(String),
+    /// The order of the dates, dmy or mdy; with a map that does so.
+    DateOrder(String),
 }
 
 impl CsvError {
@@ -185,15 +213,16 @@ impl CsvError {
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
         match self {
-            Self::UnknownColumns { .. } => Some(MapHint::Columns("gyro_x=wx:deg/s,t=time:s")),
+            Self::UnknownColumns { guess, .. } => Some(MapHint::Columns(guess.clone())),
             Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
+            Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
             Self::MissingColumn { .. } | Self::SameColumn { .. } | Self::Stamps { .. } => None,
         }
     }
 
     /// Whether the columns are known, and only the stamps in them are not understood.
     fn is_about_stamps(&self) -> bool {
-        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. })
+        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. } | Self::DateOrder { .. })
     }
 }
 

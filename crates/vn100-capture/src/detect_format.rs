@@ -18,6 +18,17 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"%PDF", "a PDF document"),
+    (b"MATLAB ", "a MATLAB file: save its columns there, as in writematrix([t gyro accel], 'imu.csv')"),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        "an HDF5 file (a MATLAB file of version 7.3 is one): save its columns as CSV, with h5py and numpy.savetxt",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array: numpy.savetxt('imu.csv', numpy.load('FILE.npy'), delimiter=',') makes a table of it",
+    ),
+    (b"RDX2", "an R workspace: write.csv(NAME, 'imu.csv') makes a table of one of its data frames"),
+    (b"RDX3", "an R workspace: write.csv(NAME, 'imu.csv') makes a table of one of its data frames"),
     (b"\x7fELF", "a program"),
     (b"SQLite format 3", "an SQLite database"),
     (b"#ROSBAG", "a ROS bag without sentences"),
@@ -110,7 +121,9 @@ pub(crate) fn detect_format(
         match csv::detect(&head.bytes, columns) {
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan))),
             // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
-            Err(error @ CsvError::StampUnit { .. }) => return Ok((head, Detected::UnusableCsv(error))),
+            Err(error @ (CsvError::StampUnit { .. } | CsvError::DateOrder { .. })) => {
+                return Ok((head, Detected::UnusableCsv(error)));
+            }
             Err(error) if columns.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
@@ -181,6 +194,9 @@ fn describe(head: &[u8]) -> String {
         return "an empty file".into();
     }
     let text = String::from_utf8_lossy(head);
+    if text.contains("angular_velocity:") && text.contains("linear_acceleration:") {
+        return "messages as rostopic echo prints them: rostopic echo -p prints a table, or give the bag itself".into();
+    }
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
     // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
     let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();

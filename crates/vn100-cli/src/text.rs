@@ -183,6 +183,9 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
         );
         write_wrapped(out, &text)?;
     }
+    if let Some(times) = &csv.times {
+        write_wrapped(out, &format!("  times from  {times}"))?;
+    }
     for (name, columns) in [("unused     ", &csv.ignored_columns), ("rounded    ", &csv.rounded)] {
         if !columns.is_empty() {
             let text = format!("  {name}columns {}", columns.join(", "));

@@ -117,7 +117,12 @@ fn cure(error: &OpenError) -> String {
         _ => None,
     };
     match hint {
-        Some(MapHint::Columns(map)) => format!("; name the columns with a map (--columns), as in {map}"),
+        Some(MapHint::Columns(map)) => {
+            format!(
+                "; if this fits, with the units checked, give --columns '{map}' (vn100 replay --help lists channels, units and forms of time)"
+            )
+        }
+        Some(MapHint::DateOrder(map)) => format!("; name the order, as in --columns {map} (or mdy)"),
         Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
         None => String::new(),
     }

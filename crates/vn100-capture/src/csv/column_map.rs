@@ -5,22 +5,23 @@ use std::{borrow::Cow, f64::consts::PI, fmt, str::FromStr, sync::LazyLock};
 
 use vn100_protocol::{Channel, MESSAGES, Quantity};
 
-use super::stamp::StampUnit;
+use super::stamp::{StampForm, StampUnit};
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
 /// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_`
 /// with `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`,
-/// `value` for the numbers of any series, or `t` for the stamp of the row.
-/// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
-/// the column or its number, from 1. `UNIT` is
+/// `value` for the numbers of any series, or `t` for the stamp of the row; `raw=COLUMN` is one of
+/// sentences. With `t` or `raw` alone the other columns are known by their names. `COLUMN` is the
+/// name at the head of the column or its number, from 1. `UNIT` is
 ///
 /// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is
 ///   9.80665 m/s²,
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
 ///   `1` for an element of the quaternion,
-/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the
-///   stamp, and any word for `value`, which is not converted.
+/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns`,
+///   `iso` for a date with the year first, `dmy`, `mdy`, or `clock` for a time of day for the
+///   stamp, of two columns as `t=SECS:s+NANOS:ns`, and any word for `value`, which is not converted.
 ///
 /// ```
 /// use vn100_capture::ColumnMap;
@@ -31,9 +32,20 @@ use super::stamp::StampUnit;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Empty when only the stamp is mapped.
+    /// Empty when only the stamp or the sentences are mapped.
     pub(crate) channels: Vec<MappedChannel>,
-    pub(super) stamp: Option<(ColumnName, StampUnit)>,
+    pub(super) stamp: Option<MappedStamp>,
+    /// The column of sentences.
+    pub(super) sentence: Option<ColumnName>,
+}
+
+/// The column or the two columns of the stamps.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MappedStamp {
+    pub(super) column: ColumnName,
+    pub(super) form: StampForm,
+    /// The column that is added, and its unit.
+    pub(super) part: Option<(ColumnName, StampUnit)>,
 }
 
 /// A column that holds a channel.
@@ -89,6 +101,9 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
+    /// A column of sentences beside columns of values.
+    #[error("raw names sentences, which hold all channels: name no other channel beside it")]
+    RawBesideChannels,
     /// No part at all.
     #[error("no channel is mapped: name at least one of {}", channel_names())]
     NoChannel,
@@ -98,12 +113,15 @@ impl FromStr for ColumnMap {
     type Err = ColumnMapError;
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let mut map = Self { channels: Vec::new(), stamp: None };
+        let mut map = Self { channels: Vec::new(), stamp: None, sentence: None };
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
         }
         if map.columns().next().is_none() {
             return Err(ColumnMapError::NoChannel);
+        }
+        if map.sentence.is_some() && !map.channels.is_empty() {
+            return Err(ColumnMapError::RawBesideChannels);
         }
         Ok(map)
     }
@@ -111,6 +129,13 @@ impl FromStr for ColumnMap {
 
 impl ColumnMap {
     fn add(&mut self, part: &str) -> Result<(), ColumnMapError> {
+        if let Some((RAW, column)) = part.split_once('=').map(|(channel, column)| (channel.trim(), column.trim())) {
+            let column = column_name(column, part)?;
+            return match self.sentence.replace(column) {
+                Some(_) => Err(ColumnMapError::Twice { channel: RAW.into(), part: part.into() }),
+                None => Ok(()),
+            };
+        }
         // a column's name may hold `=` and `:`, the other two cannot
         let (channel, column, unit) = part
             .split_once('=')
@@ -122,18 +147,27 @@ impl ColumnMap {
             .ok_or_else(|| ColumnMapError::Form(part.into()))?;
         let bad_unit = || ColumnMapError::Unit { unit: unit.into(), channel: channel.into(), part: part.into() };
         let twice = || ColumnMapError::Twice { channel: channel.into(), part: part.into() };
-        let column = match column.parse() {
-            Ok(0) => return Err(ColumnMapError::ColumnZero(part.into())),
-            Ok(number) => ColumnName::Number(number),
-            Err(_) => ColumnName::Header(column.into()),
-        };
         if channel == STAMP {
-            let unit = StampUnit::ALL.into_iter().find(|known| known.name == unit).ok_or_else(bad_unit)?;
-            if self.stamp.replace((column, unit)).is_some() {
-                return Err(twice());
-            }
-            return Ok(());
+            let form = StampForm::by_name(unit).ok_or_else(bad_unit)?;
+            // two columns, as in secs:s+nsecs:ns
+            let pair = StampUnit::ALL.into_iter().find_map(|first| {
+                let (seconds, part) = column.split_once(&format!(":{}+", first.name))?;
+                Some((seconds.trim(), StampForm::Unit(first), part.trim()))
+            });
+            let stamp = match (pair, form) {
+                (Some((seconds, first, added)), StampForm::Unit(unit)) => MappedStamp {
+                    column: column_name(seconds, part)?,
+                    form: first,
+                    part: Some((column_name(added, part)?, unit)),
+                },
+                _ => MappedStamp { column: column_name(column, part)?, form, part: None },
+            };
+            return match self.stamp.replace(stamp) {
+                Some(_) => Err(twice()),
+                None => Ok(()),
+            };
         }
+        let column = column_name(column, part)?;
         let index =
             by_name(channel).ok_or_else(|| ColumnMapError::Channel { channel: channel.into(), part: part.into() })?;
         let quantity = known(index).quantity;
@@ -157,7 +191,7 @@ impl ColumnMap {
 
     /// What holds the times.
     pub(crate) fn stamp_column(&self) -> Option<&ColumnName> {
-        self.stamp.as_ref().map(|(column, _)| column)
+        self.stamp.as_ref().map(|stamp| &stamp.column)
     }
 
     /// Every column with the channel it holds, the stamp last.
@@ -165,18 +199,38 @@ impl ColumnMap {
         let channels = self.channels.iter();
         channels
             .map(|mapped| (&*known(mapped.index).name, &mapped.column))
-            .chain(self.stamp.iter().map(|(column, _)| (STAMP, column)))
+            .chain(self.stamp.iter().map(|stamp| (STAMP, &stamp.column)))
+            .chain(self.stamp.iter().filter_map(|stamp| Some((STAMP, &stamp.part.as_ref()?.0))))
+            .chain(self.sentence.iter().map(|column| (RAW, column)))
+    }
+}
+
+/// A column by name, or by number from 1.
+fn column_name(column: &str, part: &str) -> Result<ColumnName, ColumnMapError> {
+    match column.parse() {
+        _ if column.is_empty() => Err(ColumnMapError::Form(part.into())),
+        Ok(0) => Err(ColumnMapError::ColumnZero(part.into())),
+        Ok(number) => Ok(ColumnName::Number(number)),
+        Err(_) => Ok(ColumnName::Header(column.into())),
     }
 }
 
 impl fmt::Display for ColumnMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let channel_units = self.channels.iter().map(|mapped| &*mapped.unit.name);
-        let stamp_unit = self.stamp.iter().map(|(_, unit)| unit.name);
         let mut comma = "";
-        for ((channel, column), unit) in self.columns().zip(channel_units.chain(stamp_unit)) {
-            write!(f, "{comma}{channel}={column}:{unit}")?;
+        for mapped in &self.channels {
+            write!(f, "{comma}{}={}:{}", known(mapped.index).name, mapped.column, mapped.unit.name)?;
             comma = ",";
+        }
+        if let Some(MappedStamp { column, form, part }) = &self.stamp {
+            write!(f, "{comma}{STAMP}={column}:{}", form.name())?;
+            if let Some((column, unit)) = part {
+                write!(f, "+{column}:{}", unit.name)?;
+            }
+            comma = ",";
+        }
+        if let Some(column) = &self.sentence {
+            write!(f, "{comma}{RAW}={column}")?;
         }
         Ok(())
     }
@@ -194,9 +248,12 @@ impl fmt::Display for ColumnName {
 /// The name of the stamp among the channels.
 pub(super) const STAMP: &str = "t";
 
+/// The name of the sentences there.
+pub(super) const RAW: &str = "raw";
+
 /// All names before an `=`.
 fn channel_names() -> String {
-    names().chain([STAMP]).collect::<Vec<_>>().join(" ")
+    names().chain([STAMP, RAW]).collect::<Vec<_>>().join(" ")
 }
 
 /// All units of the channel named.
@@ -204,7 +261,7 @@ fn unit_names(channel: &str) -> String {
     let names: Vec<_> = match by_name(channel) {
         Some(index) if known(index).quantity == Quantity::Value => return "one, such as s/s, ns or V".into(),
         Some(index) => units(known(index).quantity).map(|unit| &*unit.name).collect(),
-        None => StampUnit::ALL.map(|unit| unit.name).to_vec(),
+        None => StampForm::all().map(StampForm::name).collect(),
     };
     format!("one of {}", names.join(" "))
 }
@@ -304,7 +361,11 @@ mod tests {
     fn columns_go_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
-        assert_eq!(map.stamp, Some((ColumnName::Number(1), StampUnit::ALL[2])));
+        let form = StampForm::Unit(StampUnit::ALL[2]);
+        assert_eq!(map.stamp, Some(MappedStamp { column: ColumnName::Number(1), form, part: None }));
+        for text in ["t=secs:s+nsecs:ns", "t=1:s+2:ns,raw=VNYMR read", "t=Time (local):iso", "raw=5", "t=a:b+c:clock"] {
+            assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
+        }
     }
 
     #[test]
@@ -312,7 +373,7 @@ mod tests {
         assert_eq!(
             channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \
-             pressure value t"
+             pressure value t raw"
         );
         for (text, message) in [
             ("", "no channel is mapped: name at least one of CHANNELS"),
@@ -322,7 +383,7 @@ mod tests {
             ("gyro_x=:g", "\"gyro_x=:g\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyr_x=wx:g", "\"gyr_x\" in \"gyr_x=wx:g\" is no channel: name one of CHANNELS"),
             ("gyro_x=wx:g", "\"g\" in \"gyro_x=wx:g\" is no unit of gyro_x: name one of rad/s deg/s deg/h mdeg/s"),
-            ("t=1:min", "\"min\" in \"t=1:min\" is no unit of t: name one of s ms us ns"),
+            ("t=1:min", "\"min\" in \"t=1:min\" is no unit of t: name one of s ms us ns iso dmy mdy clock"),
             ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, the second time in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, the second time in \"t=2:s\": keep one"),

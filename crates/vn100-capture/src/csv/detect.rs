@@ -7,14 +7,14 @@ use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
 
 use super::{
     BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
-    column_map::{ColumnMap, ColumnName, MappedChannel, known},
+    column_map::{ColumnMap, MappedChannel, RAW, STAMP, known},
     dialect::Dialect,
+    guess::guess,
     header::{ColumnPlaces, Header},
     lines::{Fields, LastField, is_comment_or_blank},
     number::Number,
     resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
-    shown,
-    stamp::{StampScan, StampUnit},
+    stamp_columns::{StampColumns, StampSearch},
 };
 
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.
@@ -115,8 +115,14 @@ impl<'a> HeaderCandidate<'a> {
             [] => Dialect::of(names, std::iter::once(names)),
             rows => Dialect::of(names, rows.iter().copied()),
         };
+        let is_quoted = names.contains(&b'"');
         let (names, separator) = dialect.header(names);
         let mut candidate = Self { header: Header::read(&names, separator), dialect, lines, line_end, index };
+        // the commas of a sentence in the first row part no columns
+        let sentence = candidate.header.names.iter().position(|name| name.contains("$VN"));
+        if let Some(place) = sentence.filter(|_| !is_quoted) {
+            candidate.header.names.truncate(place + 1);
+        }
         candidate.header.fit(below.iter().map(|row| dialect.tidy(row)), dialect.separator);
         candidate
     }
@@ -137,26 +143,54 @@ impl<'a> HeaderCandidate<'a> {
     fn plan(&self, map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
         match map {
             Some(map) if !map.channels.is_empty() => self.mapped(map).map(Some),
-            map => self.named(map.and_then(|map| map.stamp.as_ref())),
+            map => self.named(map),
         }
     }
 
-    /// The plan for a header with known names, of which the user may have named the stamp's.
-    fn named(&self, stamp: Option<&(ColumnName, StampUnit)>) -> Result<Option<CsvPlan>, CsvError> {
-        let mut places = match stamp {
-            Some((column, _)) => self.header.known_places_stamped(column)?,
-            None => self.header.known_places(),
+    /// The plan for a header with known names, or for sentences; the user may have named the
+    /// columns of the stamps and of the sentences.
+    fn named(&self, map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
+        let mut places = self.header.known_places();
+        // a file of sentences without a header
+        let is_row = self.header.names.iter().any(|name| name.contains("$VN"));
+        let lines_above = self.index + usize::from(!is_row);
+        let said = map.and_then(|map| map.sentence.as_ref());
+        places.sentence = match said {
+            Some(column) => Some(self.header.mapped_place(RAW, column)?),
+            None => self.sentence_column(lines_above),
         };
-        let lines_above = self.index + 1;
-        let has_sentence = || rows(self.lines, lines_above).any(|row| memmem::find(row, b"$VN").is_some());
-        if places.stamp.is_some() && places.sentence.is_some() && has_sentence() {
+        if places.sentence.is_some() {
             places.channels.clear();
-        } else {
-            places.sentence = None;
-            if !places.has_inertial_channel() {
-                let found = self.header.names.clone();
-                return if self.is_header_of_numbers() { Err(CsvError::UnknownColumns(found)) } else { Ok(None) };
+        } else if !places.has_inertial_channel() {
+            if !self.is_header_of_numbers() {
+                return Ok(None);
             }
+            let stamps = self.stamp_search(&places, &self.cells(&places, lines_above)).likely();
+            let guess = guess(&self.header, stamps.as_ref());
+            return Err(CsvError::UnknownColumns { found: self.header.names.clone(), guess });
+        }
+        let cells = self.cells(&places, lines_above);
+        let search = self.stamp_search(&places, &cells);
+        places.stamp = match map.and_then(|map| map.stamp.as_ref()) {
+            Some(stamp) => Some(search.mapped(stamp)?),
+            None if is_row => search.unnamed(),
+            None => match search.found()? {
+                // beside sentences what can only be times is
+                None if places.sentence.is_some() => search.unnamed(),
+                found => found,
+            },
+        };
+        let stamp_places = places.stamp.iter().flat_map(|stamp| &stamp.columns).map(|&(place, _)| place);
+        for place in stamp_places {
+            if let Some(&(_, channel)) = places.channels.iter().find(|(taken, _)| *taken == place) {
+                let said = map.and_then(|map| map.stamp.as_ref());
+                let column = said.map_or_else(|| self.header.argument(place), |stamp| stamp.column.to_string());
+                return Err(CsvError::SameColumn { column, channels: [&known(channel).name, STAMP] });
+            }
+        }
+        if places.sentence.is_some() && places.stamp.is_none() && said.is_none() {
+            // without times the text is as good
+            return Ok(None);
         }
         places.channels.sort_by_key(|&(_, channel)| channel);
         let unit_of = |index: usize| places.units.iter().find(|(channel, _)| *channel == index).map(|&(_, unit)| unit);
@@ -179,7 +213,7 @@ impl<'a> HeaderCandidate<'a> {
             Some(_) => Kind::Sentences,
             None => Kind::Values(self.named_layout(channels)),
         };
-        self.complete(&places, kind, priors, stamp.map(|&(_, unit)| unit), lines_above).map(Some)
+        Ok(Some(self.complete(&places, kind, priors, lines_above)))
     }
 
     /// The plan for columns named by the user.
@@ -187,9 +221,12 @@ impl<'a> HeaderCandidate<'a> {
         let mut places = self.header.mapped_places(map)?;
         let is_row = self.header.is_row(map, &places);
         let lines_above = self.index + usize::from(!is_row);
-        if places.stamp.is_none() && !is_row {
-            places.stamp = self.likely_stamp(&places, lines_above);
-        }
+        let cells = self.cells(&places, lines_above);
+        let search = self.stamp_search(&places, &cells);
+        places.stamp = match &map.stamp {
+            Some(stamp) => Some(search.mapped(stamp)?),
+            None => search.likely(),
+        };
         places.channels.sort_by_key(|&(_, channel)| channel);
         let mut mapped: Vec<_> = map.channels.iter().collect();
         mapped.sort_by_key(|mapped| mapped.index);
@@ -203,18 +240,34 @@ impl<'a> HeaderCandidate<'a> {
         let compensated = self.said_compensated();
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
         let priors: Vec<_> = mapped.iter().map(|mapped| Prior::of_unit(&mapped.unit)).collect();
-        let stamp_unit = map.stamp.as_ref().map(|&(_, unit)| unit);
-        self.complete(&places, Kind::Values(layout), priors, stamp_unit, lines_above)
+        Ok(self.complete(&places, Kind::Values(layout), priors, lines_above))
     }
 
-    /// The column of the stamps by its name, where the user mapped other columns only: if it holds
-    /// times whose unit is sure. Otherwise it may be anything.
-    fn likely_stamp(&self, mapped: &ColumnPlaces, lines_above: usize) -> Option<usize> {
-        let place = self.header.known_places().stamp?;
-        let is_free = mapped.channels.iter().all(|&(taken, _)| taken != place);
-        let places = ColumnPlaces { stamp: Some(place), ..ColumnPlaces::default() };
-        let (_, stamps) = self.first_rows(&places, lines_above).ok().filter(|_| is_free)?;
-        stamps.are_times().then_some(place)
+    /// The column in which most of the first rows hold a sentence, whatever it is called.
+    fn sentence_column(&self, lines_above: usize) -> Option<usize> {
+        let mut found = vec![0_u32; self.header.names.len()];
+        for row in self.rows(lines_above) {
+            let place = Fields::new(&row, self.dialect.separator).position(|cell| memmem::find(cell, b"$VN").is_some());
+            if let Some(count) = place.and_then(|place| found.get_mut(place)) {
+                *count += 1;
+            }
+        }
+        let most = found.iter().copied().max().filter(|&most| most > 0)?;
+        found.iter().position(|&count| count == most)
+    }
+
+    /// The fields of the first rows.
+    fn cells(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<Vec<Vec<u8>>> {
+        let cut = self
+            .rows(lines_above)
+            .map(|row| Fields::new(&row, self.dialect.separator).map(<[u8]>::to_vec).collect::<Vec<_>>());
+        // a sentence has commas of its own
+        cut.filter(|cells| cells.len() == self.header.width() || places.sentence.is_some()).collect()
+    }
+
+    fn stamp_search<'b>(&'b self, places: &ColumnPlaces, rows: &'b [Vec<Vec<u8>>]) -> StampSearch<'b> {
+        let taken = places.channels.iter().map(|&(place, _)| place).chain(places.sentence).collect();
+        StampSearch { header: &self.header, rows, taken }
     }
 
     /// The layout of channels found by name: that of a message of the sensor where the channels are
@@ -267,24 +320,11 @@ impl<'a> HeaderCandidate<'a> {
 
     /// Completes a plan with what the first rows show, the unit of the stamps too if it is not
     /// given.
-    fn complete(
-        &self,
-        places: &ColumnPlaces,
-        kind: Kind,
-        priors: Vec<Prior>,
-        stamp_unit: Option<StampUnit>,
-        lines_above: usize,
-    ) -> Result<CsvPlan, CsvError> {
-        let (scans, stamps) = self.first_rows(places, lines_above)?;
+    fn complete(&self, places: &ColumnPlaces, kind: Kind, priors: Vec<Prior>, lines_above: usize) -> CsvPlan {
+        let scans = self.first_rows(places, lines_above);
         let mut columns = vec![ColumnUse::Ignored; self.header.width()];
-        if let Some(place) = places.stamp {
-            let unit = stamp_unit.map_or_else(|| stamps.unit(), Ok);
-            columns[place] = ColumnUse::Stamp(unit.map_err(|unsure| CsvError::StampUnit {
-                column: self.header.names[place].clone(),
-                argument: self.header.argument(place),
-                step: unsure.step,
-                units: unsure.units,
-            })?);
+        for &(place, column) in places.stamp.iter().flat_map(|stamp| &stamp.columns) {
+            columns[place] = column;
         }
         if let Some(place) = places.sentence {
             columns[place] = ColumnUse::Sentence;
@@ -302,10 +342,13 @@ impl<'a> HeaderCandidate<'a> {
             columns,
             priors,
             quantizers: Vec::new(),
+            times: places.stamp.as_ref().map(|stamp| stamp.named(&self.header)),
+            clock: places.stamp.as_ref().and_then(StampColumns::clock),
+            repeated_step_ns: places.stamp.as_ref().and_then(|stamp| stamp.repeated_step_ns),
             lines_above: lines_above as u64,
         };
         plan.quantize(&scans, Scanned::Head);
-        Ok(plan)
+        plan
     }
 
     /// How the first rows end that do have a line end.
@@ -319,36 +362,17 @@ impl<'a> HeaderCandidate<'a> {
         forms.reduce(LastField::common).unwrap_or_default()
     }
 
-    /// What the first rows print in the column of each channel, and in that of the stamps.
-    fn first_rows(&self, places: &ColumnPlaces, lines_above: usize) -> Result<(Vec<ColumnScan>, StampScan), CsvError> {
+    /// What the first rows print in the column of each channel.
+    fn first_rows(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<ColumnScan> {
         let mut scans = vec![ColumnScan::default(); places.channels.len()];
-        let mut stamps = StampScan::default();
-        let mut unreadable_stamp = None;
-        for row in rows(self.lines, lines_above) {
-            let tidied = self.dialect.tidy(row);
-            let fields: Vec<_> = Fields::new(&tidied, self.dialect.separator).collect();
-            // a sentence has commas of its own
-            if fields.len() != self.header.width() && places.sentence.is_none() {
-                continue;
-            }
+        for cells in self.cells(places, lines_above) {
             for (scan, &(place, _)) in scans.iter_mut().zip(&places.channels) {
-                if let Some(number) = Number::parse(fields[place]) {
+                if let Some(number) = cells.get(place).and_then(|cell| Number::parse(cell)) {
                     scan.add(&number);
                 }
             }
-            if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
-                match Number::parse(field) {
-                    Some(stamp) => stamps.add(&stamp),
-                    None => unreadable_stamp = unreadable_stamp.or_else(|| Some(field.to_vec())),
-                }
-            }
         }
-        match (places.stamp, unreadable_stamp) {
-            (Some(place), Some(field)) if stamps.is_empty() => {
-                Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(&field) })
-            }
-            _ => Ok((scans, stamps)),
-        }
+        scans
     }
 }
 

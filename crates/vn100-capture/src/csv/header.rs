@@ -6,18 +6,13 @@ use vn100_protocol::Quantity;
 
 use super::{
     CsvError,
-    column_map::{ColumnMap, ColumnName, STAMP, Unit, known},
+    column_map::{ColumnMap, ColumnName, MappedStamp, RAW, STAMP, Unit, known},
     column_name::channel_of,
     lines::Fields,
     number::Number,
     shown,
+    stamp_columns::StampColumns,
 };
-
-/// Names a column of stamps goes by.
-const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
-
-/// Names a column of sentences goes by.
-const SENTENCES: [&str; 5] = ["raw", "raw_data", "data", "field.data", "sentence"];
 
 /// A line cut into the names of columns.
 pub(super) struct Header {
@@ -28,9 +23,9 @@ pub(super) struct Header {
 }
 
 /// The columns that matter, by place.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub(super) struct ColumnPlaces {
-    pub(super) stamp: Option<usize>,
+    pub(super) stamp: Option<StampColumns>,
     pub(super) sentence: Option<usize>,
     /// The place and the channel, in the order of the columns.
     pub(super) channels: Vec<(usize, usize)>,
@@ -68,11 +63,7 @@ impl Header {
         let mut places = ColumnPlaces::default();
         for (place, name) in self.names.iter().enumerate() {
             let name = name.to_ascii_lowercase();
-            if STAMPS.contains(&&*name) {
-                places.stamp.get_or_insert(place);
-            } else if SENTENCES.contains(&&*name) {
-                places.sentence.get_or_insert(place);
-            } else if let Some((channel, unit)) = channel_of(&name)
+            if let Some((channel, unit)) = channel_of(&name)
                 && places.channels.iter().all(|&(_, other)| other != channel)
             {
                 places.channels.push((place, channel));
@@ -80,18 +71,6 @@ impl Header {
             }
         }
         places
-    }
-
-    /// As [`known_places`](Self::known_places), with the stamp in a column named by the user.
-    pub(super) fn known_places_stamped(&self, stamp: &ColumnName) -> Result<ColumnPlaces, CsvError> {
-        let mut places = self.known_places();
-        let place = self.mapped_place(STAMP, stamp)?;
-        if let Some(&(_, channel)) = places.channels.iter().find(|(taken, _)| *taken == place) {
-            return Err(CsvError::SameColumn { column: stamp.to_string(), channels: [&known(channel).name, STAMP] });
-        }
-        places.sentence = places.sentence.filter(|taken| *taken != place);
-        places.stamp = Some(place);
-        Ok(places)
     }
 
     /// The columns that `map` names.
@@ -106,9 +85,9 @@ impl Header {
         }
         let channels = map.channels.iter().zip(&found);
         Ok(ColumnPlaces {
-            stamp: found.get(map.channels.len()).map(|&(_, place)| place),
-            sentence: None,
+            stamp: None,
             units: Vec::new(),
+            sentence: found.iter().find(|(name, _)| *name == RAW).map(|&(_, place)| place),
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
         })
     }
@@ -117,8 +96,14 @@ impl Header {
     /// header. Only columns called by number can be found in one.
     pub(super) fn is_row(&self, map: &ColumnMap, places: &ColumnPlaces) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
-        let mut mapped = places.channels.iter().map(|&(place, _)| place).chain(places.stamp);
-        by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
+        let mut mapped = places.channels.iter().map(|&(place, _)| place);
+        let is_stamp = |stamp: &MappedStamp| {
+            let place = self.mapped_place(STAMP, &stamp.column);
+            place.is_ok_and(|place| stamp.form.nanoseconds(self.names[place].as_bytes()).is_some())
+        };
+        by_number
+            && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
+            && map.stamp.as_ref().is_none_or(is_stamp)
     }
 
     /// Whether the line could name columns: several fields, each neither empty, number nor
@@ -134,12 +119,13 @@ impl Header {
     /// What a column map calls the column at `place`.
     pub(super) fn argument(&self, place: usize) -> String {
         let name = &self.names[place];
-        let is_usable = !name.is_empty() && !name.contains(',') && name.parse::<usize>().is_err();
+        let is_row = self.names.iter().any(|name| name.contains("$VN"));
+        let is_usable = !is_row && !name.is_empty() && !name.contains(',') && name.parse::<usize>().is_err();
         if is_usable { name.clone() } else { (place + 1).to_string() }
     }
 
     /// The place of a column that a map names for `channel`.
-    fn mapped_place(&self, channel: &'static str, column: &ColumnName) -> Result<usize, CsvError> {
+    pub(super) fn mapped_place(&self, channel: &'static str, column: &ColumnName) -> Result<usize, CsvError> {
         let place = match column {
             ColumnName::Number(number) => (*number <= self.names.len()).then(|| number - 1),
             ColumnName::Header(name) => {
@@ -155,8 +141,7 @@ impl Header {
 impl ColumnPlaces {
     /// The names of columns that are searched for, in words.
     pub(super) const SEARCHED: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
-         x y z, yaw pitch roll, temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp \
-         beside raw, raw_data, data, field.data or sentence with $VN… sentences";
+         x y z, yaw pitch roll, temperature, pressure and stamps), or stamps beside a column with $VN… sentences";
 
     /// Whether there is a channel that only an inertial sensor has.
     pub(super) fn has_inertial_channel(&self) -> bool {
@@ -167,7 +152,7 @@ impl ColumnPlaces {
     /// The names of the columns that are not used.
     pub(super) fn ignored(&self, header: &Header) -> Vec<String> {
         let used = |place: usize| {
-            self.stamp == Some(place)
+            self.stamp.as_ref().is_some_and(|stamp| stamp.columns.iter().any(|&(taken, _)| taken == place))
                 || self.sentence == Some(place)
                 || self.channels.iter().any(|&(other, _)| other == place)
         };
@@ -194,7 +179,6 @@ mod tests {
     fn names_are_found_however_written() {
         for line in ["t,acc_x,gyr_z", " Time ; \"Accel_X\" ;GYRO_Z", "%time\tACC_X\tgyro_z"] {
             assert_eq!(channels(line), [(1, "accel_x"), (2, "gyro_z")], "{line:?}");
-            assert_eq!(header(line.as_bytes()).known_places().stamp, Some(0));
         }
     }
 
@@ -212,7 +196,7 @@ mod tests {
         let places = |map: &str| header.mapped_places(&map.parse().unwrap()).map_err(|error| error.to_string());
         let found = places("gyro_x=2:deg/s,gyro_y=wy:deg/s,t=time:ns").unwrap();
         let [x, y] = ["gyro_x", "gyro_y"].map(|name| channel_of(name).unwrap().0);
-        assert_eq!((found.stamp, &*found.channels), (Some(0), &[(1, x), (2, y)][..]));
+        assert_eq!(&*found.channels, &[(1, x), (2, y)][..]);
         assert_eq!(places("gyro_x=wz:deg/s").unwrap_err(), "no column \"wz\" for gyro_x: the file has time, wx, WY");
         assert_eq!(places("gyro_x=4:deg/s").unwrap_err(), "no column \"4\" for gyro_x: the file has time, wx, WY");
         assert_eq!(

@@ -22,7 +22,7 @@ use super::{
     number::Number,
     resolution::{ColumnScan, Scanned},
     shown,
-    stamp::StampUnit,
+    stamp::StampForm,
 };
 use crate::read_samples::{Event, FileReader};
 
@@ -190,6 +190,8 @@ pub(super) struct RowParser {
     /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
     pub(super) stamp_ns: Option<i64>,
     first_stamp_ns: Option<i64>,
+    /// As written.
+    last_stamp_ns: Option<i64>,
     /// The last row ended inside quotes: the next line may be what is left of it.
     quote_open: bool,
     pub(super) report: CsvReport,
@@ -211,8 +213,9 @@ impl RowParser {
             sentence: Vec::new(),
             stamp_ns: None,
             first_stamp_ns: None,
+            last_stamp_ns: None,
             quote_open: false,
-            report: CsvReport { ignored_columns, ..CsvReport::default() },
+            report: CsvReport { ignored_columns, times: plan.times.clone(), ..CsvReport::default() },
             tally: Tally::default(),
             rejected: RejectedRowCounts::default(),
             plan,
@@ -358,7 +361,7 @@ impl RowParser {
     fn row(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
         self.stamp_ns = match self.plan.kind {
             Kind::Values(_) => self.values(line).map_err(|reason| self.wrong_fields(line).unwrap_or(reason))?,
-            Kind::Sentences => Some(self.sentence(line)?),
+            Kind::Sentences => self.sentence(line)?,
         };
         Ok(())
     }
@@ -382,12 +385,12 @@ impl RowParser {
             return Err(RejectedRow::Number);
         }
         absent.sort_unstable_by_key(|(slot, _)| *slot);
-        stamp.map(|(stamp, unit)| self.since_first(&stamp, unit)).transpose()
+        stamp.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
     }
 
     /// Reads the numbers of a row and returns its stamp.
     #[inline]
-    fn cells(&mut self, line: &[u8]) -> Result<Option<(Number, StampUnit)>, RejectedRow> {
+    fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
         let Self { plan, absent, cells, .. } = self;
         absent.clear();
         let mut stamp = None;
@@ -410,10 +413,15 @@ impl RowParser {
                         rest
                     }
                 },
-                ColumnUse::Stamp(unit) => {
+                ColumnUse::Stamp(StampForm::Unit(unit)) | ColumnUse::StampPart(unit) => {
                     let (number, rest) = leading_number(rest, plan.dialect.separator).ok_or(RejectedRow::Stamp)?;
-                    stamp = Some((number, unit));
+                    stamp = Some(added(stamp, unit.nanoseconds(&number))?);
                     rest
+                }
+                ColumnUse::Stamp(form @ StampForm::Clock(_)) => {
+                    let end = field_end(rest, plan.dialect.separator);
+                    stamp = Some(added(stamp, form.nanoseconds(unquoted(&rest[..end])))?);
+                    &rest[end..]
                 }
                 ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.dialect.separator)..],
             };
@@ -422,8 +430,8 @@ impl RowParser {
     }
 
     /// Reads the sentence of a row and returns its stamp.
-    fn sentence(&mut self, line: &[u8]) -> Result<i64, RejectedRow> {
-        let mut stamp = None;
+    fn sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let mut stamp_fields = Vec::new();
         let mut sentence = None;
         let last = self.plan.columns.len() - 1;
         let mut rest = Some(line);
@@ -439,14 +447,18 @@ impl RowParser {
             self.quote_open = has_open_quote(field);
             match column {
                 ColumnUse::Sentence => sentence = Some(unquoted(field)),
-                ColumnUse::Stamp(unit) => stamp = Some((unquoted(field), unit)),
+                ColumnUse::Stamp(form) => stamp_fields.push((unquoted(field), form)),
+                ColumnUse::StampPart(unit) => stamp_fields.push((unquoted(field), StampForm::Unit(unit))),
                 ColumnUse::Ignored | ColumnUse::Channel(_) => {}
             }
         }
         let sentence = sentence.filter(|sentence| !sentence.is_empty() && rest.is_none()).ok_or(RejectedRow::Fields)?;
-        let (stamp, unit) = stamp.ok_or(RejectedRow::Fields)?;
-        let stamp = Number::parse(stamp).ok_or(RejectedRow::Stamp)?;
-        let stamp_ns = self.since_first(&stamp, unit)?;
+        if stamp_fields.is_empty() && self.plan.times.is_some() {
+            return Err(RejectedRow::Fields);
+        }
+        let sum = |sum, &(field, form): &(&[u8], StampForm)| added(sum, form.nanoseconds(field)).map(Some);
+        let stamp = stamp_fields.iter().try_fold(None, sum)?;
+        let stamp_ns = stamp.map(|stamp_ns| self.since_first(stamp_ns)).transpose()?;
         self.sentence.clear();
         self.sentence.extend_from_slice(sentence);
         self.sentence.extend_from_slice(b"\r\n");
@@ -455,10 +467,15 @@ impl RowParser {
 
     /// The time since the first good row.
     #[inline]
-    fn since_first(&mut self, stamp: &Number, unit: StampUnit) -> Result<i64, RejectedRow> {
-        let stamp_ns = unit.nanoseconds(stamp).ok_or(RejectedRow::Stamp)?;
+    fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
+        let stamp_ns = match self.plan.clock {
+            Some(form) => form.behind(self.last_stamp_ns, stamp_ns),
+            None => stamp_ns,
+        };
+        let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);
+        let behind_ns = self.plan.repeated_step_ns.filter(|_| repeats).unwrap_or_default();
         let first_ns = *self.first_stamp_ns.get_or_insert(stamp_ns);
-        stamp_ns.checked_sub(first_ns).ok_or(RejectedRow::Stamp)
+        stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
     }
 
     /// A row with too many or too few fields is that before all else.
@@ -467,6 +484,12 @@ impl RowParser {
         let fields = Fields::new(line, self.plan.dialect.separator).count();
         (fields != self.plan.columns.len()).then_some(RejectedRow::Fields)
     }
+}
+
+/// A part of a stamp added to those before it.
+#[inline]
+fn added(sum: Option<i64>, part_ns: Option<i64>) -> Result<i64, RejectedRow> {
+    part_ns.and_then(|part_ns| sum.unwrap_or_default().checked_add(part_ns)).ok_or(RejectedRow::Stamp)
 }
 
 /// The number in the field at the head of `rest`, and what follows the field.

@@ -1,8 +1,8 @@
-//! The stamp of a row: in which unit it is written, and as exact nanoseconds.
+//! The stamp of a row: in which form it is written, and as exact nanoseconds.
 
 use std::ops::Range;
 
-use super::number::Number;
+use super::{clock::ClockForm, number::Number};
 
 /// Times of the years 2001 to 2102 since the epoch of Unix.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
@@ -33,13 +33,48 @@ impl StampUnit {
     const SECONDS: Self = Self::ALL[0];
 
     /// One of it in seconds.
-    fn seconds(self) -> f64 {
+    pub(super) fn seconds(self) -> f64 {
         10_f64.powi(i32::from(self.decimals)) / 1e9
     }
 
     /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
         stamp.count(self.decimals)
+    }
+}
+
+/// How a stamp is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StampForm {
+    /// A number in this unit.
+    Unit(StampUnit),
+    /// A date or a time of day.
+    Clock(ClockForm),
+}
+
+impl StampForm {
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        StampUnit::ALL.map(Self::Unit).into_iter().chain(ClockForm::ALL.map(Self::Clock))
+    }
+
+    /// Its name in a column map.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Unit(unit) => unit.name,
+            Self::Clock(form) => form.name(),
+        }
+    }
+
+    pub(super) fn by_name(name: &str) -> Option<Self> {
+        Self::all().find(|form| form.name() == name)
+    }
+
+    /// `stamp` in nanoseconds; of a date since 1970.
+    pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
+        match self {
+            Self::Unit(unit) => unit.nanoseconds(&Number::parse(stamp)?),
+            Self::Clock(form) => form.nanoseconds(stamp),
+        }
     }
 }
 
@@ -92,9 +127,9 @@ impl StampScan {
         }
     }
 
-    /// Whether they ascend from row to row, in a unit that is sure.
-    pub(super) fn are_times(&self) -> bool {
-        self.step().is_some_and(|step| step > 0.0) && self.unit().is_ok()
+    /// Whether the step from row to row would be one of an inertial sensor in this unit.
+    pub(super) fn may_be(&self, unit: StampUnit) -> bool {
+        self.step().is_none_or(|step| (SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S).contains(&(step * unit.seconds())))
     }
 
     /// The median step from row to row; none for a single row.

@@ -12,6 +12,7 @@ mod forms;
 mod mapped;
 mod properties;
 mod sentences;
+mod times;
 mod values;
 
 /// A line of the sensor's manual.

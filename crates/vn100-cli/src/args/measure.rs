@@ -215,6 +215,19 @@ pub(crate) struct FileArgs {
     /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
     /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns; value=NAME:UNIT, in any unit, is a series of no
     /// sensor: its deviation is that of the numbers as rate data
+    ///
+    /// OURS: gyro_ accel_ mag_ with x y z, yaw pitch roll, quat_ with x y z w, temperature,
+    /// pressure, value, t for the times, raw for a column of sentences (raw=NAME, without a unit).
+    ///
+    /// THEIRS: the name at the head of the column, which may hold spaces and brackets, or its
+    /// number from 1, as in t=1:ns.
+    ///
+    /// UNIT: rad/s deg/s deg/h mdeg/s; m/s^2 g mg; gauss uT mT nT; deg rad; 1 for quat_; degC K;
+    /// kPa hPa Pa.
+    ///
+    /// Times: s ms us ns since any moment; iso for dates with the year first
+    /// (2023-03-06T02:25:02.45Z, 2023/03/06/02:25:02.45); dmy, mdy; clock for a time of day; two
+    /// columns that are added, as in t=secs:s+nsecs:ns.
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 

@@ -30,6 +30,8 @@ pub struct CsvReport {
     pub skipped_lines: u64,
     /// Rejected rows, one entry for each reason.
     pub rejected: Vec<RejectedRows>,
+    /// The columns of the stamps and their forms, as a column map names them; `None` without any.
+    pub times: Option<String>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.

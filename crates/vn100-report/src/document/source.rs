@@ -79,6 +79,7 @@ struct Csv {
     skipped_lines: u64,
     #[serde(rename = "odd")]
     rejected: Vec<RejectedDocument>,
+    times: Option<String>,
     ignored_columns: Vec<String>,
     rounded: Vec<String>,
     absent: Vec<AbsentDocument>,
@@ -116,6 +117,7 @@ fn csv(facts: &CsvReport) -> Csv {
         rows: facts.rows,
         skipped_lines: facts.skipped_lines,
         rejected,
+        times: facts.times.clone(),
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
         absent: facts.absent.iter().map(AbsentDocument::new).collect(),

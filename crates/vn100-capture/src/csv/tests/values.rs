@@ -40,7 +40,7 @@ fn columns_come_in_any_order_and_the_others_are_named() {
     assert_eq!(names, ["accel_x", "gyro_x", "gyro_z"]);
     assert_eq!(layout(&plan).message, "CSV");
     assert_eq!(plan.ignored_columns, ["note"]);
-    assert_eq!(plan.columns[3], ColumnUse::Stamp(StampUnit::ALL[0]));
+    assert_eq!(plan.columns[3], ColumnUse::Stamp(StampForm::Unit(StampUnit::ALL[0])));
     assert_eq!(read(plan, text.as_bytes()).counts, [1000, 1, 3]);
 }
 
@@ -261,15 +261,14 @@ fn what_is_no_csv_of_a_sensor_is_left_alone() {
 #[test]
 fn missing_columns_are_an_error() {
     let error = plan("date,humidity,temperature\n1,40.5,20.1\n", None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::Columns("gyro_x=wx:deg/s,t=time:s")));
+    let fits = "temperature=temperature:degC".to_owned();
+    assert_eq!(error.hint(), Some(MapHint::Columns(fits)));
     let error = error.to_string();
     assert!(error.starts_with("no column of this CSV file is known: looked for gyro_x gyro_y"), "{error}");
     assert!(error.ends_with("; found date, humidity, temperature"), "{error}");
-    let error = plan("t,gyro_x\n2023-03-15T14:55:01,0.1\n", None).unwrap_err().to_string();
-    assert!(
-        error.starts_with("the stamps in column \"t\" are no numbers, the first is \"2023-03-15T14:55:01\""),
-        "{error}"
-    );
+    let error = plan("t,gyro_x\nten past two,0.1\n", None).unwrap_err().to_string();
+    assert!(error.starts_with("the stamps in column \"t\" are neither numbers nor dates"), "{error}");
+    assert!(error.contains("the first is \"ten past two\""), "{error}");
 }
 
 #[test]

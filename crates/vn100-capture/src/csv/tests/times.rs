@@ -1,0 +1,139 @@
+//! Stamps by name and content, in all their forms, and sentences whatever their column is called.
+
+use super::*;
+
+/// The stamps of these rows, and as what they were read.
+fn times(text: &str, map: Option<&str>) -> (Vec<i64>, Option<String>) {
+    let whole = read_text(text, map);
+    (whole.stamps_ns, whole.report.times)
+}
+
+/// Forty stamps a second, printed by `stamp` from nanoseconds since the first.
+fn table(header: &str, stamp: impl Fn(u64) -> String) -> String {
+    let rows = (0..80).map(|row| format!("{},0.{}\n", stamp(row * 25_000_000), row % 7));
+    format!("{header},gyro_x\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn times_are_found_by_name_and_content_and_reported() {
+    let epoch = 1_761_939_167_000_000_000_u64;
+    let seconds = |ns: u64, digits: usize| format!("{:.digits$}", ns as f64 / 1e9);
+    let of_day = |ns: u64| format!("02:25:{:02}.{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000);
+    for (header, stamp, reported) in [
+        ("stamp", &(|ns| seconds(ns, 3)) as &dyn Fn(u64) -> String, "stamp:s"),
+        ("time_ms", &|ns| (ns / 1_000_000).to_string(), "time_ms:ms"),
+        ("Timestamp", &|ns| (epoch + ns).to_string(), "Timestamp:ns"),
+        ("header.stamp", &|ns| (epoch / 1000 + ns / 1000).to_string(), "header.stamp:us"),
+        ("Time [ms]", &|ns| (ns / 1_000_000).to_string(), "Time [ms]:ms"),
+        (
+            "unix_time",
+            &|ns| format!("{}.{:06}", (epoch + ns) / 1_000_000_000, (epoch + ns) / 1000 % 1_000_000),
+            "unix_time:s",
+        ),
+        (
+            "secs,nsecs",
+            &|ns| format!("{},{}", (epoch + ns) / 1_000_000_000, (epoch + ns) % 1_000_000_000),
+            "secs:s+nsecs:ns",
+        ),
+        (
+            "stamp.nanosec,stamp.sec",
+            &|ns| format!("{},{}", (epoch + ns) % 1_000_000_000, (epoch + ns) / 1_000_000_000),
+            "stamp.sec:s+stamp.nanosec:ns",
+        ),
+        ("when", &|ns| format!("2023-03-06T{}Z", of_day(ns)), "when:iso"),
+        ("Time", &|ns| format!("2023-03-06 {}+01:00", of_day(ns).replace('.', ".")), "Time:iso"),
+        ("host", &|ns| format!("2023/03/06/{}", of_day(ns)), "host:iso"),
+        ("at", &|ns| format!("31/03/2023 {}", of_day(ns)), "at:dmy"),
+        ("at", &|ns| format!("03/31/2023 {}", of_day(ns)), "at:mdy"),
+        ("Zeit", &of_day, "Zeit:clock"),
+    ] {
+        let (stamps, named) = times(&table(header, stamp), None);
+        assert_eq!(named.as_deref(), Some(reported), "{header}");
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{header}");
+        // and by the very map that it is reported as
+        let (mapped, named) = times(&table(header, stamp), Some(&format!("t={reported}")));
+        assert_eq!((mapped, named.as_deref()), (stamps, Some(reported)), "{header}");
+    }
+}
+
+#[test]
+fn what_is_no_time_is_none() {
+    for header in ["note", "count", "voltage", "sampletimefine"] {
+        assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
+    }
+    // a name of a time, and numbers that are none
+    assert_eq!(times(&table("exposure_time", |ns| (ns % 3).to_string()), None), (vec![], None));
+}
+
+#[test]
+fn day_and_month_must_be_distinct() {
+    let text = table("Date", |ns| format!("03/06/2023 02:25:{:02}", ns / 1_000_000_000));
+    assert_eq!(plan(text.replace("Date", "t"), None).unwrap_err().hint(), Some(MapHint::DateOrder("t=t:dmy".into())));
+    assert!(!times(&text, Some("t=Date:mdy")).0.is_empty());
+}
+
+#[test]
+fn a_time_of_day_continues_behind_midnight() {
+    let (stamps, _) = times("clock,gyro_x\n23:59:59.950,1\n23:59:59.975,2\n00:00:00.000,3\n00:00:00.025,4\n", None);
+    assert_eq!(stamps, [0, 25_000_000, 50_000_000, 75_000_000]);
+}
+
+#[test]
+fn a_row_that_repeats_a_stamp_came_a_step_later() {
+    let repeated = |every: u64| {
+        table("t", |ns| {
+            let row = ns / 25_000_000;
+            format!("{:.3}", (if row % every == 1 { row - 1 } else { row }) as f64 * 0.025)
+        })
+    };
+    assert_eq!(times(&repeated(20), None).0, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>());
+    // where every other row does, they came together
+    assert_eq!(times(&repeated(2), None).0[..4], [0, 0, 50_000_000, 50_000_000]);
+}
+
+#[test]
+fn sentences_are_found_in_a_column_of_any_name() {
+    for (header, row, map) in [
+        ("t,Raw IMU Data String", "1.5,\"SENTENCE\"", None),
+        ("Timestamp,vnymr_read", "1.5,SENTENCE", None),
+        ("secs,nsecs,Original String,n", "1,500000000,\"b'SENTENCE\\r\\n'\",7", None),
+        ("stamp,VNYMR", "2023-03-06T02:25:02.45,\"b'SENTENCE'\"", None),
+        ("n,x", "7,SENTENCE", Some("t=1:ms,raw=x")),
+    ] {
+        let row = row.replace("SENTENCE", SENTENCE);
+        let text = format!("{header}\n{row}\n{row}\n");
+        let plan = plan(&text, map).unwrap().unwrap();
+        assert_eq!(plan.kind, Kind::Sentences, "{header}");
+        let whole = read(plan, text.as_bytes());
+        assert_eq!(samples(&whole.sentences.concat(), Options::default()), [COUNTS, COUNTS].concat(), "{header}");
+        assert_eq!(whole.stamps_ns, [0, 0], "{header}");
+    }
+    // named, they need no times
+    let text = format!("x\n{SENTENCE}\n");
+    let whole = read_text(&text, Some("raw=1"));
+    assert_eq!((whole.sentences.len(), whole.stamps_ns.len()), (1, 0));
+    assert!("raw=x,gyro_x=wx:deg/s".parse::<ColumnMap>().is_err());
+}
+
+#[test]
+fn rows_of_sentences_need_no_header_where_times_stand_before_them() {
+    let rows: String = (0..8).map(|row| format!("2023-03-06 02:25:02.{:03},{SENTENCE}\n", row * 25)).collect();
+    let whole = read_text(&rows, None);
+    assert_eq!((whole.report.rows, whole.stamps_ns[7], whole.report.times.as_deref()), (8, 175_000_000, Some("1:iso")));
+    let epoch: String = (0..8).map(|row| format!("1710358267.{:03},{SENTENCE}\n", row * 25)).collect();
+    assert_eq!(read_text(&epoch, None).stamps_ns[7], 175_000_000);
+    // nothing but a count before them: the text is as good
+    let counted: String = (0..8).map(|row| format!("{row},{SENTENCE}\n")).collect();
+    assert!(plan(&counted, None).unwrap().is_none());
+}
+
+#[test]
+fn the_first_error_of_an_unknown_table_names_a_map_that_reads_it() {
+    let rows: String =
+        (0..20).map(|row| format!("{},0.1,0.2,9.8\n", 1_761_939_167_000_000_000_u64 + row * 25_000_000)).collect();
+    let text = format!("Timestamp,omega x [deg/s],omega y [deg/s],a_z\n{rows}");
+    let Some(MapHint::Columns(map)) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
+    assert_eq!(map, "gyro_x=omega x [deg/s]:deg/s,gyro_y=omega y [deg/s]:deg/s,accel_z=a_z:m/s^2,t=Timestamp:ns");
+    let whole = read_text(&text, Some(&map));
+    assert_eq!((whole.report.rows, whole.stamps_ns[19]), (20, 475_000_000));
+}
