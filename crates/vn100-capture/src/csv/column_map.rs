@@ -21,7 +21,8 @@ use super::stamp::{StampForm, StampUnit};
 ///   `1` for an element of the quaternion,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns`,
 ///   `iso` for a date with the year first, `dmy`, `mdy`, or `clock` for a time of day for the
-///   stamp, of two columns as `t=SECS:s+NANOS:ns`, and any word for `value`, which is not converted.
+///   stamp, of two columns as `t=SECS:s+NANOS:ns`, and any word for `value`, which is not
+///   converted.
 ///
 /// ```
 /// use vn100_capture::ColumnMap;
