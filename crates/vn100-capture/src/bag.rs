@@ -30,7 +30,6 @@ pub(crate) use self::{
     open::{Stream, look_for_bag},
     samples::BagSamples,
     streams::{choose, choose_one},
-    topic_scan::TopicScan,
 };
 pub use self::{
     files::BagForm,

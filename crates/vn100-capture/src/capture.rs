@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    bag::{self, Bag, BagError, BagSamples, TopicScan},
+    bag::{self, Bag, BagError, BagSamples},
     csv::{ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
@@ -85,7 +85,7 @@ impl Capture {
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
         let streams = || {
             let bag = Bag::at(path.as_ref()).ok()??;
-            let streams = bag::choose(&TopicScan::of(&bag).ok()?, options).ok()?;
+            let streams = bag::choose(&bag, options).ok()?;
             Some(streams.into_iter().map(|stream| Some(stream.topic.name)).collect())
         };
         streams().filter(|streams: &Vec<_>| streams.len() > 1).unwrap_or_else(|| vec![options.topic.clone()])
@@ -121,7 +121,7 @@ impl Capture {
         read: Arc<AtomicU64>,
         options: &CaptureOptions,
     ) -> Result<Self, BagError> {
-        let mut stream = bag::choose_one(&TopicScan::of(&bag)?, options)?;
+        let mut stream = bag::choose_one(&bag, options)?;
         stream.fit(&bag)?;
         // what was unpacked is read as stored
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };

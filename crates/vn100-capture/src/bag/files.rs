@@ -14,7 +14,7 @@ use super::{
     ros1::{self, Ros1Bag},
     rosbag2::Rosbag2,
     sqlite,
-    topic::{BagError, BagFile, MessageHead, Topic, TopicCount},
+    topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount},
 };
 use crate::recording::{self, RecordingError, RecordingReader};
 
@@ -60,7 +60,7 @@ impl BagForm {
 pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
     let file = || file.try_clone().map(|file| SharedFile { file, at: 0 });
     let mut bag = McapBag::open(file()?)?;
-    if bag.index()?.is_some() {
+    if matches!(bag.index()?, Index::Counts(_)) {
         return Ok(bag.topics().iter().all(|topic| topic.name != recording::BYTES_TOPIC));
     }
     // a file that was cut has no summary
@@ -94,25 +94,28 @@ impl Bag {
         Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
     }
 
-    /// Its topics and how many messages each has.
-    pub(super) fn topics(&self) -> Result<Vec<(Topic, TopicCount)>, BagError> {
-        let mut all: Vec<(Topic, TopicCount)> = Vec::new();
-        let add = |topic: &Topic, count: &TopicCount| {
-            let place = all.iter().position(|(other, _)| other.is(topic)).unwrap_or_else(|| {
-                all.push((topic.clone(), TopicCount::default()));
-                all.len() - 1
-            });
-            if let Some((first_ns, last_ns)) = count.times_ns {
-                all[place].1.add(count.messages, first_ns, last_ns);
-            }
+    /// Its topics, and how many messages each has where its index shows that or `counted` asks for
+    /// it.
+    pub(super) fn topics(&self, counted: bool) -> Result<Vec<(Topic, Option<TopicCount>)>, BagError> {
+        let mut all: Vec<(Topic, Option<TopicCount>)> = Vec::new();
+        let mut add = |topic: &Topic, count: Option<TopicCount>| match all.iter_mut().find(|(other, _)| other.is(topic))
+        {
+            Some((_, so_far)) => *so_far = so_far.zip(count).map(|(so_far, count)| so_far.plus(&count)),
+            None => all.push((topic.clone(), count)),
         };
-        let mut add = add;
         let unseen = Arc::default();
         for file in &self.files {
             let mut messages = open(self.form, file, &unseen)?;
-            if let Some(counts) = messages.index()? {
-                messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, count));
-                continue;
+            match messages.index()? {
+                Index::Counts(counts) => {
+                    messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
+                    continue;
+                }
+                Index::Topics if !counted => {
+                    messages.topics().iter().for_each(|topic| add(topic, None));
+                    continue;
+                }
+                Index::Topics | Index::None => {}
             }
             let mut messages = open(self.form, file, &unseen)?;
             let mut counts: Vec<TopicCount> = Vec::new();
@@ -124,7 +127,7 @@ impl Bag {
                 counts[topic].add(1, record_ns, record_ns);
             }
             counts.resize_with(messages.topics().len(), TopicCount::default);
-            messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, count));
+            messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
         }
         Ok(all)
     }

@@ -14,7 +14,7 @@ use mcap::{
     },
 };
 
-use super::topic::{BagFile, Encoding, MessageHead, Topic, TopicCount};
+use super::topic::{BagFile, Encoding, Index, MessageHead, Topic, TopicCount};
 use crate::recording::{at_ns, io_error};
 
 /// Bytes of one read of the file.
@@ -139,9 +139,9 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     }
 
     /// From the summary at its end, which a file lacks that was cut.
-    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>> {
-        let Some(summary) = self.summary() else { return Ok(None) };
-        let Some(stats) = &summary.stats else { return Ok(None) };
+    fn index(&mut self) -> io::Result<Index> {
+        let Some(summary) = self.summary() else { return Ok(Index::None) };
+        let Some(stats) = &summary.stats else { return Ok(Index::None) };
         let channels: BTreeMap<_, _> = summary.channels.iter().collect();
         for (&id, channel) in channels {
             let schema = channel.schema.as_ref().map(|schema| Schema::of(&schema.name, &schema.encoding, &schema.data));
@@ -149,10 +149,10 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         }
         let mut counts = vec![TopicCount::default(); self.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
-            let Some(&topic) = self.channels.get(channel) else { return Ok(None) };
+            let Some(&topic) = self.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
-        Ok(Some(counts))
+        Ok(Index::Counts(counts))
     }
 }
 

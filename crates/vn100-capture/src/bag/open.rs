@@ -25,13 +25,15 @@ const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 impl Bag {
     /// The bag in a file or a folder; `None` for any other file, also a packed one.
     pub(crate) fn at(path: &Path) -> Result<Option<Self>, BagError> {
-        if fs::metadata(path)?.is_dir() {
+        let metadata = fs::metadata(path)?;
+        if metadata.is_dir() {
             return Self::in_folder(path).map(Some);
         }
-        let mut file = File::open(path)?;
-        if !file.metadata()?.is_file() {
+        // a pipe gives its bytes once
+        if !metadata.is_file() {
             return Ok(None);
         }
+        let mut file = File::open(path)?;
         let Some(form) = BagForm::of(&head(&mut file)?) else { return Ok(None) };
         if form == BagForm::Mcap && !is_foreign_mcap(&file)? {
             return Ok(None);
@@ -44,7 +46,8 @@ impl Bag {
         let (mut form_of_all, mut files) = (None, Vec::new());
         let mut unpacked_bytes = 0;
         for path in folder::files(folder)? {
-            let mut file = File::open(&path)?;
+            let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+            let mut file = File::open(&path).map_err(named)?;
             let mut found = head(&mut file)?;
             if found.starts_with(ZSTD_MAGIC) {
                 let bytes;

@@ -10,7 +10,7 @@ use std::{
 
 use bzip2::bufread::BzDecoder;
 
-use super::topic::{BagFile, Encoding, MessageHead, Topic, TopicCount};
+use super::topic::{BagFile, Encoding, Index, MessageHead, Topic, TopicCount};
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
@@ -214,14 +214,14 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
     }
 
     /// From the index at its end, which a bag lacks that was never closed.
-    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>> {
-        let Bytes::File(file) = &mut self.bytes else { return Ok(None) };
+    fn index(&mut self) -> io::Result<Index> {
+        let Bytes::File(file) = &mut self.bytes else { return Ok(Index::None) };
         let end = file.seek(SeekFrom::End(0))?;
         file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
-        let Some(Record { op: op::BAG_HEADER, .. }) = self.next_record()? else { return Ok(None) };
-        let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(None) };
+        let Some(Record { op: op::BAG_HEADER, .. }) = self.next_record()? else { return Ok(Index::None) };
+        let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(Index::None) };
         if index_pos == 0 || index_pos >= end {
-            return Ok(None);
+            return Ok(Index::None);
         }
         if let Bytes::File(file) = &mut self.bytes {
             file.seek(SeekFrom::Start(index_pos))?;
@@ -233,13 +233,13 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
                 op::CHUNK_INFO => {
                     let time = |name| field(&self.header, name).and_then(time_ns);
                     let (Some(first_ns), Some(last_ns)) = (time(b"start_time"), time(b"end_time")) else {
-                        return Ok(None);
+                        return Ok(Index::None);
                     };
                     self.read_data_of(record.data_bytes)?;
                     for pair in self.data.chunks_exact(8) {
                         let (connection, messages) = (number_4(&pair[..4]), number_4(&pair[4..]));
                         let topic = connection.and_then(|connection| self.connections.get(&connection));
-                        let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(None) };
+                        let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(Index::None) };
                         counts.resize_with(self.topics.len(), TopicCount::default);
                         counts[topic].add(messages.into(), first_ns, last_ns);
                     }
@@ -248,7 +248,7 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
             }
         }
         counts.resize_with(self.topics.len(), TopicCount::default);
-        Ok(Some(counts))
+        Ok(Index::Counts(counts))
     }
 }
 

@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     sqlite::{Database, Row, Table, TableScan, Value},
-    topic::{BagError, BagFile, Encoding, MessageHead, Topic, TopicCount},
+    topic::{BagError, BagFile, Encoding, Index, MessageHead, Topic},
 };
 
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -79,8 +79,8 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
         &self.topics
     }
 
-    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>> {
-        Ok(None)
+    fn index(&mut self) -> io::Result<Index> {
+        Ok(Index::Topics)
     }
 }
 

@@ -29,10 +29,38 @@ pub(super) enum Content {
 ///
 /// # Errors
 /// [`BagError`] where none is meant, or more than one may be.
-pub(crate) fn choose(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
+pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
+    let mut scan = TopicScan::of(bag)?;
+    chosen(&scan, options).or_else(|_| {
+        // messages are counted only where they are listed
+        scan.count(bag)?;
+        chosen(&scan, options)
+    })
+}
+
+/// The only topic to be read.
+///
+/// # Errors
+/// [`BagError`] where none is meant, or more than one.
+pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, BagError> {
+    let mut streams = choose(bag, options)?;
+    match (streams.pop(), streams.is_empty()) {
+        (Some(one), true) => Ok(one),
+        (last, _) => {
+            let mut scan = TopicScan::of(bag)?;
+            scan.count(bag)?;
+            let is_meant =
+                |topic: &&ScannedTopic| streams.iter().chain(&last).any(|stream| stream.topic.is(&topic.topic));
+            let topics = scan.topics.iter().filter(is_meant).map(ScannedTopic::summary).collect();
+            Err(BagError::SeveralTopics { form: bag.form.words(), topics })
+        }
+    }
+}
+
+fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
     let (topic, columns) = (options.topic.as_deref(), options.columns.as_ref());
     let form = scan.form.words();
-    if scan.topics.iter().all(|topic| topic.count.messages == 0) {
+    if scan.topics.iter().all(|topic| topic.count.is_some_and(|count| count.messages == 0)) {
         return Err(BagError::Empty { form, topics: scan.summaries() });
     }
     let mapped = columns.filter(|map| map.has_channels());
@@ -76,23 +104,6 @@ pub(crate) fn choose(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<T
         }
     };
     chosen.into_iter().map(|topic| stream(topic, columns)).collect()
-}
-
-/// The only topic to be read.
-///
-/// # Errors
-/// [`BagError`] where none is meant, or more than one.
-pub(crate) fn choose_one(scan: &TopicScan, options: &CaptureOptions) -> Result<TopicStream, BagError> {
-    let mut streams = choose(scan, options)?;
-    match (streams.pop(), streams.is_empty()) {
-        (Some(one), true) => Ok(one),
-        (last, _) => {
-            let is_meant =
-                |topic: &&ScannedTopic| streams.iter().chain(&last).any(|stream| stream.topic.is(&topic.topic));
-            let topics = scan.topics.iter().filter(is_meant).map(ScannedTopic::summary).collect();
-            Err(BagError::SeveralTopics { form: scan.form.words(), topics })
-        }
-    }
 }
 
 impl TopicStream {

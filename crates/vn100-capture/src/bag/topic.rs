@@ -23,9 +23,19 @@ pub(crate) trait BagFile: Send {
     /// The topics seen so far.
     fn topics(&self) -> &[Topic];
 
-    /// How many messages each topic has, where an index shows that and the file need not be read
-    /// whole. No message can be read then.
-    fn index(&mut self) -> io::Result<Option<Vec<TopicCount>>>;
+    /// The topics, where an index lists them and the file need not be read whole. No message can be
+    /// read then.
+    fn index(&mut self) -> io::Result<Index>;
+}
+
+/// What an index shows.
+pub(crate) enum Index {
+    /// Nothing: there is none.
+    None,
+    /// The topics alone.
+    Topics,
+    /// The topics, and how many messages each has.
+    Counts(Vec<TopicCount>),
 }
 
 /// How many messages a topic has, and from when to when.
@@ -43,6 +53,15 @@ impl TopicCount {
             let (first, last) = self.times_ns.unwrap_or((first_ns, last_ns));
             self.times_ns = Some((first.min(first_ns), last.max(last_ns)));
         }
+    }
+
+    /// Of both together.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        let mut both = *self;
+        if let Some((first_ns, last_ns)) = other.times_ns {
+            both.add(other.messages, first_ns, last_ns);
+        }
+        both
     }
 
     /// Messages in a second, on average.

@@ -28,7 +28,8 @@ pub(crate) struct TopicScan {
 /// A topic, and what of a sensor it holds.
 pub(super) struct ScannedTopic {
     pub(super) topic: Topic,
-    pub(super) count: TopicCount,
+    /// `None` while they are not counted.
+    pub(super) count: Option<TopicCount>,
     /// `None` where no definition is known.
     pub(super) definitions: Option<Definitions>,
     pub(super) has_sentences: bool,
@@ -51,10 +52,20 @@ pub(super) enum StampProblem {
 
 impl TopicScan {
     pub(crate) fn of(bag: &Bag) -> Result<Self, BagError> {
-        let topics = bag.topics()?.into_iter().map(|(topic, count)| ScannedTopic::new(topic, count));
+        let topics = bag.topics(false)?.into_iter().map(|(topic, count)| ScannedTopic::new(topic, count));
         let mut scan = Self { form: bag.form, topics: topics.collect::<Result<_, _>>()? };
         scan.probe(bag)?;
         Ok(scan)
+    }
+
+    /// Counts the messages of all topics, where that was not done.
+    pub(super) fn count(&mut self, bag: &Bag) -> Result<(), BagError> {
+        if self.topics.iter().any(|topic| topic.count.is_none()) {
+            for (topic, count) in bag.topics(true)? {
+                self.topics.iter_mut().filter(|other| other.topic.is(&topic)).for_each(|other| other.count = count);
+            }
+        }
+        Ok(())
     }
 
     /// The topics, as a user chooses from.
@@ -93,7 +104,7 @@ impl TopicScan {
 }
 
 impl ScannedTopic {
-    fn new(topic: Topic, count: TopicCount) -> Result<Self, BagError> {
+    fn new(topic: Topic, count: Option<TopicCount>) -> Result<Self, BagError> {
         let definitions = Definitions::of(&topic)?;
         let (parts, stamp) = (Vec::new(), Err(StampProblem::None));
         Ok(Self { topic, count, definitions, has_sentences: false, parts, stamp, probed: 0 })
@@ -103,8 +114,8 @@ impl ScannedTopic {
         TopicSummary {
             name: self.topic.name.clone(),
             type_name: self.topic.type_name.clone(),
-            messages: self.count.messages,
-            rate_hz: self.count.rate_hz(),
+            messages: self.count.unwrap_or_default().messages,
+            rate_hz: self.count.and_then(|count| count.rate_hz()),
         }
     }
 
@@ -119,7 +130,8 @@ impl ScannedTopic {
     }
 
     fn wanted(&self) -> usize {
-        PROBED_MESSAGES.min(usize::try_from(self.count.messages).unwrap_or(usize::MAX))
+        let messages = self.count.map_or(u64::MAX, |count| count.messages);
+        PROBED_MESSAGES.min(usize::try_from(messages).unwrap_or(usize::MAX))
     }
 }
 
