@@ -416,7 +416,7 @@ fn a_recording_of_another_program_is_refused() {
     let (document, exit) = replay(&path, &[]);
     assert_eq!((exit, &document["source"]["kind"]), (3, &Value::Null));
     let error = document["source"]["error"].as_str().unwrap();
-    assert!(error.contains("without the topic /vn100/bytes"), "{error}");
+    assert!(error.contains("an MCAP file without a message"), "{error}");
 }
 
 #[test]
