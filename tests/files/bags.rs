@@ -33,6 +33,7 @@ fn deviations_of_a_bag_are_those_of_the_numbers_in_it() {
         assert_eq!((&source["stream"], &source["compensated"]), (&"/imu/data".into(), &Value::Null));
         assert_eq!((&source["bag"]["used"], &source["bag"]["stamps"]), (&60.into(), &"field".into()), "{source}");
         assert_eq!(document["timing"]["rate_hz"], 100.0);
+        assert_eq!(source["recorded"]["started"], "2023-11-14T22:13:20.003Z", "{source}");
     }
 }
 
@@ -51,7 +52,7 @@ fn two_streams_of_one_bag_are_two_results() {
     let report = vn100().arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(["--export", "csv"]).output();
     assert!(report.unwrap().status.success());
     let text = fs::read_to_string(&page).unwrap();
-    assert!(names.iter().all(|name| text.contains(name)));
+    assert!(names.iter().all(|name| text.contains(name)) && text.contains("by header.stamp in the messages"));
     assert!(["-1", "-2"].iter().all(|number| folder.path().join(format!("two{number}.allan.csv")).exists()));
     // one of them, by name, and from a stream
     let one = with_stdin(

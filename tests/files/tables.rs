@@ -119,3 +119,16 @@ fn units_are_taken_from_the_header_and_doubted_where_no_sensor_has_such() {
     assert!(!warned(&said, "unit-doubtful"));
     assert_eq!(channel(&said, "accel_z")["statistics"], channel(&cured, "accel_z")["statistics"]);
 }
+
+#[test]
+fn the_rate_of_a_table_is_that_of_all_its_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.csv");
+    // rows up to 3 ms late, by a sequence that repeats after 97 rows
+    let row =
+        |row: u64| format!("{:.6},{:.4},9.8\n", row as f64 / 40.0005 + (row * 31 % 97) as f64 * 3e-3 / 97.0, row % 7);
+    fs::write(&path, "time,gyro_x,accel_z\n".to_owned() + &(0..20_000).map(row).collect::<String>()).unwrap();
+    let (document, _) = replay(&path, &[]);
+    let rate_hz = document["timing"]["rate_hz"].as_f64().unwrap();
+    assert!((rate_hz / 40.0005 - 1.0).abs() < 2e-6, "{rate_hz}");
+}

@@ -7,8 +7,8 @@ use tokio::{
     task::JoinHandle,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::{FileReport, ReadOptions};
-use vn100_analysis::{Goal, Settings, SourceFacts, UnmetGoal};
+use vn100_analysis::protocol::stream::{BagReport, FileReport, ReadOptions};
+use vn100_analysis::{Goal, RecordingEndFacts, RecordingFacts, Settings, SourceFacts, UnmetGoal};
 use vn100_capture::Event;
 
 use crate::{
@@ -147,8 +147,10 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     };
     let state = channels.state.borrow();
     let assessment = state.assessor.exact(&snapshot);
+    let facts = state.facts_at(true);
+    let recording = facts.recording.clone().or_else(|| bag.as_ref().and_then(recorded_times));
     SessionResult {
-        facts: SourceFacts { csv, bag, ..state.facts_at(true) },
+        facts: SourceFacts { csv, bag, recording, ..facts },
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         snapshot,
         assessment,
@@ -158,6 +160,14 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         unrecorded_bytes: 0,
         is_restored: true,
     }
+}
+
+/// When a bag was recorded, if its times are dates and not those of a simulation.
+fn recorded_times(bag: &BagReport) -> Option<RecordingFacts> {
+    const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
+    let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
+    let end = RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None };
+    Some(RecordingFacts { program: None, started_ns: Some(first_ns), end: Some(end) })
 }
 
 /// The result of a source that could not be opened: that of no samples.

@@ -170,7 +170,11 @@ impl Analysis {
             .filter(|_| self.record.rate.is_open());
         let before = self.record.rate.rate;
         pending.detector.finish();
+        let whole = pending.detector.summary();
         self.push_resolved();
+        if let Some(whole) = whole {
+            self.record.rate.take_whole_record(&whole);
+        }
         if let Some(rows) = few {
             self.record.rate.prefer_longer_evidence(rows, before);
         }

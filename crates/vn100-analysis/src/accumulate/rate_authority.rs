@@ -147,6 +147,19 @@ impl RateAuthority {
         }
     }
 
+    /// The stream is over: where no list of rates says which one was meant, the rate of all samples
+    /// is that of the record, and not that of the first ones.
+    pub(crate) fn take_whole_record(&mut self, summary: &TimebaseSummary) {
+        if let (Some(NominalRate::Measured(first_hz)), Some(hz)) = (summary.nominal, summary.measured_hz)
+            && self.rate.from == RateFrom::Arrival
+            && self.rate.hz == first_hz
+            && self.change.is_none()
+            && (hz / first_hz - 1.0).abs() < SAME_RATE
+        {
+            self.rate.hz = hz;
+        }
+    }
+
     /// `until` summarises the samples before. Before the first sample that counts the new rate is
     /// that of the record, unless the user gave one.
     pub(crate) fn take_change(

@@ -91,6 +91,7 @@ impl BagSamples {
             late: 0,
             other_messages: 0,
             unpacked_bytes: bag.unpacked_bytes,
+            recorded_ns: None,
             stamps,
         };
         Ok(Self {
@@ -116,6 +117,8 @@ impl BagSamples {
             if self.is_read[head.topic] {
                 let data = self.messages.read_data()?;
                 self.report.messages += 1;
+                let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
+                self.report.recorded_ns = Some((first_ns.min(head.record_ns), last_ns.max(head.record_ns)));
                 let problem = self.content.push(&self.topic, head.record_ns, data, &mut self.report);
                 let bytes = data.len() as u64;
                 *match problem {

@@ -39,6 +39,9 @@ pub struct BagReport {
     pub other_messages: u64,
     /// Bytes unpacked to a temporary file, where the bag is packed or comes from a stream.
     pub unpacked_bytes: u64,
+    /// When its first and its last message were recorded, in nanoseconds since 1970-01-01 UTC, or
+    /// since the start of a simulation; `None` without a message.
+    pub recorded_ns: Option<(i64, i64)>,
     /// Which times are used.
     pub stamps: StampSource,
 }

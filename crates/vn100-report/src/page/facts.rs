@@ -58,7 +58,7 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
     let file = facts.file.as_ref();
     let recorded = facts.recording.as_ref().map(RecordingDocument::new);
     let of = |part: fn(&RecordingDocument) -> Option<String>| recorded.as_ref().and_then(part);
-    vec![
+    let mut rows = vec![
         fact("File", facts.name.clone()),
         fact("Form", facts.kind.unwrap_or("not recognised")),
         or_not_recorded("Size", file.map(|file| format!("{} bytes", grouped(file.bytes)))),
@@ -77,7 +77,16 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
                 .and_then(|layout| layout.compensated)
                 .map(|compensated| if compensated { "yes" } else { "no" }.into()),
         ),
-    ]
+    ];
+    if let Some(bag) = &facts.bag {
+        rows.extend([
+            fact("Topic", bag.topic.clone()),
+            fact("Messages", format!("{} of {}, {} used", grouped(bag.messages), bag.type_name, grouped(bag.used))),
+            fact("Their times", bag.stamps.to_string()),
+            fact("Out of order", format!("{} put in their place, {} too late", bag.reordered, bag.late)),
+        ]);
+    }
+    rows
 }
 
 fn sensor(record: &Record<'_>) -> Vec<Row> {
