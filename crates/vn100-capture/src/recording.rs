@@ -49,6 +49,9 @@ const RESUMED: &str = "resumed";
 const CALLER_METADATA: &str = "vn100.metadata";
 const END_METADATA: &str = "vn100.end";
 
+/// As many bytes show whose MCAP file it is.
+pub(crate) const HEAD_BYTES: u64 = 32;
+
 /// How an MCAP file begins whose header says that this program wrote it: magic, the kind and length
 /// of the header, and its profile with its length.
 pub(crate) const fn is_ours(head: &[u8]) -> bool {

@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use vn100_analysis::{Settings, SourceFacts};
-//! use vn100_capture::Capture;
+//! use vn100_capture::{Capture, CaptureOptions};
 //! use vn100_pipeline::{EndReason, Session};
 //! use vn100_analysis::protocol::stream::ReadOptions;
 //!

@@ -83,7 +83,6 @@ impl Magnitude {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
     use vn100_protocol::{VNIMU, VNYMR};

@@ -86,7 +86,6 @@ fn columns(layout: &Layout, quantity: Quantity, unit: &str) -> String {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use std::sync::Arc;
 

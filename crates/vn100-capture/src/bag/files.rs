@@ -16,7 +16,10 @@ use super::{
     sqlite,
     topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount},
 };
-use crate::recording::{self, RecordingError, RecordingReader};
+use crate::recording;
+
+/// How much of a file is searched for a topic: a tool that merges may put much before it.
+const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
 
 /// The form of a bag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,15 +59,29 @@ impl BagForm {
     }
 }
 
-/// Whether an MCAP file holds no topic of a recording of this program.
+/// Whether an MCAP file holds no topic of a recording of this program. One that this program wrote
+/// may be cut before it.
 pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
-    let file = || file.try_clone().map(|file| SharedFile { file, at: 0 });
-    let mut bag = McapBag::open(file()?)?;
-    if matches!(bag.index()?, Index::Counts(_)) {
-        return Ok(bag.topics().iter().all(|topic| topic.name != recording::BYTES_TOPIC));
+    let shared = || file.try_clone().map(|file| SharedFile { file, at: 0 });
+    let mut head = Vec::new();
+    shared()?.take(recording::HEAD_BYTES).read_to_end(&mut head)?;
+    if recording::is_ours(&head) {
+        return Ok(false);
     }
-    // a file that was cut has no summary
-    Ok(matches!(RecordingReader::open(file()?), Err(RecordingError::Foreign(_))))
+    let is_recorded = |bag: &McapBag<SharedFile>| bag.topics().iter().any(|topic| topic.name == recording::BYTES_TOPIC);
+    let mut bag = McapBag::open(shared()?)?;
+    if matches!(bag.index()?, Index::Counts(_)) {
+        return Ok(!is_recorded(&bag));
+    }
+    let mut bag = McapBag::open(shared()?)?;
+    loop {
+        match bag.next_head() {
+            Ok(Some(_)) if !is_recorded(&bag) && bag.position() <= SEARCHED_BYTES => {}
+            // cut before the first topic, it may have been copied from a recording
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && bag.topics().is_empty() => return Ok(false),
+            _ => return Ok(!is_recorded(&bag)),
+        }
+    }
 }
 
 /// A bag: its files in the order of time, each open.
@@ -188,7 +205,7 @@ fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn Bag
 }
 
 /// A file with a position of its own: clones of one share theirs.
-struct SharedFile {
+pub(super) struct SharedFile {
     file: File,
     at: u64,
 }
@@ -199,6 +216,12 @@ impl Read for SharedFile {
         let n = self.file.read(buffer)?;
         self.at += n as u64;
         Ok(n)
+    }
+}
+
+impl SharedFile {
+    pub(super) const fn position(&self) -> u64 {
+        self.at
     }
 }
 

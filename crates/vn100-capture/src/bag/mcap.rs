@@ -1,8 +1,11 @@
-//! MCAP files of ROS, with any compression of their chunks.
+//! MCAP files of ROS, with any compression of their chunks. The form: <https://mcap.dev/spec>.
+//!
+//! Chunks are unpacked here: the reader of the crate trusts the lengths of the records inside.
 
 use std::{
     collections::BTreeMap,
     io::{self, ErrorKind, Read, Seek, SeekFrom},
+    ops::Range,
 };
 
 use mcap::{
@@ -14,11 +17,15 @@ use mcap::{
     },
 };
 
+use super::files::SharedFile;
 use super::topic::{BagFile, Encoding, Index, MessageHead, Topic, TopicCount};
 use crate::recording::{at_ns, io_error};
 
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
+
+/// Bytes of a message before its data: channel, number, and two times.
+const MESSAGE_HEAD_BYTES: usize = 2 + 4 + 8 + 8;
 
 /// Longest record that is read: a chunk, unpacked or not.
 const RECORD_BYTES: usize = 64 * 1024 * 1024;
@@ -27,11 +34,23 @@ const RECORD_BYTES: usize = 64 * 1024 * 1024;
 pub(super) struct McapBag<R> {
     file: R,
     records: LinearReader,
+    contents: Contents,
+    /// The records of the chunk that is being read, and where the next one begins.
+    chunk: Vec<u8>,
+    chunk_at: usize,
+    /// The message, in the chunk or, where there are no chunks, in `single`.
+    message: Range<usize>,
+    single: Vec<u8>,
+    is_single: bool,
+}
+
+/// What was learned from the records so far.
+#[derive(Default)]
+struct Contents {
     schemas: BTreeMap<u16, Schema>,
     /// The place of the topic of each channel.
     channels: BTreeMap<u16, usize>,
     topics: Vec<Topic>,
-    data: Vec<u8>,
 }
 
 struct Schema {
@@ -44,14 +63,19 @@ impl<R: Read + Seek> McapBag<R> {
     /// A file from its first byte on.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(0))?;
-        let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(RECORD_BYTES);
+        let options = LinearReaderOptions::default()
+            .with_skip_end_magic(true)
+            .with_emit_chunks(true)
+            .with_record_length_limit(RECORD_BYTES);
         Ok(Self {
             file,
             records: LinearReader::new_with_options(options),
-            schemas: BTreeMap::new(),
-            channels: BTreeMap::new(),
-            topics: Vec::new(),
-            data: Vec::new(),
+            contents: Contents::default(),
+            chunk: Vec::new(),
+            chunk_at: 0,
+            message: 0..0,
+            single: Vec::new(),
+            is_single: false,
         })
     }
 
@@ -71,11 +95,62 @@ impl<R: Read + Seek> McapBag<R> {
         reader.finish()
     }
 
+    /// The next message of the chunk; `None` behind its last record.
+    fn next_in_chunk(&mut self) -> io::Result<Option<MessageHead>> {
+        while self.chunk_at < self.chunk.len() {
+            let record = &self.chunk[self.chunk_at..];
+            let head = record.first_chunk::<9>().ok_or_else(|| damaged("a chunk ends inside of a record"))?;
+            let [opcode, length @ ..] = *head;
+            let data = usize::try_from(u64::from_le_bytes(length)).ok().and_then(|length| record[9..].get(..length));
+            let data = data.ok_or_else(|| damaged("a record is longer than its chunk"))?;
+            let data_at = self.chunk_at + 9;
+            self.chunk_at = data_at + data.len();
+            if let Some(head) = self.contents.take(opcode, data)? {
+                self.message = data_at + MESSAGE_HEAD_BYTES..self.chunk_at;
+                self.is_single = false;
+                return Ok(Some(head));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl McapBag<SharedFile> {
+    /// Bytes read of the file.
+    pub(super) const fn position(&self) -> u64 {
+        self.file.position()
+    }
+}
+
+impl Contents {
+    /// Learns from a record; the head of the message if it is one.
+    fn take(&mut self, opcode: u8, data: &[u8]) -> io::Result<Option<MessageHead>> {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+            return Ok(None);
+        }
+        match mcap::parse_record(opcode, data).map_err(io_error)? {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
+            }
+            Record::Channel(channel) => {
+                let schema = self.schemas.remove(&channel.schema_id);
+                self.take_channel(channel.id, &channel.topic, &channel.message_encoding, schema.as_ref());
+                self.schemas.extend(schema.map(|schema| (channel.schema_id, schema)));
+            }
+            Record::Message { header, .. } => {
+                let topic = self.channels.get(&header.channel_id).copied();
+                let topic = topic.ok_or_else(|| damaged("a message comes before its channel"))?;
+                return Ok(Some(MessageHead { topic, record_ns: at_ns(header.log_time) }));
+            }
+            _ => {}
+        }
+        Ok(None)
+    }
+
     fn take_channel(&mut self, id: u16, name: &str, encoding: &str, schema: Option<&Schema>) {
         let (type_name, definition) = schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
         let new = Topic::new(name, type_name, Encoding::named(encoding), definition);
-        let same = |topic: &Topic| topic.name == new.name && topic.type_name == new.type_name;
-        let place = self.topics.iter().position(same).unwrap_or_else(|| {
+        let place = self.topics.iter().position(|topic| topic.is(&new)).unwrap_or_else(|| {
             self.topics.push(new);
             self.topics.len() - 1
         });
@@ -83,9 +158,33 @@ impl<R: Read + Seek> McapBag<R> {
     }
 }
 
+/// Unpacks the records of a chunk.
+fn unpack(data: &[u8], records: &mut Vec<u8>) -> io::Result<()> {
+    let Record::Chunk { header, data } = mcap::parse_record(op::CHUNK, data).map_err(io_error)? else {
+        return Err(damaged("a chunk is none"));
+    };
+    records.clear();
+    let unpacked: Box<dyn Read + '_> = match &*header.compression {
+        "" => Box::new(&*data),
+        "lz4" => Box::new(lz4::Decoder::new(&*data)?),
+        "zstd" => Box::new(zstd::Decoder::new(&*data)?),
+        other => return Err(damaged(&format!("a chunk is packed by {other:.40?}; lz4 and zstd are known"))),
+    };
+    unpacked.take(RECORD_BYTES as u64 + 1).read_to_end(records)?;
+    if records.len() > RECORD_BYTES {
+        return Err(damaged(&format!(
+            "a chunk unpacks to more than {RECORD_BYTES} bytes, which is as much as is kept"
+        )));
+    }
+    Ok(())
+}
+
 impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
         loop {
+            if let Some(head) = self.next_in_chunk()? {
+                return Ok(Some(head));
+            }
             match self.records.next_event() {
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
                     let room = self.records.insert(bytes.max(READ_BYTES));
@@ -96,29 +195,16 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
                     }
                 }
                 Some(Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. })) => return Ok(None),
+                Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, data })) => {
+                    self.chunk_at = 0;
+                    unpack(data, &mut self.chunk)?;
+                }
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
-                        continue;
-                    }
-                    match mcap::parse_record(opcode, data).map_err(io_error)? {
-                        Record::Schema { header, data } => {
-                            self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
-                        }
-                        Record::Channel(channel) => {
-                            let schema = self.schemas.remove(&channel.schema_id);
-                            self.take_channel(channel.id, &channel.topic, &channel.message_encoding, schema.as_ref());
-                            self.schemas.extend(schema.map(|schema| (channel.schema_id, schema)));
-                        }
-                        Record::Message { header, data } => {
-                            let Some(&topic) = self.channels.get(&header.channel_id) else {
-                                return Err(damaged("a message comes before its channel"));
-                            };
-                            self.data.clear();
-                            self.data.extend_from_slice(&data);
-                            let record_ns = at_ns(header.log_time);
-                            return Ok(Some(MessageHead { topic, record_ns }));
-                        }
-                        _ => {}
+                    if let Some(head) = self.contents.take(opcode, data)? {
+                        self.single.clear();
+                        self.single.extend_from_slice(&data[MESSAGE_HEAD_BYTES..]);
+                        self.is_single = true;
+                        return Ok(Some(head));
                     }
                 }
                 Some(Err(McapError::UnexpectedEof)) | None => {
@@ -131,11 +217,11 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     }
 
     fn read_data(&mut self) -> io::Result<&[u8]> {
-        Ok(&self.data)
+        Ok(if self.is_single { &self.single } else { &self.chunk[self.message.clone()] })
     }
 
     fn topics(&self) -> &[Topic] {
-        &self.topics
+        &self.contents.topics
     }
 
     /// From the summary at its end, which a file lacks that was cut.
@@ -145,11 +231,11 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         let channels: BTreeMap<_, _> = summary.channels.iter().collect();
         for (&id, channel) in channels {
             let schema = channel.schema.as_ref().map(|schema| Schema::of(&schema.name, &schema.encoding, &schema.data));
-            self.take_channel(id, &channel.topic, &channel.message_encoding, schema.as_ref());
+            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema.as_ref());
         }
-        let mut counts = vec![TopicCount::default(); self.topics.len()];
+        let mut counts = vec![TopicCount::default(); self.contents.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
-            let Some(&topic) = self.channels.get(channel) else { return Ok(Index::None) };
+            let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
         Ok(Index::Counts(counts))

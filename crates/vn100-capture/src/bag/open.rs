@@ -17,9 +17,6 @@ use crate::recording;
 /// As much is unpacked to a temporary file.
 const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
 
-/// Bytes that show the form of a file.
-const HEAD_BYTES: u64 = 32;
-
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 impl Bag {
@@ -107,7 +104,7 @@ fn head(file: &mut File) -> io::Result<Vec<u8>> {
 
 fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
-    stream.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+    stream.by_ref().take(recording::HEAD_BYTES).read_to_end(&mut head)?;
     Ok(head)
 }
 

@@ -284,6 +284,6 @@ mod tests {
             }
             rest -= length;
         }
-        unreachable!("a year has twelve months")
+        panic!("a year has twelve months")
     }
 }

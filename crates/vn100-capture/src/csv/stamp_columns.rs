@@ -66,10 +66,10 @@ impl StampSearch<'_> {
     /// # Errors
     /// Where a column that can only be one of stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
-        for place in self.free().filter(|&place| self.name(place).is_stamp()) {
-            return self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))])));
+        match self.free().find(|&place| self.name(place).is_stamp()) {
+            Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
+            None => Ok(self.likely()),
         }
-        Ok(self.likely())
     }
 
     /// As [`found`](Self::found), where any column may hold something else: only columns that

@@ -41,7 +41,7 @@ fn times_are_found_by_name_and_content_and_reported() {
             "stamp.sec:s+stamp.nanosec:ns",
         ),
         ("when", &|ns| format!("2023-03-06T{}Z", of_day(ns)), "when:iso"),
-        ("Time", &|ns| format!("2023-03-06 {}+01:00", of_day(ns).replace('.', ".")), "Time:iso"),
+        ("Time", &|ns| format!("2023-03-06 {}+01:00", of_day(ns)), "Time:iso"),
         ("host", &|ns| format!("2023/03/06/{}", of_day(ns)), "host:iso"),
         ("at", &|ns| format!("31/03/2023 {}", of_day(ns)), "at:dmy"),
         ("at", &|ns| format!("03/31/2023 {}", of_day(ns)), "at:mdy"),
