@@ -9,6 +9,7 @@
 
 mod bags;
 mod cli_contract;
+mod column_rates;
 mod compare;
 #[cfg(unix)]
 mod diagnostics;

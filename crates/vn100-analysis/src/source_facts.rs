@@ -19,7 +19,8 @@ pub struct SourceFacts {
     pub csv: Option<CsvReport>,
     /// The messages of a bag.
     pub bag: Option<BagReport>,
-    /// Which stream of the source this is, where it may have several: the topic of a bag.
+    /// Which stream of the source this is, where it may have several: the topic of a bag, or a
+    /// group of columns.
     pub stream: Option<String>,
     /// What a recording that is replayed says of itself.
     pub recording: Option<RecordingFacts>,

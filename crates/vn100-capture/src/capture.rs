@@ -15,7 +15,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     bag::{self, Bag, BagError, BagSamples},
-    csv::{ColumnMap, CsvError, CsvReader},
+    csv::{self, ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
     recording::{Recorded, RecordingError, RecordingReader, RecordingSamples},
@@ -38,7 +38,7 @@ pub struct Capture {
     pub holds_values: bool,
     /// Whether it holds values without times: then its rate must be given.
     pub lacks_times: bool,
-    /// The topic that is read of a bag.
+    /// The topic that is read of a bag, or the group of columns of a table.
     pub topic: Option<String>,
     /// Its metadata, where it is a recording of this program.
     pub recorded: Option<Recorded>,
@@ -79,16 +79,28 @@ impl Capture {
     }
 
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the topics
-    /// that a bag is measured by, and `None` for a file of one stream, or one that cannot be
-    /// opened.
+    /// that a bag is measured by, or the columns of a table that come at one rate; and `None` for a
+    /// file of one stream, or one that cannot be opened.
     #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
-        let streams = || {
-            let bag = Bag::at(path.as_ref()).ok()??;
+        let streams = Self::names_of_streams(path.as_ref(), options).unwrap_or_default();
+        if streams.len() > 1 { streams.into_iter().map(Some).collect() } else { vec![options.topic.clone()] }
+    }
+
+    fn names_of_streams(path: &Path, options: &CaptureOptions) -> Option<Vec<String>> {
+        if let Some(bag) = Bag::at(path).ok()? {
             let streams = bag::choose(&bag, options).ok()?;
-            Some(streams.into_iter().map(|stream| Some(stream.topic.name)).collect())
-        };
-        streams().filter(|streams: &Vec<_>| streams.len() > 1).unwrap_or_else(|| vec![options.topic.clone()])
+            return Some(streams.into_iter().map(|stream| stream.topic.name).collect());
+        }
+        // what is no file of the disk is read once
+        if options.topic.is_some() || !fs::metadata(path).ok()?.is_file() {
+            return None;
+        }
+        let mut reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
+        match detect_format(&mut reader, options.columns.as_ref(), None).ok()? {
+            (head, Detected::Csv(plan)) => Some(csv::streams(plan, head.chain(reader))),
+            _ => None,
+        }
     }
 
     /// Takes any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
@@ -157,7 +169,8 @@ impl Capture {
             }
             bag::Stream::Other(reader) => reader,
         };
-        let (head, detected) = detect_format(&mut reader, options.columns.as_ref()).map_err(failed)?;
+        let (head, detected) =
+            detect_format(&mut reader, options.columns.as_ref(), options.topic.as_deref()).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
         let (holds_values, lacks_times) = match &detected {
@@ -200,7 +213,7 @@ impl Capture {
             holds_values,
             lacks_times,
             recorded,
-            topic: None,
+            topic: options.topic.clone().filter(|_| format == Format::Csv && holds_values),
             start_reading,
         })
     }
@@ -212,7 +225,8 @@ pub struct CaptureOptions {
     /// Which columns of a CSV file, or numbers in the messages of a bag, are which channels; `None`
     /// where they are known by their names.
     pub columns: Option<ColumnMap>,
-    /// The topic of a bag; `None` for the only one of a sensor.
+    /// The topic of a bag; `None` for the only one of a sensor. Of a table of numbers the columns
+    /// to be read, by quantity or channel with spaces between them; `None` for all.
     pub topic: Option<String>,
 }
 

@@ -19,6 +19,7 @@ mod reader;
 mod resolution;
 mod stamp;
 mod stamp_columns;
+mod streams;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +37,7 @@ pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use column_map::{by_name, known};
 pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;
+pub(crate) use streams::streams;
 
 /// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
@@ -126,6 +128,8 @@ enum ColumnUse {
     StampPart(StampUnit),
     /// The channel at this place of the layout.
     Channel(usize),
+    /// A channel of another stream.
+    OtherStream,
     Sentence,
 }
 
@@ -161,6 +165,14 @@ pub enum CsvError {
         column: String,
         /// Our names.
         channels: [&'static str; 2],
+    },
+    /// Columns are asked for that the file does not have.
+    #[error("no columns of {name:?}: name some of {found}")]
+    NoStream {
+        /// What is asked for.
+        name: String,
+        /// The quantities that there are.
+        found: String,
     },
     /// The unit of the stamps does not follow from them.
     #[error(
@@ -216,13 +228,14 @@ impl CsvError {
             Self::UnknownColumns { guess, .. } => Some(MapHint::Columns(guess.clone())),
             Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
             Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
-            Self::MissingColumn { .. } | Self::SameColumn { .. } | Self::Stamps { .. } => None,
+            Self::MissingColumn { .. } | Self::SameColumn { .. } | Self::NoStream { .. } | Self::Stamps { .. } => None,
         }
     }
 
-    /// Whether the columns are known, and only the stamps in them are not understood.
-    fn is_about_stamps(&self) -> bool {
-        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. } | Self::DateOrder { .. })
+    /// Whether the columns are known, and only the stamps in them are not understood, or none of
+    /// them is asked for.
+    fn knows_columns(&self) -> bool {
+        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. } | Self::DateOrder { .. } | Self::NoStream { .. })
     }
 }
 

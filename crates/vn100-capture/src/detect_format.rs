@@ -90,6 +90,7 @@ impl Read for CaptureHead {
 pub(crate) fn detect_format(
     reader: &mut impl Read,
     columns: Option<&ColumnMap>,
+    stream: Option<&str>,
 ) -> io::Result<(CaptureHead, Detected)> {
     let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
@@ -116,9 +117,9 @@ pub(crate) fn detect_format(
     // a line that begins with a sentence is no row
     if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
         // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
-        let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, columns), Ok(None));
+        let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, columns, stream), Ok(None));
         while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
-        match csv::detect(&head.bytes, columns) {
+        match csv::detect(&head.bytes, columns, stream) {
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan))),
             // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
             Err(error @ (CsvError::StampUnit { .. } | CsvError::DateOrder { .. })) => {

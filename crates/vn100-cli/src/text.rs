@@ -183,6 +183,9 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
         );
         write_wrapped(out, &text)?;
     }
+    if let Some(rows) = csv.other_stream_rows {
+        writeln!(out, "  other rows {rows}, of other streams")?;
+    }
     if let Some(times) = &csv.times {
         write_wrapped(out, &format!("  times from  {times}"))?;
     }

@@ -28,7 +28,8 @@ struct Told {
 pub(crate) fn check(input: &[u8]) {
     let [options, size, bytes @ ..] = input else { return };
     let map = (options & 4 == 4).then(|| "gyro_x=1:deg/s,accel_z=az:g,t=t:ns".parse().unwrap());
-    let capture_options = CaptureOptions { columns: map, topic: None };
+    let topic = (options & 48 == 48).then(|| "gyro".to_owned());
+    let capture_options = CaptureOptions { columns: map, topic };
     let open = |piece| Capture::from_reader(Dribble { bytes: Cursor::new(bytes.to_vec()), piece }, &capture_options);
     let line_by_line = options & 2 == 2;
     let read = |piece, line_by_line| {
@@ -137,7 +138,8 @@ fn assert_counted(told: &Told, length: Option<usize>) {
         (Some(FileReport::Csv(csv)), format) => {
             assert_eq!(format, Some(Format::Csv));
             let rejected: u64 = csv.rejected.iter().map(|rows| rows.count).sum();
-            assert_eq!(csv.lines, csv.rows + csv.skipped_lines + rejected);
+            let others = csv.other_stream_rows.unwrap_or_default();
+            assert_eq!(csv.lines, csv.rows + csv.skipped_lines + rejected + others);
         }
         (Some(FileReport::Bag(bag)), format) => {
             assert!(matches!(format, Some(Format::Bag(_))));

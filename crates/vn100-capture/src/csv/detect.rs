@@ -27,10 +27,11 @@ const COMMENTS_ABOVE: usize = 100;
 /// fewer the decimals are judged by those.
 ///
 /// Without `map` the columns are known by their names, and the numbers are in the sensor's units.
+/// Of numbers, those of `stream` are read, else all.
 ///
 /// # Errors
 /// [`CsvError`] when this is a CSV file but lacks the columns, or the stamps.
-pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
+pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>, stream: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
     let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
@@ -50,19 +51,19 @@ pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<CsvP
         if !candidate.fits(lines[first]) {
             continue;
         }
-        match candidate.plan(map) {
+        match candidate.plan(map, stream) {
             Ok(Some(plan)) => return Ok(Some(plan)),
-            Err(error) if error.is_about_stamps() => problem = Some(error),
+            Err(error) if error.knows_columns() => problem = Some(error),
             // a comment in words
             Ok(None) | Err(_) => {}
         }
     }
-    let plan = HeaderCandidate::new(lines[first], &lines, line_end, first).plan(map);
+    let plan = HeaderCandidate::new(lines[first], &lines, line_end, first).plan(map, stream);
     match (&plan, problem) {
         (Ok(Some(_)), _) => plan,
-        (Err(error), _) if error.is_about_stamps() => plan,
+        (Err(error), _) if error.knows_columns() => plan,
         (Ok(None), Some(problem)) => Err(problem),
-        _ => below_preamble(&lines, first, line_end, map).unwrap_or(plan),
+        _ => below_preamble(&lines, first, line_end, map, stream).unwrap_or(plan),
     }
 }
 
@@ -72,6 +73,7 @@ fn below_preamble(
     first: usize,
     line_end: u8,
     map: Option<&ColumnMap>,
+    stream: Option<&str>,
 ) -> Option<Result<Option<CsvPlan>, CsvError>> {
     let last = lines.len().min(first + LONGEST_PREAMBLE);
     for index in (first + 1..last).filter(|&index| !is_comment_or_blank(lines[index])) {
@@ -81,8 +83,8 @@ fn below_preamble(
         if !fits || candidate.header.width() < 2 {
             continue;
         }
-        let plan = candidate.plan(map);
-        if matches!(&plan, Ok(Some(_))) || plan.as_ref().is_err_and(CsvError::is_about_stamps) {
+        let plan = candidate.plan(map, stream);
+        if matches!(&plan, Ok(Some(_))) || plan.as_ref().is_err_and(CsvError::knows_columns) {
             return Some(plan);
         }
     }
@@ -140,16 +142,16 @@ impl<'a> HeaderCandidate<'a> {
     }
 
     /// The plan, if this is the header.
-    fn plan(&self, map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
+    fn plan(&self, map: Option<&ColumnMap>, stream: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
         match map {
-            Some(map) if !map.channels.is_empty() => self.mapped(map).map(Some),
-            map => self.named(map),
+            Some(map) if !map.channels.is_empty() => self.mapped(map, stream).map(Some),
+            map => self.named(map, stream),
         }
     }
 
     /// The plan for a header with known names, or for sentences; the user may have named the
     /// columns of the stamps and of the sentences.
-    fn named(&self, map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
+    fn named(&self, map: Option<&ColumnMap>, stream: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
         let mut places = self.header.known_places();
         // a file of sentences without a header
         let is_row = self.header.names.iter().any(|name| name.contains("$VN"));
@@ -168,6 +170,8 @@ impl<'a> HeaderCandidate<'a> {
             let stamps = self.stamp_search(&places, &self.cells(&places, lines_above)).likely();
             let guess = guess(&self.header, stamps.as_ref());
             return Err(CsvError::UnknownColumns { found: self.header.names.clone(), guess });
+        } else if let Some(stream) = stream {
+            places.choose(stream)?;
         }
         let cells = self.cells(&places, lines_above);
         let search = self.stamp_search(&places, &cells);
@@ -217,10 +221,13 @@ impl<'a> HeaderCandidate<'a> {
     }
 
     /// The plan for columns named by the user.
-    fn mapped(&self, map: &ColumnMap) -> Result<CsvPlan, CsvError> {
+    fn mapped(&self, map: &ColumnMap, stream: Option<&str>) -> Result<CsvPlan, CsvError> {
         let mut places = self.header.mapped_places(map)?;
         let is_row = self.header.is_row(map, &places);
         let lines_above = self.index + usize::from(!is_row);
+        if let Some(stream) = stream {
+            places.choose(stream)?;
+        }
         let cells = self.cells(&places, lines_above);
         let search = self.stamp_search(&places, &cells);
         places.stamp = match &map.stamp {
@@ -228,7 +235,8 @@ impl<'a> HeaderCandidate<'a> {
             None => search.likely(),
         };
         places.channels.sort_by_key(|&(_, channel)| channel);
-        let mut mapped: Vec<_> = map.channels.iter().collect();
+        let is_chosen = |mapped: &&MappedChannel| places.channels.iter().any(|&(_, channel)| channel == mapped.index);
+        let mut mapped: Vec<_> = map.channels.iter().filter(is_chosen).collect();
         mapped.sort_by_key(|mapped| mapped.index);
         let channel = |mapped: &&MappedChannel| match known(mapped.index) {
             series if series.quantity == Quantity::Value => {
@@ -256,17 +264,22 @@ impl<'a> HeaderCandidate<'a> {
         found.iter().position(|&count| count == most)
     }
 
-    /// The fields of the first rows.
+    /// The fields of the first rows, of those of its stream.
     fn cells(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<Vec<Vec<u8>>> {
         let cut = self
             .rows(lines_above)
             .map(|row| Fields::new(&row, self.dialect.separator).map(<[u8]>::to_vec).collect::<Vec<_>>());
         // a sentence has commas of its own
-        cut.filter(|cells| cells.len() == self.header.width() || places.sentence.is_some()).collect()
+        cut.filter(|cells| cells.len() == self.header.width() || places.sentence.is_some())
+            .filter(|cells| {
+                places.others.is_empty() || places.channels.iter().any(|&(place, _)| holds_number(cells, place))
+            })
+            .collect()
     }
 
     fn stamp_search<'b>(&'b self, places: &ColumnPlaces, rows: &'b [Vec<Vec<u8>>]) -> StampSearch<'b> {
-        let taken = places.channels.iter().map(|&(place, _)| place).chain(places.sentence).collect();
+        let channels = places.channels.iter().map(|&(place, _)| place);
+        let taken = channels.chain(places.sentence).chain(places.others.iter().copied()).collect();
         StampSearch { header: &self.header, rows, taken }
     }
 
@@ -332,6 +345,9 @@ impl<'a> HeaderCandidate<'a> {
         for (slot, &(place, _)) in places.channels.iter().enumerate() {
             columns[place] = ColumnUse::Channel(slot);
         }
+        for &place in &places.others {
+            columns[place] = ColumnUse::OtherStream;
+        }
         let ends_in_sentence = columns.last() == Some(&ColumnUse::Sentence);
         let mut plan = CsvPlan {
             kind,
@@ -379,6 +395,10 @@ impl<'a> HeaderCandidate<'a> {
 /// Whether inertial sensors of any make measure it.
 fn is_of_any_sensor(channel: &Channel) -> bool {
     matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)
+}
+
+fn holds_number(cells: &[Vec<u8>], place: usize) -> bool {
+    cells.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }
 
 /// The first rows below `lines_above`.

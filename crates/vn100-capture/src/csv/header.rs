@@ -12,6 +12,7 @@ use super::{
     number::Number,
     shown,
     stamp_columns::StampColumns,
+    streams::quantity,
 };
 
 /// A line cut into the names of columns.
@@ -31,6 +32,8 @@ pub(super) struct ColumnPlaces {
     pub(super) channels: Vec<(usize, usize)>,
     /// The channels whose unit stands in the name of their column.
     pub(super) units: Vec<(usize, &'static Unit)>,
+    /// The places of the channels of other streams.
+    pub(super) others: Vec<usize>,
 }
 
 impl Header {
@@ -87,6 +90,7 @@ impl Header {
         Ok(ColumnPlaces {
             stamp: None,
             units: Vec::new(),
+            others: Vec::new(),
             sentence: found.iter().find(|(name, _)| *name == RAW).map(|&(_, place)| place),
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
         })
@@ -147,6 +151,26 @@ impl ColumnPlaces {
     pub(super) fn has_inertial_channel(&self) -> bool {
         let quantities = self.channels.iter().map(|&(_, channel)| known(channel).quantity);
         { quantities }.any(|quantity| matches!(quantity, Quantity::Acceleration | Quantity::AngularRate))
+    }
+
+    /// Leaves the channels that `stream` names, one by one or by their quantity, to be read.
+    pub(super) fn choose(&mut self, stream: &str) -> Result<(), CsvError> {
+        let words: Vec<_> = stream.split_whitespace().collect();
+        let is_of = |channel: usize, word: &str| {
+            let name = &*known(channel).name;
+            name == word || quantity(name) == word
+        };
+        let is_there = |word: &&str| self.channels.iter().any(|&(_, channel)| is_of(channel, word));
+        if words.is_empty() || !words.iter().all(is_there) {
+            let mut found: Vec<_> = self.channels.iter().map(|&(_, channel)| quantity(&known(channel).name)).collect();
+            found.dedup();
+            return Err(CsvError::NoStream { name: stream.into(), found: found.join(", ") });
+        }
+        let is_chosen = |&(_, channel): &(usize, usize)| words.iter().any(|word| is_of(channel, word));
+        let (chosen, others): (Vec<_>, Vec<_>) = self.channels.iter().copied().partition(is_chosen);
+        self.channels = chosen;
+        self.others = others.into_iter().map(|(place, _)| place).collect();
+        Ok(())
     }
 
     /// The names of the columns that are not used.

@@ -185,6 +185,10 @@ pub(super) struct RowParser {
     late_rounded: Vec<bool>,
     /// The numbers of a row.
     cells: Vec<Option<Number>>,
+    /// The last row has a number in a column of another stream.
+    holds_others: bool,
+    /// The last row has no number but such.
+    is_of_others: bool,
     /// Of the last good row, with CR LF.
     pub(super) sentence: Vec<u8>,
     /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
@@ -210,12 +214,19 @@ impl RowParser {
             absences: vec![AbsentValues::default(); channels],
             late_rounded: vec![false; channels],
             cells: vec![None; channels],
+            holds_others: false,
+            is_of_others: false,
             sentence: Vec::new(),
             stamp_ns: None,
             first_stamp_ns: None,
             last_stamp_ns: None,
             quote_open: false,
-            report: CsvReport { ignored_columns, times: plan.times.clone(), ..CsvReport::default() },
+            report: CsvReport {
+                ignored_columns,
+                times: plan.times.clone(),
+                other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
+                ..CsvReport::default()
+            },
             tally: Tally::default(),
             rejected: RejectedRowCounts::default(),
             plan,
@@ -234,8 +245,17 @@ impl RowParser {
         CsvReport { rounded, absent: absent.collect(), ..self.report.clone() }
     }
 
-    /// Adds the numbers of a line to what is known of their columns, where it is a good row.
+    /// Adds the numbers of a line to what is known of their columns.
     pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
+        for (scan, number) in scans.iter_mut().zip(self.numbers(line).into_iter().flatten()) {
+            if let Some(number) = number {
+                scan.add(number);
+            }
+        }
+    }
+
+    /// The numbers of a line, where it is a good row.
+    pub(super) fn numbers(&mut self, line: &CsvLine<'_>) -> Option<&[Option<Number>]> {
         let text = self.plan.dialect.tidy(line.text);
         let line = &CsvLine { text: &text, ..*line };
         let is_row = match line.completeness {
@@ -243,20 +263,14 @@ impl RowParser {
             Completeness::Unended => self.ends_whole(line.text),
             Completeness::Whole => true,
         };
-        if is_row
+        let is_good = is_row
             && line.number > self.plan.lines_above
             && !is_comment_or_blank(line.text)
-            && self.cells(line.text).is_ok()
-        {
-            for (scan, number) in scans.iter_mut().zip(&self.cells) {
-                if let Some(number) = number {
-                    scan.add(number);
-                }
-            }
-        }
+            && self.cells(line.text).is_ok();
+        is_good.then_some(&self.cells)
     }
 
-    /// Reads a line; `None` where it is no row.
+    /// Reads a line; `None` where it is no row, or one of another stream.
     #[inline]
     pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
         let text = self.plan.dialect.tidy(line.text);
@@ -272,6 +286,11 @@ impl RowParser {
             Completeness::Unended if !self.ends_whole(line.text) => Err(RejectedRow::Truncated),
             Completeness::Unended | Completeness::Whole => self.row(line.text),
         };
+        if mem::take(&mut self.is_of_others) {
+            *self.report.other_stream_rows.get_or_insert_default() += 1;
+            self.tally.skipped_bytes += line.bytes;
+            return None;
+        }
         match row {
             Ok(()) => {
                 self.report.rows += 1;
@@ -382,6 +401,7 @@ impl RowParser {
             }
         }
         if absent.len() >= cells.len() {
+            self.is_of_others = self.holds_others && cells.iter().all(Option::is_none);
             return Err(RejectedRow::Number);
         }
         absent.sort_unstable_by_key(|(slot, _)| *slot);
@@ -391,8 +411,9 @@ impl RowParser {
     /// Reads the numbers of a row and returns its stamp.
     #[inline]
     fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let Self { plan, absent, cells, .. } = self;
+        let Self { plan, absent, cells, holds_others, .. } = self;
         absent.clear();
+        *holds_others = false;
         let mut stamp = None;
         let mut rest = line;
         for (place, &column) in plan.columns.iter().enumerate() {
@@ -423,6 +444,11 @@ impl RowParser {
                     stamp = Some(added(stamp, form.nanoseconds(unquoted(&rest[..end])))?);
                     &rest[end..]
                 }
+                ColumnUse::OtherStream => {
+                    let number = leading_number(rest, plan.dialect.separator);
+                    *holds_others |= number.is_some();
+                    number.map_or_else(|| &rest[field_end(rest, plan.dialect.separator)..], |(_, rest)| rest)
+                }
                 ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.dialect.separator)..],
             };
         }
@@ -449,7 +475,7 @@ impl RowParser {
                 ColumnUse::Sentence => sentence = Some(unquoted(field)),
                 ColumnUse::Stamp(form) => stamp_fields.push((unquoted(field), form)),
                 ColumnUse::StampPart(unit) => stamp_fields.push((unquoted(field), StampForm::Unit(unit))),
-                ColumnUse::Ignored | ColumnUse::Channel(_) => {}
+                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream => {}
             }
         }
         let sentence = sentence.filter(|sentence| !sentence.is_empty() && rest.is_none()).ok_or(RejectedRow::Fields)?;

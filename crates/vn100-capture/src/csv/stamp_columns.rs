@@ -206,7 +206,7 @@ impl StampColumns {
             let form = match column {
                 ColumnUse::Stamp(form) => form.name(),
                 ColumnUse::StampPart(unit) => unit.name,
-                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::Sentence => "",
+                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => "",
             };
             format!("{}:{form}", header.argument(place))
         };
@@ -221,7 +221,7 @@ fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
         let part = match column {
             ColumnUse::Stamp(form) => form.nanoseconds(cell)?,
             ColumnUse::StampPart(unit) => StampForm::Unit(unit).nanoseconds(cell)?,
-            ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::Sentence => 0,
+            ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => 0,
         };
         sum.checked_add(part)
     })

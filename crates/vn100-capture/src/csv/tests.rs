@@ -12,6 +12,7 @@ mod forms;
 mod mapped;
 mod properties;
 mod sentences;
+mod streams;
 mod times;
 mod values;
 
@@ -47,7 +48,7 @@ impl Whole {
 
 fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
     let map = map.map(|map| map.parse().unwrap());
-    detect(text.as_ref(), map.as_ref())
+    detect(text.as_ref(), map.as_ref(), None)
 }
 
 fn layout(plan: &CsvPlan) -> Layout {
@@ -56,7 +57,11 @@ fn layout(plan: &CsvPlan) -> Layout {
 
 /// The plan of a file that is read twice.
 fn whole_plan(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
-    let mut parser = RowParser::new(plan(&text, map).unwrap().unwrap());
+    scanned(plan(&text, map).unwrap().unwrap(), text)
+}
+
+fn scanned(plan: CsvPlan, text: impl AsRef<[u8]>) -> CsvPlan {
+    let mut parser = RowParser::new(plan);
     let mut scans = vec![ColumnScan::default(); parser.plan.priors.len()];
     let mut lines = Lines::new(text.as_ref(), parser.plan.line_end);
     while lines.fill().unwrap() {
@@ -92,7 +97,8 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
     whole.report = parser.report();
     assert_eq!(whole.report.rows, count as u64);
     assert_eq!(whole.rejected_rows(), whole.rejected.len() as u64);
-    assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines);
+    let others = whole.report.other_stream_rows.unwrap_or_default();
+    assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines + others);
     whole
 }
 
@@ -127,7 +133,7 @@ fn the_parsed_captures_equal_their_sentences() {
             continue;
         }
         let bytes = std::fs::read(&path).unwrap();
-        let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
+        let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], None, None).unwrap().unwrap();
         assert_eq!(layout(&plan), Layout { compensated: None, ..VNYMR.clone() }, "{}", path.display());
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();

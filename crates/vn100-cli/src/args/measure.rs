@@ -231,7 +231,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 
-    /// Topic of a ROS bag to measure, where more than one may be meant
+    /// Stream to measure, where a file has several: the topic of a bag, or a group of columns of
+    /// one rate in a CSV file, such as "gyro accel" or mag
     #[arg(long, value_name = "NAME")]
     pub(crate) topic: Option<String>,
 

@@ -19,7 +19,8 @@ pub enum RejectedRow {
     Truncated,
 }
 
-/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows`.
+/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows +
+/// other_stream_rows`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CsvReport {
     /// All lines.
@@ -30,6 +31,8 @@ pub struct CsvReport {
     pub skipped_lines: u64,
     /// Rejected rows, one entry for each reason.
     pub rejected: Vec<RejectedRows>,
+    /// Rows with numbers of other streams alone; `None` where all columns of numbers are read.
+    pub other_stream_rows: Option<u64>,
     /// The columns of the stamps and their forms, as a column map names them; `None` without any.
     pub times: Option<String>,
     /// Columns that are not used, by their names in the file.

@@ -21,7 +21,7 @@ pub(crate) struct SourceDocument {
     meta: Option<BTreeMap<String, String>>,
     error: Option<String>,
     csv: Option<Csv>,
-    /// The topic of a bag.
+    /// The topic of a bag, or the group of columns of a table.
     #[serde(skip_serializing_if = "Option::is_none")]
     stream: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,7 +71,8 @@ impl Device {
     }
 }
 
-/// The lines of a CSV file: `lines` are `rows`, `skipped_lines` and every odd count.
+/// The lines of a CSV file: `lines` are `rows`, `skipped_lines`, every odd count, and the rows of
+/// other streams.
 #[derive(Debug, Serialize)]
 struct Csv {
     lines: u64,
@@ -79,6 +80,8 @@ struct Csv {
     skipped_lines: u64,
     #[serde(rename = "odd")]
     rejected: Vec<RejectedDocument>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    other_stream_rows: Option<u64>,
     times: Option<String>,
     ignored_columns: Vec<String>,
     rounded: Vec<String>,
@@ -117,6 +120,7 @@ fn csv(facts: &CsvReport) -> Csv {
         rows: facts.rows,
         skipped_lines: facts.skipped_lines,
         rejected,
+        other_stream_rows: facts.other_stream_rows,
         times: facts.times.clone(),
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),

@@ -1,0 +1,141 @@
+//! Streams of different rates in one table: its channels, grouped by the rows that hold them.
+
+use std::io::Read;
+
+use vn100_protocol::Channel;
+
+use super::{CsvPlan, Kind, lines::Lines, reader::RowParser, resolution::SCANNED_ROWS};
+
+/// A channel of the same rate as another is in this share of the rows that hold either, at least.
+const SAME_RATE: f64 = 0.75;
+
+/// Less than this share of the rows of another channel is a rate of its own.
+const LOSSY: f64 = 0.25;
+
+/// So many of the rows of a channel that lost some hold the others of its rate, too.
+const SHARED: f64 = 0.9;
+
+/// A channel with fewer values makes no stream.
+const FEWEST_VALUES: u64 = 10;
+
+/// The quantities that are named first.
+const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
+
+/// The names of the streams of a table; none where all columns are of one. A table is one stream
+/// where its first thousand rows hold all their values, where it has no times that would tell the
+/// rates, and where it has the fields of a message of the sensor.
+pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
+    let channels = match &plan.kind {
+        Kind::Values(layout) if layout.message == "CSV" && plan.times.is_some() => layout.channels.clone(),
+        Kind::Values(_) | Kind::Sentences => return Vec::new(),
+    };
+    let mut lines = Lines::new(reader, plan.line_end);
+    let mut parser = RowParser::new(plan);
+    let mut presence = Presence::new(channels.len());
+    let mut whole_rows = 0;
+    while lines.fill().unwrap_or(false) {
+        while let Some(line) = lines.next_buffered() {
+            let Some(numbers) = parser.numbers(&line) else { continue };
+            // counted up to the first row that lacks a value
+            whole_rows += usize::from(presence.rows == whole_rows && numbers.iter().all(Option::is_some));
+            presence.add(numbers.iter().map(Option::is_some));
+            if whole_rows == SCANNED_ROWS {
+                return Vec::new();
+            }
+        }
+    }
+    let groups = presence.groups();
+    if groups.len() < 2 {
+        return Vec::new();
+    }
+    let mut names: Vec<_> = groups.iter().map(|group| name(group, &channels)).collect();
+    names.sort_by_key(|name| rank(name));
+    names
+}
+
+/// The quantity that a channel is of, as the name of a stream has it.
+pub(super) fn quantity(channel: &str) -> &str {
+    channel.split('_').next().unwrap_or(channel)
+}
+
+/// The quantities of these channels, the angular rate first; one by one where some of a quantity
+/// are not among them.
+fn name(group: &[usize], channels: &[Channel]) -> String {
+    let mut group: Vec<_> = group.iter().map(|&slot| &*channels[slot].name).collect();
+    group.sort_by_key(|name| rank(name));
+    let is_whole = |word: &str| {
+        let mut all = channels.iter().filter(|channel| quantity(&channel.name) == word);
+        all.all(|channel| group.contains(&&*channel.name))
+    };
+    let mut words: Vec<_> =
+        group.iter().map(|name| if is_whole(quantity(name)) { quantity(name) } else { name }).collect();
+    words.dedup();
+    words.join(" ")
+}
+
+fn rank(name: &str) -> usize {
+    FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
+}
+
+/// In which rows the channels have a value, two by two.
+struct Presence {
+    rows: usize,
+    /// The row, and the last one with the same channel: which channels hold a value.
+    held: Vec<bool>,
+    last: Vec<Vec<bool>>,
+    /// Rows with both of two channels.
+    both: Vec<Vec<u64>>,
+    /// Those of them that follow such a row, among the rows with the first of the two.
+    runs: Vec<Vec<u64>>,
+}
+
+impl Presence {
+    fn new(channels: usize) -> Self {
+        let counts = vec![vec![0; channels]; channels];
+        let last = vec![vec![false; channels]; channels];
+        Self { rows: 0, held: Vec::new(), last, both: counts.clone(), runs: counts }
+    }
+
+    fn add(&mut self, held: impl Iterator<Item = bool>) {
+        self.rows += 1;
+        self.held.clear();
+        self.held.extend(held);
+        for (first, _) in self.held.iter().enumerate().filter(|(_, is_held)| **is_held) {
+            for (second, is_held) in self.held.iter().enumerate() {
+                self.both[first][second] += u64::from(*is_held);
+                self.runs[first][second] += u64::from(*is_held && self.last[first][second]);
+            }
+            self.last[first].copy_from_slice(&self.held);
+        }
+    }
+
+    /// The channels of each rate: those that go with the channel with the most values.
+    fn groups(&self) -> Vec<Vec<usize>> {
+        let values = |slot: usize| self.both[slot][slot];
+        let mut slots: Vec<usize> = (0..self.both.len()).filter(|&slot| values(slot) >= FEWEST_VALUES).collect();
+        slots.sort_by_key(|&slot| std::cmp::Reverse(values(slot)));
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for slot in slots {
+            match groups.iter_mut().find(|group| self.are_of_one_rate(group[0], slot)) {
+                Some(group) => group.push(slot),
+                None => groups.push(vec![slot]),
+            }
+        }
+        groups
+    }
+
+    /// Whether a channel with fewer values, or as many, comes at the rate of `most`, some of them
+    /// lost.
+    fn are_of_one_rate(&self, most: usize, fewer: usize) -> bool {
+        let [all, values, shared] = [(most, most), (fewer, fewer), (most, fewer)].map(|(a, b)| self.both[a][b] as f64);
+        if values >= SAME_RATE * (all + values - shared) {
+            return true;
+        }
+        // lost at random, a value follows another as often as one is there; at an even rate as seldom as can be
+        let share = values / all;
+        let at_random = share;
+        let evenly = (2.0 - share.recip()).max(0.0);
+        let follow = self.runs[most][fewer] as f64 / values;
+        share >= LOSSY && shared >= SHARED * values && follow >= 0.5 * (at_random + evenly)
+    }
+}
