@@ -106,6 +106,6 @@ fn streams_of_a_table_are_reported_and_compared_and_chosen() {
     assert_eq!((&one["timing"]["samples"], one["timing"]["rate_hz"].as_f64()), (&2000.into(), Some(25.0)));
     let refused = vn100().arg("replay").arg(&path).args(["--topic", "magg"]).output().unwrap();
     let text = String::from_utf8(refused.stderr).unwrap();
-    assert!(text.contains("log.csv: no columns of \"magg\": name some of mag, accel, gyro"), "{text}");
+    assert!(text.contains("log.csv: no columns of \"magg\": name some of gyro, accel, mag"), "{text}");
     assert_eq!(refused.status.code(), Some(3));
 }

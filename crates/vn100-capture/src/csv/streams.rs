@@ -22,8 +22,8 @@ const FEWEST_VALUES: u64 = 10;
 const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
 
 /// The names of the streams of a table; none where all columns are of one. A table is one stream
-/// where its first thousand rows hold all their values, where it has no times that would tell the
-/// rates, and where it has the fields of a message of the sensor.
+/// where its first thousand rows hold all their values, where it has no times, and so no rate is
+/// known, and where it has the fields of a message of the sensor.
 pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     let channels = match &plan.kind {
         Kind::Values(layout) if layout.message == "CSV" && plan.times.is_some() => layout.channels.clone(),
