@@ -161,6 +161,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         rows: 7,
         skipped_lines: 1,
         rejected: vec![rejected],
+        other_stream_rows: None,
         times: None,
         ignored_columns: vec!["note".into()],
         rounded: vec!["gyro_x".into()],
