@@ -255,7 +255,7 @@ pub enum OpenError {
         /// The file or folder, `-` for standard input.
         path: PathBuf,
         /// What is wrong, or what it holds.
-        problem: BagError,
+        problem: Box<BagError>,
     },
     /// An MCAP file that is not read.
     #[error("{} is not a recording this program reads: {problem}", path.display())]
@@ -299,7 +299,7 @@ impl OpenError {
     fn of_bag(path: &Path, problem: BagError) -> Self {
         match problem {
             BagError::Io(source) => Self::Io { path: path.to_owned(), source },
-            problem => Self::Bag { path: path.to_owned(), problem },
+            problem => Self::Bag { path: path.to_owned(), problem: problem.into() },
         }
     }
 }

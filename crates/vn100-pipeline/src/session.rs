@@ -148,7 +148,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     let state = channels.state.borrow();
     let assessment = state.assessor.exact(&snapshot);
     let facts = state.facts_at(true);
-    let recording = facts.recording.clone().or_else(|| bag.as_ref().and_then(recorded_times));
+    let recording = facts.recording.clone().or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)));
     SessionResult {
         facts: SourceFacts { csv, bag, recording, ..facts },
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
@@ -162,12 +162,19 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
 }
 
-/// When a bag was recorded, if its times are dates and not those of a simulation.
-fn recorded_times(bag: &BagReport) -> Option<RecordingFacts> {
+/// When a bag was recorded, if its times are dates and not those of a simulation; its end only
+/// where it was read to there.
+fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
     const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
     let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
-    let end = RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None };
-    Some(RecordingFacts { program: None, started_ns: Some(first_ns), end: Some(end) })
+    let end = match reason {
+        EndReason::SourceEnded => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None }),
+        EndReason::SourceFailed(_) => {
+            Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: false, reason: None })
+        }
+        _ => None,
+    };
+    Some(RecordingFacts { program: None, started_ns: Some(first_ns), end })
 }
 
 /// The result of a source that could not be opened: that of no samples.

@@ -8,7 +8,7 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 use super::{
     standard_types,
-    topic::{BagError, Encoding, Topic, short_type},
+    topic::{Encoding, Topic, short_type},
 };
 
 /// More types, or fields of one, than any message has.
@@ -32,6 +32,8 @@ pub(super) struct Field {
 pub(super) enum Kind {
     Number(Number),
     Text,
+    /// Of wide characters, whose size no two programs agree on.
+    WideText,
     /// Seconds and nanoseconds, of four bytes each.
     Time,
     Message(String),
@@ -63,15 +65,13 @@ pub(super) enum Number {
 
 impl Definitions {
     /// Those of the messages of a topic, from the bag or of the standard types; `None` where
-    /// neither has them.
-    pub(super) fn of(topic: &Topic) -> Result<Option<Self>, BagError> {
+    /// neither has them, and in words what is wrong with one that cannot be used.
+    pub(super) fn of(topic: &Topic) -> Result<Option<Self>, String> {
         let standard = || standard_types::definition(&topic.type_name, &topic.encoding);
         let Some(text) = topic.definition.as_deref().map(Cow::from).or_else(|| standard().map(Cow::from)) else {
             return Ok(None);
         };
-        let unusable = |problem| BagError::Definition { type_name: topic.type_name.clone(), problem };
-        let definitions = Self::parse(&topic.type_name, &text, topic.encoding == Encoding::Ros1).map_err(unusable)?;
-        Ok(Some(definitions))
+        Self::parse(&topic.type_name, &text, topic.encoding == Encoding::Ros1).map(Some)
     }
 
     fn parse(type_name: &str, text: &str, ros1: bool) -> Result<Self, String> {
@@ -93,6 +93,11 @@ impl Definitions {
             if is_large {
                 return Err(format!("it has more than {MOST} types or fields"));
             }
+        }
+        if !ros1 {
+            // a structure without fields takes a byte
+            let fill = || Field { name: "_".into(), kind: Kind::Number(Number::U8), length: Length::One };
+            definitions.types.values_mut().filter(|fields| fields.is_empty()).for_each(|fields| fields.push(fill()));
         }
         Ok(definitions)
     }
@@ -146,7 +151,7 @@ impl Kind {
             "float64" => Self::Number(Number::F64),
             "string" => Self::Text,
             "time" | "duration" if ros1 => Self::Time,
-            "wstring" => return Err("texts of wide characters are not read".into()),
+            "wstring" => Self::WideText,
             "Header" => Self::Message("std_msgs/Header".into()),
             name => match short_type(name) {
                 name if name == "builtin_interfaces/Time" || name == "builtin_interfaces/Duration" => Self::Time,

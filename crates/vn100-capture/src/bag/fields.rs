@@ -40,6 +40,8 @@ pub(super) enum Step {
     SkipCounted { align: usize, each: u64 },
     /// Elements of any size; as many as stands before them where `count` is `None`.
     SkipEach { count: Option<u32>, steps: Vec<Step> },
+    /// What cannot be passed over.
+    Unreadable,
     /// The value for this slot.
     Take { slot: usize, leaf: Leaf },
 }
@@ -66,7 +68,7 @@ fn add_places(
             match &field.kind {
                 Kind::Number(number) => places.push((path, Place::Leaf(Leaf::Number(*number)))),
                 Kind::Time => places.push((path, Place::Leaf(Leaf::Time))),
-                Kind::Text => {}
+                Kind::Text | Kind::WideText => {}
                 Kind::Message(inner) => {
                     let below = format!("{path}.");
                     places.push((path, Place::Message(inner.clone())));
@@ -77,13 +79,15 @@ fn add_places(
     }
 }
 
-/// The paths of a field: none where the number of its elements varies.
+/// The paths of a field: none where the number of its elements varies, or is large.
 fn paths(field: &Field, prefix: &str) -> Vec<String> {
     let name = format!("{prefix}{}", field.name);
     match field.length {
         Length::One => vec![name],
-        Length::Fixed(count) => (0..count.min(MOST_ELEMENTS)).map(|element| format!("{name}[{element}]")).collect(),
-        Length::Counted => Vec::new(),
+        Length::Fixed(count) if count <= MOST_ELEMENTS => {
+            (0..count).map(|element| format!("{name}[{element}]")).collect()
+        }
+        Length::Fixed(_) | Length::Counted => Vec::new(),
     }
 }
 
@@ -100,7 +104,18 @@ pub(super) fn steps(
     let mut steps = walk.message(type_name, "", 0)?;
     let last = steps.iter().rposition(|step| matches!(step, Step::Take { .. }));
     steps.truncate(last.map_or(0, |last| last + 1));
+    if has_unreadable(&steps) {
+        return Err("a text of wide characters stands before the numbers".into());
+    }
     Ok(steps)
+}
+
+fn has_unreadable(steps: &[Step]) -> bool {
+    steps.iter().any(|step| match step {
+        Step::Unreadable => true,
+        Step::SkipEach { steps, .. } => has_unreadable(steps),
+        _ => false,
+    })
 }
 
 struct Walk<'a> {
@@ -162,6 +177,7 @@ impl Walk<'_> {
             (Kind::Number(number), None) => Step::Skip { align: number.bytes(), bytes: number.bytes() as u64 },
             (Kind::Time, None) => Step::Skip { align: 4, bytes: 8 },
             (Kind::Text, _) => Step::SkipText,
+            (Kind::WideText, _) => Step::Unreadable,
             (Kind::Message(inner), _) => {
                 steps.extend(self.message(inner, &format!("{path}."), level + 1)?);
                 return Ok(());

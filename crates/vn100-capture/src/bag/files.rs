@@ -70,7 +70,7 @@ pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
     }
     let is_recorded = |bag: &McapBag<SharedFile>| bag.topics().iter().any(|topic| topic.name == recording::BYTES_TOPIC);
     let mut bag = McapBag::open(shared()?)?;
-    if matches!(bag.index()?, Index::Counts(_)) {
+    if matches!(bag.index(), Ok(Index::Counts(_))) {
         return Ok(!is_recorded(&bag));
     }
     let mut bag = McapBag::open(shared()?)?;
@@ -123,7 +123,8 @@ impl Bag {
         let unseen = Arc::default();
         for file in &self.files {
             let mut messages = open(self.form, file, &unseen)?;
-            match messages.index()? {
+            // a damaged one is none
+            match messages.index().unwrap_or(Index::None) {
                 Index::Counts(counts) => {
                     messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
                     continue;

@@ -18,7 +18,9 @@ use mcap::{
 };
 
 use super::files::SharedFile;
-use super::topic::{BagFile, Encoding, Index, MessageHead, Topic, TopicCount};
+use super::topic::{
+    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
+};
 use crate::recording::{at_ns, io_error};
 
 /// Bytes of one read of the file.
@@ -51,6 +53,7 @@ struct Contents {
     /// The place of the topic of each channel.
     channels: BTreeMap<u16, usize>,
     topics: Vec<Topic>,
+    definition_bytes: usize,
 }
 
 struct Schema {
@@ -130,11 +133,12 @@ impl Contents {
         }
         match mcap::parse_record(opcode, data).map_err(io_error)? {
             Record::Schema { header, data } => {
+                self.definition_bytes += data.len();
                 self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
             }
             Record::Channel(channel) => {
                 let schema = self.schemas.remove(&channel.schema_id);
-                self.take_channel(channel.id, &channel.topic, &channel.message_encoding, schema.as_ref());
+                self.take_channel(channel.id, &channel.topic, &channel.message_encoding, schema.as_ref())?;
                 self.schemas.extend(schema.map(|schema| (channel.schema_id, schema)));
             }
             Record::Message { header, .. } => {
@@ -147,7 +151,7 @@ impl Contents {
         Ok(None)
     }
 
-    fn take_channel(&mut self, id: u16, name: &str, encoding: &str, schema: Option<&Schema>) {
+    fn take_channel(&mut self, id: u16, name: &str, encoding: &str, schema: Option<&Schema>) -> io::Result<()> {
         let (type_name, definition) = schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
         let new = Topic::new(name, type_name, Encoding::named(encoding), definition);
         let place = self.topics.iter().position(|topic| topic.is(&new)).unwrap_or_else(|| {
@@ -155,6 +159,10 @@ impl Contents {
             self.topics.len() - 1
         });
         self.channels.insert(id, place);
+        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
+            return Err(damaged("it has more topics or definitions than any bag"));
+        }
+        Ok(())
     }
 }
 
@@ -171,6 +179,10 @@ fn unpack(data: &[u8], records: &mut Vec<u8>) -> io::Result<()> {
         other => return Err(damaged(&format!("a chunk is packed by {other:.40?}; lz4 and zstd are known"))),
     };
     unpacked.take(RECORD_BYTES as u64 + 1).read_to_end(records)?;
+    if header.uncompressed_size != 0 && records.len() as u64 != header.uncompressed_size {
+        let (found, said) = (records.len(), header.uncompressed_size);
+        return Err(damaged(&format!("a chunk unpacks to {found} bytes and not to {said}")));
+    }
     if records.len() > RECORD_BYTES {
         return Err(damaged(&format!(
             "a chunk unpacks to more than {RECORD_BYTES} bytes, which is as much as is kept"
@@ -217,7 +229,8 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     }
 
     fn read_data(&mut self) -> io::Result<&[u8]> {
-        Ok(if self.is_single { &self.single } else { &self.chunk[self.message.clone()] })
+        let data = if self.is_single { &self.single[..] } else { &self.chunk[self.message.clone()] };
+        Ok(if data.len() <= MESSAGE_BYTES { data } else { &[] })
     }
 
     fn topics(&self) -> &[Topic] {
@@ -231,14 +244,16 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         let channels: BTreeMap<_, _> = summary.channels.iter().collect();
         for (&id, channel) in channels {
             let schema = channel.schema.as_ref().map(|schema| Schema::of(&schema.name, &schema.encoding, &schema.data));
-            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema.as_ref());
+            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema.as_ref())?;
         }
         let mut counts = vec![TopicCount::default(); self.contents.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
             let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
-        Ok(Index::Counts(counts))
+        // they may be left out
+        let counted = counts.iter().fold(0_u64, |sum, count| sum.saturating_add(count.messages));
+        Ok(if counted == stats.message_count && !counts.is_empty() { Index::Counts(counts) } else { Index::None })
     }
 }
 

@@ -53,6 +53,7 @@ impl Cursor<'_> {
         for step in steps {
             match step {
                 Step::Skip { align, bytes } => self.skip(*align, *bytes)?,
+                Step::Unreadable => return None,
                 Step::SkipText => {
                     let length = self.count()?;
                     self.skip(1, length.into())?;
@@ -135,5 +136,64 @@ impl Cursor<'_> {
             self.at = self.at.checked_next_multiple_of(to)?;
         }
         Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::{definition::Definitions, fields::steps, topic::Topic};
+    use super::*;
+
+    const TEXT: &str = "# a comment\nuint8 KIND=3 # of two\nstring NAME=a # b\nHeader[] spare\nstd_msgs/Empty none\n\
+        uint8 flag 1\nstring<=5 note\nint16[<=3] few\nInner[2] inner\nfloat64 x\nwstring behind\n\
+        ================================================================================\n\
+        MSG: demo_msgs/Inner\nfloat32 y -1.5\n\
+        ================================================================================\n\
+        MSG: std_msgs/Empty\n\
+        ================================================================================\n\
+        MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+
+    fn taken(encoding: Encoding, message: &[u8]) -> Option<[Taken; 2]> {
+        let topic = Topic::new("/demo", "demo_msgs/msg/Demo", encoding.clone(), Some(TEXT));
+        let definitions = Definitions::of(&topic).unwrap().unwrap();
+        let slots = BTreeMap::from([("inner[1].y".to_owned(), 0), ("x".to_owned(), 1)]);
+        let steps = steps(&definitions, "demo_msgs/Demo", &slots).unwrap();
+        let mut taken = [Taken::Number(0.0); 2];
+        take(&steps, &encoding, message, &mut taken).map(|()| taken)
+    }
+
+    #[test]
+    fn numbers_stand_at_multiples_of_their_size_in_cdr_alone() {
+        let found = Some([Taken::Number(2.5), Taken::Number(-7.0)]);
+        let numbers = |order: fn(&[u8]) -> Vec<u8>| {
+            let number = |bytes: &[u8]| order(bytes);
+            let inner = [number(&1.5_f32.to_le_bytes()), number(&2.5_f32.to_le_bytes())].concat();
+            (inner, number(&(-7.0_f64).to_le_bytes()), number(&1_u32.to_le_bytes()), number(&2_u32.to_le_bytes()))
+        };
+        let forwards = |bytes: &[u8]| bytes.to_vec();
+        let backwards = |bytes: &[u8]| bytes.iter().rev().copied().collect();
+        for (kind, order) in [(1, forwards as fn(&[u8]) -> Vec<u8>), (0, backwards)] {
+            let (inner, x, one, two) = numbers(order);
+            // no header, an empty message, a flag; at 8 a text with its zero, at 16 one number of two bytes
+            let head =
+                [&[0, kind, 0, 0][..], &[0; 4], &[9, 1, 0, 0], &two, b"t\0", &[0; 2], &one, &[5, 0], &[0; 2]].concat();
+            let message = [&head[..], &inner, &x].concat();
+            assert_eq!(taken(Encoding::Cdr, &message), found, "{kind}");
+            assert_eq!(taken(Encoding::Cdr, &message[..message.len() - 1]), None);
+        }
+        let (inner, x, one, _) = numbers(forwards);
+        let message = [&[0; 4][..], &[1], &one, b"t", &one, &[5, 0], &inner, &x].concat();
+        assert_eq!(taken(Encoding::Ros1, &message), found);
+        assert_eq!(taken(Encoding::Other("json".into()), &message), None);
+        assert_eq!(taken(Encoding::Cdr, &[9, 9, 0, 0]), None);
+    }
+
+    #[test]
+    fn what_stands_behind_a_text_of_wide_characters_is_not_reached() {
+        let topic = Topic::new("/demo", "demo_msgs/Demo", Encoding::Cdr, Some("wstring a\nfloat64 x\n"));
+        let definitions = Definitions::of(&topic).unwrap().unwrap();
+        assert!(steps(&definitions, "demo_msgs/Demo", &BTreeMap::from([("x".to_owned(), 0)])).is_err());
     }
 }

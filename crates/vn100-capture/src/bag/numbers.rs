@@ -20,7 +20,7 @@ pub(super) struct NumberFields {
     pub(super) layout: Layout,
     steps: Vec<Step>,
     slots: Vec<Taken>,
-    /// In the order of the layout; each has the slot of its place.
+    /// In the order of the layout.
     quantizers: Vec<Quantizer>,
     /// The slot of the time in the message, where that is used.
     stamp: Option<usize>,
@@ -30,6 +30,7 @@ pub(super) struct NumberFields {
 /// A count is 2^-`bits` of the unit of the message.
 #[derive(Debug, Clone, Copy)]
 struct Quantizer {
+    slot: usize,
     counts_per_unit: f64,
     /// Where the channel's own zero lies.
     zero: f64,
@@ -103,21 +104,31 @@ impl NumberFields {
     fn new(topic: &ScannedTopic, mut fields: Vec<NumberField>, columns: Option<&ColumnMap>) -> Result<Self, BagError> {
         fields.sort_by_key(|field| field.place);
         let Topic { name, type_name, .. } = &topic.topic;
-        let Some(definitions) = &topic.definitions else {
-            return Err(BagError::NoDefinition { topic: name.clone(), type_name: type_name.clone() });
+        let definition = |problem| BagError::Definition { type_name: type_name.clone(), problem };
+        let definitions = match &topic.definitions {
+            Ok(Some(definitions)) => definitions,
+            Ok(None) => return Err(BagError::NoDefinition { topic: name.clone(), type_name: type_name.clone() }),
+            Err(problem) => return Err(definition(problem.clone())),
         };
         let all: BTreeMap<_, _> = places(definitions, type_name).into_iter().collect();
         let mut slots = BTreeMap::new();
-        for (slot, field) in fields.iter().enumerate() {
+        for field in &fields {
             if !matches!(all.get(&field.path), Some(Place::Leaf(Leaf::Number(_)))) {
                 return Err(no_field(topic, &field.path));
             }
-            slots.insert(field.path.clone(), slot);
+            let next = slots.len();
+            slots.entry(field.path.clone()).or_insert(next);
         }
         let asked = columns.and_then(ColumnMap::stamp_column).map(ToString::to_string);
         let (path, stamp_source) = match (asked, &topic.stamp) {
             (Some(path), _) if !matches!(all.get(&path), Some(Place::Leaf(Leaf::Time))) => {
-                return Err(no_field(topic, &path));
+                let times = all.iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Time)));
+                return Err(BagError::NoTime {
+                    topic: name.clone(),
+                    type_name: type_name.clone(),
+                    path,
+                    times: times.map(|(path, _)| path.clone()).collect(),
+                });
             }
             (Some(path), _) => (Some(path.clone()), StampSource::Field(path)),
             (None, Ok(path)) => (Some(path.clone()), StampSource::Field(path.clone())),
@@ -127,10 +138,9 @@ impl NumberFields {
             (None, Err(StampProblem::Backwards)) => (None, StampSource::RecordedAsBackwards),
         };
         let stamp = path.map(|path| {
-            slots.insert(path, fields.len());
-            fields.len()
+            let next = slots.len();
+            *slots.entry(path).or_insert(next)
         });
-        let definition = |problem| BagError::Definition { type_name: type_name.clone(), problem };
         let steps = steps(definitions, type_name, &slots).map_err(definition)?;
         let channels = fields.iter().map(|field| {
             let own = known(field.place);
@@ -143,11 +153,15 @@ impl NumberFields {
             }
         });
         let layout = Layout { message: type_name.clone().into(), compensated: None, channels: channels.collect() };
-        let quantizer = |field: &NumberField| Quantizer { counts_per_unit: 2_f64.powi(field.bits), zero: field.zero };
+        let quantizer = |field: &NumberField| Quantizer {
+            slot: slots[&field.path],
+            counts_per_unit: 2_f64.powi(field.bits),
+            zero: field.zero,
+        };
         Ok(Self {
             layout,
             steps,
-            slots: vec![Taken::Number(f64::NAN); fields.len() + 1],
+            slots: vec![Taken::Number(f64::NAN); slots.len()],
             quantizers: fields.iter().map(quantizer).collect(),
             stamp,
             stamp_source,
@@ -173,8 +187,8 @@ impl NumberFields {
             }
             let Ok(data) = messages.read_data() else { break };
             if take(&self.steps, &topic.encoding, data, &mut self.slots).is_some() {
-                for (largest, taken) in largest.iter_mut().zip(&self.slots) {
-                    if let Taken::Number(number) = taken
+                for (largest, quantizer) in largest.iter_mut().zip(&self.quantizers) {
+                    if let Taken::Number(number) = self.slots[quantizer.slot]
                         && number.is_finite()
                     {
                         *largest = largest.max(number.abs());
@@ -199,8 +213,8 @@ impl NumberFields {
         take(&self.steps, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
         row.counts.clear();
         row.absent.clear();
-        for (channel, (quantizer, taken)) in self.quantizers.iter().zip(&self.slots).enumerate() {
-            let Taken::Number(number) = *taken else { return Err(Unreadable) };
+        for (channel, quantizer) in self.quantizers.iter().enumerate() {
+            let Taken::Number(number) = self.slots[quantizer.slot] else { return Err(Unreadable) };
             let count = ((number - quantizer.zero) * quantizer.counts_per_unit).round_ties_even();
             if (f64::from(-i32::MAX)..=f64::from(i32::MAX)).contains(&count) {
                 row.counts.push(count as i32);

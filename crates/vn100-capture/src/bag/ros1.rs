@@ -10,7 +10,9 @@ use std::{
 
 use bzip2::bufread::BzDecoder;
 
-use super::topic::{BagFile, Encoding, Index, MessageHead, Topic, TopicCount};
+use super::topic::{
+    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
+};
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
@@ -19,9 +21,6 @@ const READ_BYTES: usize = 64 * 1024;
 
 /// Longest header of a record: it holds a few numbers, or the definitions of a type.
 const HEADER_BYTES: u32 = 4 * 1024 * 1024;
-
-/// Longest message that is read. Those of sensors have some hundred bytes; images may have more.
-pub(super) const MESSAGE_BYTES: u32 = 4 * 1024 * 1024;
 
 /// More connections than any bag has.
 const MOST_CONNECTIONS: usize = 65_536;
@@ -45,6 +44,7 @@ pub(super) struct Ros1Bag<R> {
     data: Vec<u8>,
     /// Bytes of the message that were not read.
     unread_bytes: u32,
+    definition_bytes: usize,
 }
 
 /// Where the next record is read.
@@ -68,6 +68,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
             header: Vec::new(),
             data: Vec::new(),
             unread_bytes: 0,
+            definition_bytes: 0,
         })
     }
 
@@ -147,12 +148,15 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let text = |name| field(&self.data, name).map(|text| String::from_utf8_lossy(text).into_owned());
         let type_name = text(b"type").unwrap_or_default();
         let new = Topic::new(&name, &type_name, Encoding::Ros1, text(b"message_definition").as_deref());
-        let same = |topic: &Topic| topic.name == new.name && topic.type_name == new.type_name;
-        let place = self.topics.iter().position(same).unwrap_or_else(|| {
+        let place = self.topics.iter().position(|topic| topic.is(&new)).unwrap_or_else(|| {
             self.topics.push(new);
             self.topics.len() - 1
         });
         self.connections.insert(connection, place);
+        self.definition_bytes += self.data.len();
+        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
+            return Err(damaged("it has more topics or definitions than any bag"));
+        }
         if self.connections.len() > MOST_CONNECTIONS {
             return Err(damaged(&format!("it has more than {MOST_CONNECTIONS} connections")));
         }
@@ -200,7 +204,7 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
 
     fn read_data(&mut self) -> io::Result<&[u8]> {
         let data_bytes = mem::take(&mut self.unread_bytes);
-        if data_bytes > MESSAGE_BYTES {
+        if data_bytes as usize > MESSAGE_BYTES {
             self.data.clear();
             self.skip(data_bytes)?;
         } else {

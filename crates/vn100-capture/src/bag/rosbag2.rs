@@ -7,13 +7,10 @@ use std::{
 
 use super::{
     sqlite::{Database, Row, Table, TableScan, Value},
-    topic::{BagError, BagFile, Encoding, Index, MessageHead, Topic},
+    topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
 
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
-
-/// Longest message that is unpacked.
-const MESSAGE_BYTES: u64 = 4 * 1024 * 1024;
 
 /// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
@@ -71,7 +68,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
             return Ok(data);
         }
         self.unpacked.clear();
-        zstd::Decoder::new(data)?.take(MESSAGE_BYTES).read_to_end(&mut self.unpacked)?;
+        zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(&mut self.unpacked)?;
         Ok(&self.unpacked)
     }
 
@@ -112,15 +109,18 @@ fn definitions<R: Read + Seek>(database: &mut Database<R>, table: &Table) -> io:
     let places = (place("topic_type"), place("encoding"), place("encoded_message_definition"));
     let (Some(name), Some(encoding), Some(text)) = places else { return Ok(BTreeMap::new()) };
     let (mut scan, mut row) = (database.scan(table)?, Row::default());
-    let mut definitions = BTreeMap::new();
+    let (mut definitions, mut bytes) = (BTreeMap::new(), 0);
     while database.next_row(&mut scan, &mut row)? {
         database.complete(&mut row)?;
         if let [Value::Text(name), Value::Text(b"ros2msg"), Value::Text(text)] =
             [name, encoding, text].map(|place| row.field(place))
         {
+            bytes += text.len();
             definitions.insert(string(name), string(text));
         }
-        check_count(definitions.len())?;
+        if definitions.len() > MOST_TOPICS || bytes > DEFINITION_BYTES {
+            return Err(too_many());
+        }
     }
     Ok(definitions)
 }
@@ -134,7 +134,7 @@ fn read_topics<R: Read + Seek>(
 ) -> io::Result<Topics> {
     let place = |name: &str| table.columns.iter().position(|column| column == name);
     let (Some(name), Some(type_name)) = (place("name"), place("type")) else { return Ok(Topics::default()) };
-    let encoding = place("serialization_format");
+    let (id, encoding) = (place("id"), place("serialization_format"));
     let (mut scan, mut row) = (database.scan(table)?, Row::default());
     let (mut topics, mut places) = Topics::default();
     while database.next_row(&mut scan, &mut row)? {
@@ -144,9 +144,16 @@ fn read_topics<R: Read + Seek>(
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
         let new = Topic::new(&text(name), &type_name, encoding, definition);
-        places.insert(row.id, topics.len());
+        // a key column is empty in the row, whose number it is
+        let id = match id.map(|place| row.field(place)) {
+            Some(Value::Integer(id)) => id,
+            _ => row.id,
+        };
+        places.insert(id, topics.len());
         topics.push(new);
-        check_count(topics.len())?;
+        if topics.len() > MOST_TOPICS {
+            return Err(too_many());
+        }
     }
     Ok((topics, places))
 }
@@ -155,11 +162,6 @@ fn string(text: &[u8]) -> String {
     String::from_utf8_lossy(text).into_owned()
 }
 
-fn check_count(rows: usize) -> io::Result<()> {
-    const MOST: usize = 65_536;
-    if rows <= MOST {
-        Ok(())
-    } else {
-        Err(io::Error::new(ErrorKind::InvalidData, format!("it has more than {MOST} topics")))
-    }
+fn too_many() -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, "the database is damaged: it has more topics or definitions than any bag")
 }

@@ -23,6 +23,9 @@ use super::{
 };
 use crate::read_samples::{Event, FileReader};
 
+/// Most bytes of the sentences in a message: those of a driver have one or two.
+const SENTENCE_BYTES: usize = 64 * 1024;
+
 /// Messages in one batch.
 const BATCH_MESSAGES: usize = 512;
 
@@ -39,6 +42,8 @@ pub(crate) struct BagSamples {
     used_bytes: u64,
     rejected_bytes: u64,
     at_end: bool,
+    /// Batches to be sent.
+    sealed: Vec<Batch>,
 }
 
 #[expect(clippy::large_enum_variant, reason = "there is one for each file")]
@@ -104,6 +109,7 @@ impl BagSamples {
             used_bytes: 0,
             rejected_bytes: 0,
             at_end: false,
+            sealed: Vec::new(),
         })
     }
 
@@ -133,16 +139,21 @@ impl BagSamples {
         }
     }
 
-    /// The batches of all rows whose place is certain.
-    fn take_uncounted_batches(&mut self) -> Vec<Batch> {
-        let mut batches = Vec::new();
+    /// Passes on the rows whose place is certain, each as a batch of its own where that is asked
+    /// for.
+    fn pass_on(&mut self) {
         while self.content.pass_on(self.at_end) {
             if self.line_by_line {
-                batches.extend(self.content.take_batches());
+                self.seal();
             }
         }
-        batches.extend(self.content.take_batches());
-        batches
+    }
+
+    /// Completes the batch of the rows passed on.
+    fn seal(&mut self) {
+        let batches = self.content.take_batches();
+        let batches = self.with_counts(batches);
+        self.sealed.extend(batches);
     }
 
     /// Adds to batches what the messages hold beside their samples.
@@ -173,28 +184,30 @@ impl FileReader for BagSamples {
             return Ok(None);
         }
         for _ in 0..BATCH_MESSAGES {
-            if !self.take_message()? {
-                self.at_end = true;
+            self.at_end = !self.take_message()?;
+            self.pass_on();
+            if self.at_end {
                 break;
             }
         }
-        Ok(Some({
-            let batches = self.take_uncounted_batches();
-            self.with_counts(batches).into_iter().map(Event::from).collect()
-        }))
+        self.seal();
+        Ok(Some(mem::take(&mut self.sealed).into_iter().map(Event::from).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         self.at_end = true;
-        let mut batches = self.take_uncounted_batches();
+        self.pass_on();
+        self.seal();
+        let mut last = Vec::new();
         (self.report.reordered, self.report.late) = match &mut self.content {
             OpenContent::Sentences { reader, order } => {
-                batches.extend(reader.finish());
+                last = reader.finish();
                 (order.moved, order.late)
             }
             OpenContent::Numbers { order, .. } => (order.moved, order.late),
         };
-        let batches = self.with_counts(batches);
+        let mut batches = mem::take(&mut self.sealed);
+        batches.extend(self.with_counts(last));
         (batches, Some(FileReport::Bag(self.report.clone())))
     }
 }
@@ -241,9 +254,16 @@ impl OpenContent {
                     lines.extend_from_slice(sentence);
                     lines.extend_from_slice(b"\r\n");
                 }
-                let is_without = lines.is_empty();
+                let problem = match lines.len() {
+                    0 => Some(Problem::WithoutSample),
+                    1..=SENTENCE_BYTES => None,
+                    _ => {
+                        lines.clear();
+                        Some(Problem::Unreadable)
+                    }
+                };
                 order.push(record_ns, lines);
-                is_without.then_some(Problem::WithoutSample)
+                problem
             }
             Self::Numbers { fields, layout, order, .. } => {
                 let mut held = order.spare();

@@ -18,6 +18,19 @@ pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
+/// Whether a message holds what only a VectorNav sends: a header of known form, and numbers behind
+/// it. Three bytes occur in any image.
+pub(super) fn has_sentence(message: &[u8]) -> bool {
+    const SHORTEST: usize = 20;
+    let is_one = |sentence: &[u8]| {
+        sentence.len() >= SHORTEST
+            && sentence[3..6].iter().all(u8::is_ascii_uppercase)
+            && sentence[6] == b','
+            && sentence[7..SHORTEST].iter().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b','))
+    };
+    sentences(message).any(is_one)
+}
+
 /// Up to its checksum, of two or four digits: a quote or an escaped line end may follow. All of a
 /// sentence without one.
 fn checked_part(sentence: &[u8]) -> &[u8] {
@@ -44,5 +57,14 @@ mod tests {
         assert_eq!(found(b"$VNYMR,1*"), [b"$VNYMR,1*"]);
         assert_eq!(found(b"$VNYMR,1$VNYMR,2*5D"), [&b"$VNYMR,1"[..], b"$VNYMR,2*5D"]);
         assert!(found(b"$GPGGA,1*5E").is_empty() && found(b"").is_empty());
+    }
+
+    #[test]
+    fn three_bytes_are_no_evidence() {
+        assert!(has_sentence(b"\x08$VNYMR,+098.146,-000.915,+011.708*00\0"));
+        for other in [&b"\xff$VN\xff"[..], b"$VNYMR", b"no answer to $VNRRG,now that it is late", b"$VNYMR,+098.146,-"]
+        {
+            assert!(!has_sentence(other), "{other:?}");
+        }
     }
 }

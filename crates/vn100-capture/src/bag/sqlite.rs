@@ -32,6 +32,8 @@ pub(super) struct Database<R> {
     /// A part of the file, and where it begins.
     block: Vec<u8>,
     block_start: u64,
+    /// Read in this scan: a table has each once.
+    overflow_pages: u64,
 }
 
 /// A table, as the schema names it.
@@ -98,7 +100,7 @@ impl<R: Read + Seek> Database<R> {
             return Err(damaged(&format!("pages of {page_bytes} bytes, {usable_bytes} of them used")));
         }
         let pages = bytes / page_bytes as u64;
-        Ok(Self { file, page_bytes, usable_bytes, pages, block: Vec::new(), block_start: 0 })
+        Ok(Self { file, page_bytes, usable_bytes, pages, block: Vec::new(), block_start: 0, overflow_pages: 0 })
     }
 
     /// The tables of the schema.
@@ -130,6 +132,7 @@ impl<R: Read + Seek> Database<R> {
     }
 
     fn scan_root(&mut self, root: u32) -> io::Result<TableScan> {
+        self.overflow_pages = 0;
         let mut scan = TableScan { path: Vec::new(), leaf: Vec::new(), cells: 0..0, cells_at: 0, pages_read: 0 };
         self.descend(&mut scan, root)?;
         Ok(scan)
@@ -172,6 +175,10 @@ impl<R: Read + Seek> Database<R> {
             return Ok(());
         }
         while row.overflow_page != 0 && (row.bytes.len() as u64) < row.total_bytes {
+            self.overflow_pages += 1;
+            if self.overflow_pages > self.pages {
+                return Err(damaged("rows share the pages that they continue on"));
+            }
             let left = (row.total_bytes - row.bytes.len() as u64) as usize;
             let usable_bytes = self.usable_bytes;
             let page = self.page(row.overflow_page)?;

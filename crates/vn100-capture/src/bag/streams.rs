@@ -3,7 +3,7 @@
 use super::{
     files::Bag,
     numbers::NumberFields,
-    standard_types::{IMU, Part},
+    standard_types::Part,
     topic::{BagError, Topic},
     topic_scan::{ScannedTopic, TopicScan},
 };
@@ -88,16 +88,19 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
             several => Err(BagError::SeveralTopics { form, topics: list(several) }),
         };
     }
-    let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences).collect();
-    let inertial: Vec<_> = scan.topics.iter().filter(|topic| has(topic, |part| part.message == IMU)).collect();
-    let of_sensor: Vec<_> = scan.topics.iter().filter(|topic| !topic.parts.is_empty()).collect();
+    let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences()).collect();
     let has_rates = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "gyro_x");
     let has_accelerations = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "accel_x");
+    let is_inertial = |topic: &&ScannedTopic| has_rates(topic) || has_accelerations(topic);
+    let inertial: Vec<_> = scan.topics.iter().filter(is_inertial).collect();
+    let of_sensor: Vec<_> = scan.topics.iter().filter(|topic| !topic.parts.is_empty()).collect();
+    let are_apart = |a: &ScannedTopic, b: &ScannedTopic| {
+        has_rates(a) && !has_accelerations(a) && !has_rates(b) && has_accelerations(b)
+    };
     let chosen = match (&*with_sentences, &*inertial, &*of_sensor) {
         ([one], _, _) | ([], [one], _) | ([], [], [one]) => vec![*one],
-        ([], [a, b], _) if has_rates(a) != has_rates(b) && has_accelerations(a) != has_accelerations(b) => {
-            if has_rates(a) { vec![*a, *b] } else { vec![*b, *a] }
-        }
+        ([], [a, b], _) if are_apart(a, b) => vec![*a, *b],
+        ([], [a, b], _) if are_apart(b, a) => vec![*b, *a],
         ([], [], []) => return Err(no_sensor(scan)),
         ([], [], several) | ([], several, _) | (several, _, _) => {
             return Err(BagError::SeveralTopics { form, topics: list(several) });
@@ -135,16 +138,17 @@ fn no_sensor(scan: &TopicScan) -> BagError {
 
 fn no_sensor_in(topic: &ScannedTopic) -> BagError {
     let (name, type_name) = (topic.topic.name.clone(), topic.topic.type_name.clone());
-    match topic.definitions {
-        Some(_) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
-        None => BagError::NoDefinition { topic: name, type_name },
+    match &topic.definitions {
+        Ok(Some(_)) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
+        Ok(None) => BagError::NoDefinition { topic: name, type_name },
+        Err(problem) => BagError::Definition { type_name, problem: problem.clone() },
     }
 }
 
 fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, BagError> {
     let content = match columns {
         Some(map) if map.has_channels() => Content::Numbers(NumberFields::mapped(topic, map)?),
-        _ if topic.has_sentences => Content::Sentences,
+        _ if topic.has_sentences() => Content::Sentences,
         _ if topic.parts.is_empty() => return Err(no_sensor_in(topic)),
         map => Content::Numbers(NumberFields::standard(topic, map)?),
     };

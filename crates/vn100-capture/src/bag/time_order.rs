@@ -2,25 +2,35 @@
 
 use std::collections::VecDeque;
 
-/// Messages that are held at most: more than a second of any sensor that is not read by itself.
-const WINDOW: usize = 256;
+/// Messages that are held at most: more than threads of a driver put out of order, and fewer than a
+/// clock that is set back repeats.
+const WINDOW: usize = 32;
 
 /// Messages in the order of their times; those of one time in the order they came.
 #[derive(Debug)]
 pub(super) struct TimeOrder<T> {
-    held: VecDeque<(i64, T)>,
+    held: VecDeque<Held<T>>,
     /// Storage of those that were taken.
     spare: Vec<T>,
-    last_ns: Option<i64>,
+    last: Option<(u64, i64)>,
+    /// How often a message came too late for its place: what follows keeps behind what came before.
+    stretch: u64,
     /// How many came behind one of a later time, and found their place.
     pub(super) moved: u64,
     /// How many came so late that those of later times had been taken.
     pub(super) late: u64,
 }
 
+#[derive(Debug)]
+struct Held<T> {
+    /// Its stretch, and its time.
+    place: (u64, i64),
+    message: T,
+}
+
 impl<T: Default> TimeOrder<T> {
     pub(super) fn new() -> Self {
-        Self { held: VecDeque::new(), spare: Vec::new(), last_ns: None, moved: 0, late: 0 }
+        Self { held: VecDeque::new(), spare: Vec::new(), last: None, stretch: 0, moved: 0, late: 0 }
     }
 
     /// Room for one more, which holds what one taken before did.
@@ -29,13 +39,14 @@ impl<T: Default> TimeOrder<T> {
     }
 
     pub(super) fn push(&mut self, at_ns: i64, message: T) {
-        let place = self.held.iter().rposition(|(before_ns, _)| *before_ns <= at_ns).map_or(0, |before| before + 1);
-        if self.last_ns.is_some_and(|last_ns| at_ns < last_ns) {
+        if self.last.is_some_and(|last| (self.stretch, at_ns) < last) {
             self.late += 1;
-        } else if place < self.held.len() {
-            self.moved += 1;
+            self.stretch += 1;
         }
-        self.held.insert(place, (at_ns, message));
+        let place = (self.stretch, at_ns);
+        let index = self.held.iter().rposition(|before| before.place <= place).map_or(0, |before| before + 1);
+        self.moved += u64::from(index < self.held.len());
+        self.held.insert(index, Held { place, message });
     }
 
     /// The first of those held, once there are enough behind it; any at the `end`.
@@ -43,15 +54,15 @@ impl<T: Default> TimeOrder<T> {
         if self.held.len() <= if end { 0 } else { WINDOW } {
             return None;
         }
-        let (at_ns, message) = self.held.pop_front()?;
-        self.last_ns = Some(at_ns);
-        self.spare.push(message);
-        self.spare.last().map(|message| (at_ns, message))
+        let first = self.held.pop_front()?;
+        self.last = Some(first.place);
+        self.spare.push(first.message);
+        self.spare.last().map(|message| (first.place.1, message))
     }
 
     /// The latest time of those held.
     pub(super) fn latest_ns(&self) -> Option<i64> {
-        self.held.back().map(|(at_ns, _)| *at_ns)
+        self.held.back().map(|last| last.place.1)
     }
 }
 
@@ -81,6 +92,9 @@ mod tests {
         times.push(10);
         let (out, moved, late) = ordered(&times);
         assert_eq!((out.len(), moved, late), (1001, 0, 1));
+        // a clock set back for good: the one stretch behind the other
+        let set_back: Vec<i64> = (0..500).chain(100..600).collect();
+        assert_eq!(ordered(&set_back), (set_back.clone(), 0, 1));
     }
 
     proptest! {

@@ -2,6 +2,15 @@
 
 use std::{fmt, io, path::PathBuf, sync::Arc};
 
+/// Longest message that is read. Those of sensors have some hundred bytes; images may have more.
+pub(super) const MESSAGE_BYTES: usize = 4 * 1024 * 1024;
+
+/// More topics than any bag has.
+pub(super) const MOST_TOPICS: usize = 4096;
+
+/// Most bytes of all definitions together.
+pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
+
 /// Where a message belongs; its bytes are read if they are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct MessageHead {
@@ -49,7 +58,7 @@ pub(crate) struct TopicCount {
 impl TopicCount {
     pub(super) fn add(&mut self, messages: u64, first_ns: i64, last_ns: i64) {
         if messages > 0 {
-            self.messages += messages;
+            self.messages = self.messages.saturating_add(messages);
             let (first, last) = self.times_ns.unwrap_or((first_ns, last_ns));
             self.times_ns = Some((first.min(first_ns), last.max(last_ns)));
         }
@@ -91,7 +100,7 @@ impl Topic {
 
     /// Whether it is the same in another file, or in another pass.
     pub(super) fn is(&self, other: &Self) -> bool {
-        self.name == other.name && self.type_name == other.type_name
+        (&self.name, &self.type_name, &self.encoding) == (&other.name, &other.type_name, &other.encoding)
     }
 }
 
@@ -236,6 +245,21 @@ pub enum BagError {
         path: String,
         /// Paths of their numbers.
         fields: Vec<String>,
+    },
+    /// A time that was asked for is not there.
+    #[error(
+        "messages of topic {topic:?} ({type_name}) have no time {path:?}; {}",
+        if times.is_empty() { "they have none".into() } else { format!("they have {}", times.join(", ")) }
+    )]
+    NoTime {
+        /// The topic.
+        topic: String,
+        /// The type of its messages.
+        type_name: String,
+        /// What was asked for.
+        path: String,
+        /// Paths of their times.
+        times: Vec<String>,
     },
     /// A definition that cannot be used.
     #[error("the definition of {type_name} cannot be used: {problem}")]

@@ -7,7 +7,7 @@ use super::{
     fields::{Leaf, Place, Step, places, steps},
     files::{Bag, BagForm},
     message_reader::{Taken, take},
-    sentences::sentences,
+    sentences::has_sentence,
     standard_types::{PARTS, Part},
     topic::{BagError, Topic, TopicCount, TopicSummary},
 };
@@ -15,9 +15,12 @@ use super::{
 /// Messages of each topic that are looked at.
 const PROBED_MESSAGES: usize = 100;
 
-/// Bytes of messages that are looked at: a topic whose first message comes later is judged by its
-/// type alone.
-const PROBED_BYTES: usize = 16 * 1024 * 1024;
+/// Bytes of each that are looked at.
+const PROBED_BYTES: usize = 1024 * 1024;
+
+/// Messages of all topics that are passed on the way: a topic whose first message comes later is
+/// judged by its type alone.
+const PASSED_MESSAGES: usize = 100_000;
 
 /// The topics of a bag.
 pub(crate) struct TopicScan {
@@ -30,14 +33,16 @@ pub(super) struct ScannedTopic {
     pub(super) topic: Topic,
     /// `None` while they are not counted.
     pub(super) count: Option<TopicCount>,
-    /// `None` where no definition is known.
-    pub(super) definitions: Option<Definitions>,
-    pub(super) has_sentences: bool,
+    /// `None` where no definition is known; an error where it cannot be used.
+    pub(super) definitions: Result<Option<Definitions>, String>,
+    /// Messages with a sentence, of those looked at.
+    with_sentences: usize,
     /// The standard numbers that its messages have, and the path of the message each is part of.
     pub(super) parts: Vec<(&'static Part, String)>,
     /// The first time in its messages that runs on, by its path.
     pub(super) stamp: Result<String, StampProblem>,
     probed: usize,
+    probed_bytes: usize,
 }
 
 /// Why the times in messages are not used.
@@ -53,7 +58,7 @@ pub(super) enum StampProblem {
 impl TopicScan {
     pub(crate) fn of(bag: &Bag) -> Result<Self, BagError> {
         let topics = bag.topics(false)?.into_iter().map(|(topic, count)| ScannedTopic::new(topic, count));
-        let mut scan = Self { form: bag.form, topics: topics.collect::<Result<_, _>>()? };
+        let mut scan = Self { form: bag.form, topics: topics.collect() };
         scan.probe(bag)?;
         Ok(scan)
     }
@@ -76,9 +81,12 @@ impl TopicScan {
     fn probe(&mut self, bag: &Bag) -> Result<(), BagError> {
         let mut probes: Vec<Probe> = self.topics.iter().map(Probe::new).collect();
         let mut messages = bag.messages(&Arc::default())?;
-        let mut open = self.topics.iter().filter(|topic| topic.wanted() > 0).count();
-        let (mut bytes, mut places) = (0, Vec::new());
-        while open > 0 && bytes < PROBED_BYTES {
+        let mut open = self.topics.iter().filter(|topic| !topic.is_settled()).count();
+        let mut places = Vec::new();
+        for _ in 0..PASSED_MESSAGES {
+            if open == 0 {
+                break;
+            }
             // an error is reported where the messages are read
             let Ok(Some(head)) = messages.next_head() else { break };
             for topic in &messages.topics()[places.len()..] {
@@ -86,28 +94,28 @@ impl TopicScan {
             }
             let Some(place) = places[head.topic] else { continue };
             let topic = &mut self.topics[place];
-            if topic.probed == topic.wanted() {
+            if topic.is_settled() {
                 continue;
             }
             let Ok(data) = messages.read_data() else { break };
-            bytes += data.len();
+            topic.probed_bytes += data.len();
             topic.probed += 1;
-            open -= usize::from(topic.probed == topic.wanted());
-            topic.has_sentences |= sentences(data).next().is_some();
+            open -= usize::from(topic.is_settled());
+            topic.with_sentences += usize::from(has_sentence(data));
             probes[place].push(&topic.topic, data);
         }
         for (topic, probe) in self.topics.iter_mut().zip(probes) {
-            (topic.parts, topic.stamp) = probe.finish();
+            (topic.parts, topic.stamp) = probe.finish(topic.probed == 0);
         }
         Ok(())
     }
 }
 
 impl ScannedTopic {
-    fn new(topic: Topic, count: Option<TopicCount>) -> Result<Self, BagError> {
-        let definitions = Definitions::of(&topic)?;
+    fn new(topic: Topic, count: Option<TopicCount>) -> Self {
+        let definitions = Definitions::of(&topic);
         let (parts, stamp) = (Vec::new(), Err(StampProblem::None));
-        Ok(Self { topic, count, definitions, has_sentences: false, parts, stamp, probed: 0 })
+        Self { topic, count, definitions, with_sentences: 0, parts, stamp, probed: 0, probed_bytes: 0 }
     }
 
     pub(super) fn summary(&self) -> TopicSummary {
@@ -121,12 +129,27 @@ impl ScannedTopic {
 
     /// The paths of all numbers of its messages.
     pub(super) fn number_paths(&self) -> Vec<String> {
-        let all = self.definitions.as_ref().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
+        let all = self.types().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
         let numbers = all.into_iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Number(_))));
         // of an array the first stands for all
         let listed =
             numbers.filter(|(path, _)| !path.contains('[') || path.matches('[').count() == path.matches("[0]").count());
         listed.map(|(path, _)| path).collect()
+    }
+
+    /// The definitions, where there are usable ones.
+    fn types(&self) -> Option<&Definitions> {
+        self.definitions.as_ref().ok()?.as_ref()
+    }
+
+    /// Whether enough of its messages were looked at.
+    fn is_settled(&self) -> bool {
+        self.probed >= self.wanted() || self.probed_bytes >= PROBED_BYTES
+    }
+
+    /// Whether its messages carry sentences: a log may quote one in passing.
+    pub(super) fn has_sentences(&self) -> bool {
+        self.with_sentences > 0 && 2 * self.with_sentences >= self.probed
     }
 
     fn wanted(&self) -> usize {
@@ -163,7 +186,7 @@ struct ProbedStamp {
 impl Probe {
     fn new(topic: &ScannedTopic) -> Self {
         let type_name = &topic.topic.type_name;
-        let all = topic.definitions.as_ref().map(|types| places(types, type_name)).unwrap_or_default();
+        let all = topic.types().map(|types| places(types, type_name)).unwrap_or_default();
         let mut slots = BTreeMap::new();
         let mut slot = |path: String| {
             let next = slots.len();
@@ -196,7 +219,7 @@ impl Probe {
             .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
             .collect();
         // one that cannot be walked through has no numbers; sentences are found without
-        let steps = topic.definitions.as_ref().and_then(|types| steps(types, type_name, &slots).ok());
+        let steps = topic.types().and_then(|types| steps(types, type_name, &slots).ok());
         Self { steps: steps.unwrap_or_default(), slots: vec![Taken::Number(f64::NAN); slots.len()], parts, stamps }
     }
 
@@ -217,8 +240,9 @@ impl Probe {
         }
     }
 
-    fn finish(self) -> (Vec<(&'static Part, String)>, Result<String, StampProblem>) {
-        let there = self.parts.into_iter().filter(|part| part.is_there);
+    /// Where no message was looked at the type decides.
+    fn finish(self, unseen: bool) -> (Vec<(&'static Part, String)>, Result<String, StampProblem>) {
+        let there = self.parts.into_iter().filter(|part| part.is_there || unseen);
         let parts = there.map(|part| (part.part, part.path)).collect();
         let mut first_problem = None;
         for stamp in self.stamps {
