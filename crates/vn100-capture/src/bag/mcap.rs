@@ -251,7 +251,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
             let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
-        // they may be left out
+        // counts are optional in the form
         let counted = counts.iter().fold(0_u64, |sum, count| sum.saturating_add(count.messages));
         Ok(if counted == stats.message_count && !counts.is_empty() { Index::Counts(counts) } else { Index::None })
     }
