@@ -146,7 +146,8 @@ pub struct TopicSummary {
 impl fmt::Display for TopicSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, type_name, messages, rate_hz } = self;
-        write!(f, "{name:.80} ({type_name:.80}, {messages} messages")?;
+        let plural = if *messages == 1 { "" } else { "s" };
+        write!(f, "{name:.80} ({type_name:.80}, {messages} message{plural}")?;
         match rate_hz {
             Some(hz) => write!(f, ", {hz:.4} Hz)"),
             None => f.write_str(")"),
