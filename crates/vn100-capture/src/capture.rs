@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File},
-    io::{self, Read},
+    io::{self, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -305,9 +305,9 @@ impl OpenError {
 }
 
 /// Counts the bytes that pass, for a progress display on another thread.
-struct CountedReader<R> {
-    inner: R,
-    read: Arc<AtomicU64>,
+pub(crate) struct CountedReader<R> {
+    pub(crate) inner: R,
+    pub(crate) read: Arc<AtomicU64>,
 }
 
 impl<R: Read> Read for CountedReader<R> {
@@ -315,5 +315,11 @@ impl<R: Read> Read for CountedReader<R> {
         let n = self.inner.read(buffer)?;
         self.read.fetch_add(n as u64, Ordering::Relaxed);
         Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for CountedReader<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
     }
 }

@@ -8,7 +8,7 @@ use crate::args::FileArgs;
 
 /// A stream of a file.
 #[derive(Debug, Clone)]
-pub(crate) struct Input {
+pub(crate) struct FileStream {
     pub(crate) path: PathBuf,
     pub(crate) options: CaptureOptions,
     /// Whether the file has others, too.
@@ -17,7 +17,7 @@ pub(crate) struct Input {
 
 /// The streams of the files, in their order. Standard input, which cannot be read twice, counts as
 /// one.
-pub(crate) fn inputs(args: &FileArgs) -> Vec<Input> {
+pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
     let options = CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone() };
     let mut inputs = Vec::new();
     for path in &args.files {
@@ -26,7 +26,7 @@ pub(crate) fn inputs(args: &FileArgs) -> Vec<Input> {
             false => Capture::streams(path, &options),
         };
         let is_one_of_several = topics.len() > 1;
-        inputs.extend(topics.into_iter().map(|topic| Input {
+        inputs.extend(topics.into_iter().map(|topic| FileStream {
             path: path.clone(),
             options: CaptureOptions { topic, ..options.clone() },
             is_one_of_several,

@@ -20,7 +20,7 @@ use vn100_report::{Completion, Document, Evaluation, Measured};
 use crate::{
     args::{FileArgs, ReplayArgs},
     exit::{HangUp, print_json_line, stop_on_interrupt},
-    inputs::{Input, inputs},
+    inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_state},
     user_files::evaluation,
@@ -104,7 +104,7 @@ async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation
 /// second and of the end are `printed` on the way as lines, or only the end counts.
 pub(crate) fn measure_files(
     args: &FileArgs,
-    inputs: &[Input],
+    inputs: &[FileStream],
     evaluation: Evaluation,
     printed: bool,
     take: impl FnMut(Measured) -> Result<()>,
@@ -115,7 +115,7 @@ pub(crate) fn measure_files(
 
 async fn measure_all(
     args: &FileArgs,
-    inputs: &[Input],
+    inputs: &[FileStream],
     evaluation: Evaluation,
     printed: bool,
     log: Entries,
@@ -138,7 +138,7 @@ async fn measure_all(
     Ok(())
 }
 
-fn replay_spec(args: &FileArgs, input: Input, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
+fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
     let spec = ReplaySpec {
         path: input.path,
         capture: input.options,

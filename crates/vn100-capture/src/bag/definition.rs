@@ -17,11 +17,11 @@ const MOST: usize = 4096;
 /// The types of a message, by name.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Definitions {
-    types: BTreeMap<String, Vec<Field>>,
+    types: BTreeMap<String, Vec<MessageField>>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Field {
+pub(super) struct MessageField {
     pub(super) name: String,
     pub(super) kind: Kind,
     pub(super) length: Length,
@@ -86,7 +86,7 @@ impl Definitions {
             if let Some(name) = line.strip_prefix("MSG:") {
                 current = short_type(name.trim());
                 definitions.types.insert(current.clone(), Vec::new());
-            } else if let Some(field) = Field::parse(line, &current, ros1)? {
+            } else if let Some(field) = MessageField::parse(line, &current, ros1)? {
                 definitions.types.entry(current.clone()).or_default().push(field);
             }
             let is_large = definitions.types.len() > MOST || definitions.types[&current].len() > MOST;
@@ -96,19 +96,19 @@ impl Definitions {
         }
         if !ros1 {
             // a structure without fields takes a byte
-            let fill = || Field { name: "_".into(), kind: Kind::Number(Number::U8), length: Length::One };
+            let fill = || MessageField { name: "_".into(), kind: Kind::Number(Number::U8), length: Length::One };
             definitions.types.values_mut().filter(|fields| fields.is_empty()).for_each(|fields| fields.push(fill()));
         }
         Ok(definitions)
     }
 
     /// The fields of a type; `None` for one that is not defined.
-    pub(super) fn fields(&self, type_name: &str) -> Option<&[Field]> {
+    pub(super) fn fields(&self, type_name: &str) -> Option<&[MessageField]> {
         self.types.get(type_name).map(Vec::as_slice)
     }
 }
 
-impl Field {
+impl MessageField {
     /// The field of a line; `None` for a comment, a blank line or a constant.
     fn parse(line: &str, of_type: &str, ros1: bool) -> Result<Option<Self>, String> {
         let line = line.split('#').next().unwrap_or("").trim();

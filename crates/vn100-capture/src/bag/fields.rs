@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::definition::{Definitions, Field, Kind, Length, Number};
+use super::definition::{Definitions, Kind, Length, MessageField, Number};
 
 /// Messages inside messages, deeper than any real one.
 const MOST_LEVELS: usize = 16;
@@ -23,7 +23,7 @@ pub(super) enum Leaf {
 
 /// One number, time or message inside a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Place {
+pub(super) enum PathTarget {
     Leaf(Leaf),
     /// A message of this type.
     Message(String),
@@ -47,7 +47,7 @@ pub(super) enum Step {
 }
 
 /// All numbers, times and messages of a type with their paths, in the order of the bytes.
-pub(super) fn places(definitions: &Definitions, type_name: &str) -> Vec<(String, Place)> {
+pub(super) fn places(definitions: &Definitions, type_name: &str) -> Vec<(String, PathTarget)> {
     let mut places = Vec::new();
     add_places(definitions, type_name, "", 0, &mut places);
     places
@@ -58,7 +58,7 @@ fn add_places(
     type_name: &str,
     prefix: &str,
     level: usize,
-    places: &mut Vec<(String, Place)>,
+    places: &mut Vec<(String, PathTarget)>,
 ) {
     for field in definitions.fields(type_name).unwrap_or_default() {
         for path in paths(field, prefix) {
@@ -66,12 +66,12 @@ fn add_places(
                 return;
             }
             match &field.kind {
-                Kind::Number(number) => places.push((path, Place::Leaf(Leaf::Number(*number)))),
-                Kind::Time => places.push((path, Place::Leaf(Leaf::Time))),
+                Kind::Number(number) => places.push((path, PathTarget::Leaf(Leaf::Number(*number)))),
+                Kind::Time => places.push((path, PathTarget::Leaf(Leaf::Time))),
                 Kind::Text | Kind::WideText => {}
                 Kind::Message(inner) => {
                     let below = format!("{path}.");
-                    places.push((path, Place::Message(inner.clone())));
+                    places.push((path, PathTarget::Message(inner.clone())));
                     add_places(definitions, inner, &below, level + 1, places);
                 }
             }
@@ -80,7 +80,7 @@ fn add_places(
 }
 
 /// The paths of a field: none where the number of its elements varies, or is large.
-fn paths(field: &Field, prefix: &str) -> Vec<String> {
+fn paths(field: &MessageField, prefix: &str) -> Vec<String> {
     let name = format!("{prefix}{}", field.name);
     match field.length {
         Length::One => vec![name],
@@ -141,7 +141,7 @@ impl Walk<'_> {
         Ok(steps)
     }
 
-    fn field(&mut self, field: &Field, prefix: &str, level: usize, steps: &mut Vec<Step>) -> Result<(), String> {
+    fn field(&mut self, field: &MessageField, prefix: &str, level: usize, steps: &mut Vec<Step>) -> Result<(), String> {
         let path = format!("{prefix}{}", field.name);
         let below = format!("{path}[");
         let is_wanted = |slots: &BTreeMap<String, usize>| {

@@ -3,10 +3,7 @@
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::{Arc, atomic::AtomicU64},
 };
 
 use super::{
@@ -16,7 +13,7 @@ use super::{
     sqlite,
     topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount},
 };
-use crate::recording;
+use crate::{capture::CountedReader, recording};
 
 /// How much of a file is searched for a topic: a tool that merges may put much before it.
 const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
@@ -197,7 +194,7 @@ impl Messages {
 }
 
 fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
-    let file = Counted { inner: SharedFile { file: file.try_clone()?, at: 0 }, read: Arc::clone(read) };
+    let file = CountedReader { inner: SharedFile { file: file.try_clone()?, at: 0 }, read: Arc::clone(read) };
     Ok(match form {
         BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
         BagForm::Mcap => Box::new(McapBag::open(file)?),
@@ -235,25 +232,5 @@ impl Seek for SharedFile {
             self.at = self.file.seek(to)?;
         }
         Ok(self.at)
-    }
-}
-
-/// Counts the bytes read, for a progress display.
-struct Counted<R> {
-    inner: R,
-    read: Arc<AtomicU64>,
-}
-
-impl<R: Read> Read for Counted<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        self.read.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
-    }
-}
-
-impl<R: Seek> Seek for Counted<R> {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.inner.seek(to)
     }
 }

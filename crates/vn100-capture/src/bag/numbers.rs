@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use vn100_protocol::{Channel, Layout, Quantity, stream::StampSource};
 
 use super::{
-    fields::{Leaf, Place, Step, places, steps},
+    fields::{Leaf, PathTarget, Step, places, steps},
     files::Bag,
     message_reader::{Taken, take},
     standard_types::PARTS,
@@ -113,7 +113,7 @@ impl NumberFields {
         let all: BTreeMap<_, _> = places(definitions, type_name).into_iter().collect();
         let mut slots = BTreeMap::new();
         for field in &fields {
-            if !matches!(all.get(&field.path), Some(Place::Leaf(Leaf::Number(_)))) {
+            if !matches!(all.get(&field.path), Some(PathTarget::Leaf(Leaf::Number(_)))) {
                 return Err(no_field(topic, &field.path));
             }
             let next = slots.len();
@@ -121,8 +121,8 @@ impl NumberFields {
         }
         let asked = columns.and_then(ColumnMap::stamp_column).map(ToString::to_string);
         let (path, stamp_source) = match (asked, &topic.stamp) {
-            (Some(path), _) if !matches!(all.get(&path), Some(Place::Leaf(Leaf::Time))) => {
-                let times = all.iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Time)));
+            (Some(path), _) if !matches!(all.get(&path), Some(PathTarget::Leaf(Leaf::Time))) => {
+                let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
                 return Err(BagError::NoTime {
                     topic: name.clone(),
                     type_name: type_name.clone(),

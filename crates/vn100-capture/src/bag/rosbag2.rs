@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    sqlite::{Database, Row, Table, TableScan, Value},
+    sqlite::{Database, Row, SqlValue, Table, TableScan},
     topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
 
@@ -63,7 +63,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
 
     fn read_data(&mut self) -> io::Result<&[u8]> {
         self.database.complete(&mut self.row)?;
-        let Value::Blob(data) = self.row.field(self.messages.data) else { return Ok(&[]) };
+        let SqlValue::Blob(data) = self.row.field(self.messages.data) else { return Ok(&[]) };
         if !data.starts_with(ZSTD_MAGIC) {
             return Ok(data);
         }
@@ -95,7 +95,7 @@ impl MessageTable {
     /// `None` for a row without a topic or a time.
     fn head(&self, row: &Row, places: &BTreeMap<i64, usize>) -> Option<MessageHead> {
         match (row.field(self.topic_id), row.field(self.timestamp)) {
-            (Value::Integer(topic), Value::Integer(record_ns)) => {
+            (SqlValue::Integer(topic), SqlValue::Integer(record_ns)) => {
                 Some(MessageHead { topic: *places.get(&topic)?, record_ns })
             }
             _ => None,
@@ -112,7 +112,7 @@ fn definitions<R: Read + Seek>(database: &mut Database<R>, table: &Table) -> io:
     let (mut definitions, mut bytes) = (BTreeMap::new(), 0);
     while database.next_row(&mut scan, &mut row)? {
         database.complete(&mut row)?;
-        if let [Value::Text(name), Value::Text(b"ros2msg"), Value::Text(text)] =
+        if let [SqlValue::Text(name), SqlValue::Text(b"ros2msg"), SqlValue::Text(text)] =
             [name, encoding, text].map(|place| row.field(place))
         {
             bytes += text.len();
@@ -139,14 +139,14 @@ fn read_topics<R: Read + Seek>(
     let (mut topics, mut places) = Topics::default();
     while database.next_row(&mut scan, &mut row)? {
         database.complete(&mut row)?;
-        let text = |place| if let Value::Text(text) = row.field(place) { string(text) } else { String::new() };
+        let text = |place| if let SqlValue::Text(text) = row.field(place) { string(text) } else { String::new() };
         let type_name = text(type_name);
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
         let new = Topic::new(&text(name), &type_name, encoding, definition);
         // a key column is empty in the row, whose number it is
         let id = match id.map(|place| row.field(place)) {
-            Some(Value::Integer(id)) => id,
+            Some(SqlValue::Integer(id)) => id,
             _ => row.id,
         };
         places.insert(id, topics.len());

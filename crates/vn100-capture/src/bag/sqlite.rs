@@ -75,7 +75,7 @@ pub(super) struct Row {
 
 /// A field of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Value<'a> {
+pub(super) enum SqlValue<'a> {
     Null,
     Integer(i64),
     Real(f64),
@@ -111,9 +111,9 @@ impl<R: Read + Seek> Database<R> {
         while self.next_row(&mut scan, &mut row)? {
             self.complete(&mut row)?;
             let field = |place| row.field(place);
-            let text = |value| if let Value::Text(text) = value { String::from_utf8_lossy(text) } else { "".into() };
+            let text = |value| if let SqlValue::Text(text) = value { String::from_utf8_lossy(text) } else { "".into() };
             if text(field(0)) == "table"
-                && let Value::Integer(root) = field(3)
+                && let SqlValue::Integer(root) = field(3)
                 && let Ok(root) = u32::try_from(root)
             {
                 let columns = column_names(&text(field(4)));
@@ -169,7 +169,7 @@ impl<R: Read + Seek> Database<R> {
     }
 
     /// Reads what of the row stands on other pages, unless it is too long to be a message: then its
-    /// last fields remain [`Value::Behind`].
+    /// last fields remain [`SqlValue::Behind`].
     pub(super) fn complete(&mut self, row: &mut Row) -> io::Result<()> {
         if row.total_bytes > ROW_BYTES {
             return Ok(());
@@ -272,12 +272,12 @@ impl Branches {
 }
 
 impl Row {
-    /// The field at `place`; [`Value::Null`] for one that is not there.
-    pub(super) fn field(&self, place: usize) -> Value<'_> {
-        self.find(place).unwrap_or(Value::Null)
+    /// The field at `place`; [`SqlValue::Null`] for one that is not there.
+    pub(super) fn field(&self, place: usize) -> SqlValue<'_> {
+        self.find(place).unwrap_or(SqlValue::Null)
     }
 
-    fn find(&self, place: usize) -> Option<Value<'_>> {
+    fn find(&self, place: usize) -> Option<SqlValue<'_>> {
         let (header_bytes, types) = varint(&self.bytes).ok()?;
         let header_bytes = usize::try_from(header_bytes).ok()?;
         let mut types = types.get(..header_bytes.checked_sub(self.bytes.len() - types.len())?)?;
@@ -289,20 +289,20 @@ impl Row {
         }
         let (kind, _) = varint(types).ok()?;
         let length = usize::try_from(field_bytes(kind)).ok()?;
-        let Some(bytes) = self.bytes.get(at..at.checked_add(length)?) else { return Some(Value::Behind) };
+        let Some(bytes) = self.bytes.get(at..at.checked_add(length)?) else { return Some(SqlValue::Behind) };
         Some(match kind {
-            0 | 10 | 11 => Value::Null,
-            7 => Value::Real(f64::from_be_bytes(bytes.try_into().ok()?)),
-            8 => Value::Integer(0),
-            9 => Value::Integer(1),
+            0 | 10 | 11 => SqlValue::Null,
+            7 => SqlValue::Real(f64::from_be_bytes(bytes.try_into().ok()?)),
+            8 => SqlValue::Integer(0),
+            9 => SqlValue::Integer(1),
             1..=6 => {
                 let negative = bytes[0] & 0x80 != 0;
                 let mut whole = [if negative { 0xff } else { 0 }; 8];
                 whole[8 - length..].copy_from_slice(bytes);
-                Value::Integer(i64::from_be_bytes(whole))
+                SqlValue::Integer(i64::from_be_bytes(whole))
             }
-            kind if kind % 2 == 0 => Value::Blob(bytes),
-            _ => Value::Text(bytes),
+            kind if kind % 2 == 0 => SqlValue::Blob(bytes),
+            _ => SqlValue::Text(bytes),
         })
     }
 }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use super::{
     definition::Definitions,
-    fields::{Leaf, Place, Step, places, steps},
+    fields::{Leaf, PathTarget, Step, places, steps},
     files::{Bag, BagForm},
     message_reader::{Taken, take},
     sentences::has_sentence,
@@ -130,7 +130,7 @@ impl ScannedTopic {
     /// The paths of all numbers of its messages.
     pub(super) fn number_paths(&self) -> Vec<String> {
         let all = self.types().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
-        let numbers = all.into_iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Number(_))));
+        let numbers = all.into_iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Number(_))));
         // of an array the first stands for all
         let listed =
             numbers.filter(|(path, _)| !path.contains('[') || path.matches('[').count() == path.matches("[0]").count());
@@ -195,7 +195,7 @@ impl Probe {
         let mut parts = Vec::new();
         for part in &PARTS {
             // of several such messages the first, as the topic's own is
-            let message = |place: &Place| matches!(place, Place::Message(name) if name == part.message);
+            let message = |place: &PathTarget| matches!(place, PathTarget::Message(name) if name == part.message);
             let prefix = if type_name == part.message {
                 Some(String::new())
             } else {
@@ -214,7 +214,7 @@ impl Probe {
                 });
             }
         }
-        let times = all.iter().filter(|(_, place)| matches!(place, Place::Leaf(Leaf::Time)));
+        let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
         let stamps = times
             .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
             .collect();

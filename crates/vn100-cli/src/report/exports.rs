@@ -14,7 +14,7 @@ use vn100_report::{CsvTable, Document, Figures, KalibrError, KalibrYaml, Record,
 use super::{PROGRAM, output::Output};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
-    inputs::Input,
+    inputs::FileStream,
     words::remedy_words,
 };
 
@@ -22,13 +22,13 @@ pub(crate) struct Exports<'a> {
     /// Each once.
     forms: Vec<ExportForm>,
     args: &'a ReportArgs,
-    inputs: &'a [Input],
+    inputs: &'a [FileStream],
     output: &'a Output,
 }
 
 impl<'a> Exports<'a> {
     /// Fails early where a file exists.
-    pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [Input], output: &'a Output) -> Result<Self> {
+    pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [FileStream], output: &'a Output) -> Result<Self> {
         let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
             if !forms.contains(form) {
@@ -148,7 +148,7 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
 }
 
 /// Reads the capture again, with the time base that is now known.
-fn write_samples(out: impl Write, input: &Input, files: &FileArgs, record: &Record<'_>) -> Result<()> {
+fn write_samples(out: impl Write, input: &FileStream, files: &FileArgs, record: &Record<'_>) -> Result<()> {
     let mut messages = Ros2Messages::new(out, record, PROGRAM.name)?;
     let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;
     runtime.block_on(async {
