@@ -8,6 +8,9 @@ fn main() {
     let said = std::env::var("VN100_COMMIT").ok();
     let commit = said.or_else(|| git(&["rev-parse", "--short=12", "HEAD"])).unwrap_or_default();
     println!("cargo::rustc-env=VN100_COMMIT={commit}");
+    let release = std::env::var("CARGO_PKG_VERSION").unwrap_or_default();
+    let version = if commit.is_empty() { release } else { format!("{release} ({commit})") };
+    println!("cargo::rustc-env=VN100_VERSION={version}");
     match git(&["rev-parse", "--git-path", "logs/HEAD"]) {
         // grows with every commit
         Some(log) => println!("cargo::rerun-if-changed={log}"),

@@ -1,6 +1,10 @@
 //! Bags through the whole program: as JSON, text and report, one stream or two, and the real ones.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use serde_json::Value;
 
@@ -8,6 +12,11 @@ use crate::support::{channel, deviation, document, real_captures, replay, replay
 
 fn bag(name: &str) -> PathBuf {
     workspace().join("crates/vn100-capture/tests/bags").join(name)
+}
+
+fn refused(command: &mut Command) -> (Option<i32>, String) {
+    let output = command.output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
 /// Overlapping Allan deviation of the numbers written to the bags, by allantools 2024.06, of
@@ -63,11 +72,34 @@ fn two_streams_of_one_bag_are_two_results() {
 }
 
 #[test]
+fn two_streams_of_one_bag_are_compared_and_exported_apart() {
+    let compare = |args: &[&str], file: &Path| vn100().arg("compare").args(args).arg(file).output().unwrap();
+    let both = compare(&["--json"], &bag("db3_two"));
+    assert!(both.status.success(), "{}", String::from_utf8_lossy(&both.stderr));
+    assert_eq!(document(&both)["records"].as_array().unwrap().len(), 2);
+    for (args, file) in [(&[][..], bag("mcap")), (&["--topic", "/camera/gyro/sample"], bag("db3_two"))] {
+        let (code, text) = refused(vn100().arg("compare").args(args).arg(file));
+        assert!(code == Some(2) && text.contains("holds one stream"), "{code:?}: {text}");
+    }
+    let (code, text) = refused(vn100().arg("compare").arg(bag("none.bag")));
+    assert!(code == Some(3) && text.contains("none.bag") && !text.contains("one stream"), "{code:?}: {text}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("two.html");
+    let mut report = vn100();
+    report.arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(["--export", "kalibr,json"]);
+    let output = report.output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
+    let missing = "two-1.imu.yaml lacks accelerometer_noise_density: not in this capture";
+    assert!(output.status.success() && text.contains(missing), "{text}");
+    let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    assert_eq!(names, ["two-1.imu.yaml", "two-1.json", "two-2.imu.yaml", "two-2.json", "two.html"]);
+}
+
+#[test]
 fn a_refused_bag_is_listed_and_its_cure_named() {
-    let refused = |command: &mut std::process::Command| {
-        let output = command.output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
-    };
     let (code, text) = refused(vn100().args(["replay", "--topic", "/nope"]).arg(bag("db3_two")));
     assert_eq!(code, Some(3));
     assert!(text.contains("\n  /camera/gyro/sample (sensor_msgs/Imu, 60 messages, 100.0000 Hz)\n"), "{text}");

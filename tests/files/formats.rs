@@ -250,10 +250,7 @@ fn advice_on_a_csv_file_is_about_its_rows() {
     fs::write(&path, text).unwrap();
     let (document, _) = replay(&path, &[]);
     let advice = warning(&document, "bad-lines");
-    assert!(
-        advice.starts_with("2 of 300 lines are no row like the others and left out (fields 1, number 1); "),
-        "{advice}"
-    );
+    assert!(advice.starts_with("2 of 300 lines rejected (fields 1, number 1). "), "{advice}");
     for word in ["cable", "baud", "receiver"] {
         assert!(!document["warnings"].to_string().contains(word), "{word}");
     }
@@ -263,7 +260,10 @@ fn advice_on_a_csv_file_is_about_its_rows() {
     let (document, exit) = replay(&path, &[]);
     assert_eq!(exit, 3);
     let advice = warning(&document, "no-valid-lines");
-    assert!(advice.contains("no good row among them (number 100)") && advice.contains("--columns"), "{advice}");
+    assert!(
+        advice.starts_with("all 100 lines of a CSV file rejected (number 100). ") && advice.contains("--columns"),
+        "{advice}"
+    );
 }
 
 #[test]
@@ -271,7 +271,7 @@ fn what_cannot_be_seen_without_stamps_is_said_once() {
     let folder = tempfile::tempdir().unwrap();
     let (document, _) = replay(&stamped(folder.path(), 40.0, |_| false), &["--rate", "50"]);
     let told = warning(&document, "stamps-refused").to_lowercase();
-    assert_eq!(told.matches("lines lost whole cannot be seen").count(), 1, "{told}");
+    assert_eq!(told.matches("missing lines cannot be detected").count(), 1, "{told}");
 }
 
 #[test]
@@ -371,7 +371,7 @@ fn converted_numbers_are_told_to_the_last_digit_of_their_file() {
     fs::write(&path, (0..1000).map(row).fold("t,wx,wy\n".to_owned(), |text, row| text + &row)).unwrap();
     let columns = ["--columns", "t=t:ms,gyro_x=wx:deg/h,gyro_y=wy:mdeg/s"];
     let (document, _) = replay(&path, &columns);
-    let told = vn100().arg("replay").arg(&path).args(columns).output().unwrap();
+    let told = vn100().args(["replay", "--full"]).arg(&path).args(columns).output().unwrap();
     let told = String::from_utf8(told.stdout).unwrap();
     assert!(vn100().args(["report", "-o"]).arg(&page).arg(&path).args(columns).status().unwrap().success());
     let html = fs::read_to_string(&page).unwrap();
@@ -402,7 +402,7 @@ fn a_recording_that_was_cut_gives_what_it_holds() {
     assert!((1150..=1200).contains(&samples), "{samples}");
     assert_eq!(document["link"]["bytes"], samples * 122, "whole lines only");
     assert_eq!(document["source"]["recorded"]["complete"], false);
-    let text = String::from_utf8(vn100().arg("replay").arg(&path).output().unwrap().stdout).unwrap();
+    let text = String::from_utf8(vn100().args(["replay", "--full"]).arg(&path).output().unwrap().stdout).unwrap();
     assert!(text.contains("cut there"), "{text}");
 }
 

@@ -20,6 +20,8 @@ mod pool;
 mod real_captures;
 mod replay_logs;
 mod report;
+mod schema;
+mod summary;
 #[path = "../support/mod.rs"]
 mod support;
 #[cfg(unix)]

@@ -71,7 +71,7 @@ fn recordings_of_one_sensor_make_one_curve_and_one_set_of_parameters() {
     let text = vn100().arg("replay").args(&files).args(["--pool", "--rate", "40"]).output().unwrap();
     let text = String::from_utf8(text.stdout).unwrap();
     let pool = text.split("\npool of 4 recordings: ").nth(1).unwrap();
-    for expected in ["VNIMU-1.txt", "  median", "  spread, %", "  next, from", "serial number unknown"] {
+    for expected in ["VNIMU-1.txt", "  median", "  spread, %", "  next, lower", "serial number unknown"] {
         assert!(pool.contains(expected), "{expected}: {pool}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");

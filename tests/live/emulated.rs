@@ -69,7 +69,7 @@ fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
     let measured = document(&attached);
     assert_eq!((&measured["timing"]["rate_hz"], &measured["source"]["message"]), (&50.0.into(), &"VNIMU".into()));
     assert_eq!(measured["timing"]["rate_from"], "device");
-    assert!(told(&attached).1.contains("put back"), "{:?}", told(&attached));
+    assert!(told(&attached).1.contains("settings restored"), "{:?}", told(&attached));
     assert_eq!((&info()["rate_hz"], &info()["message"]), (&20.into(), &"VNYMR".into()));
 }
 
@@ -163,7 +163,7 @@ fn what_was_changed_is_put_back_under_the_other_name() {
     let measured = document(&output);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{error}");
-    assert!(error.contains("put back as it was"), "{error}");
+    assert!(error.contains("settings restored"), "{error}");
     assert_eq!((&measured["timing"]["rate_hz"], number(&measured, "/timing/segments")), (&20.0.into(), 2));
 }
 
@@ -195,7 +195,7 @@ fn a_reader_that_leaves_ends_in_order() {
     attached.lines.next().unwrap();
     attached.lines = Lines::of(std::io::empty());
     let (_, error) = attached.end();
-    assert!(error.contains("put back as it was"), "{error}");
+    assert!(error.contains("settings restored"), "{error}");
     assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
     let (recorded, _) = replay(&recording, &[]);
     assert_eq!(recorded["source"]["recorded"]["complete"], true);

@@ -85,7 +85,9 @@ fn an_output_that_was_found_paused_is_told_and_left_so() {
     let measured = document(&attached);
     assert_eq!((attached.status.code(), &measured["link"]["outputs_resumed"]), (Some(0), &1.into()), "{error}");
     let port = sensor.port().display().to_string();
-    for told in ["the output of the sensor was paused, as by a", "its output is paused again, as it was found"] {
+    for told in
+        ["the output of the sensor was paused, as by a", "its output is paused again, as before the measurement"]
+    {
         assert_eq!(error.matches(&format!("{port}: {told}")).count(), 1, "{error}");
     }
     let (recorded, _) = replay(&recording, &[]);
@@ -101,7 +103,7 @@ fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_config
     let error = String::from_utf8(attached.stderr.clone()).unwrap();
     assert_eq!((attached.status.code(), &document(&attached)["timing"]["rate_hz"]), (Some(0), &20.0.into()), "{error}");
     assert!(error.contains("its output was paused, and is on now"), "{error}");
-    assert!(error.contains("put back as it was, with its output paused"), "{error}");
+    assert!(error.contains("settings restored, with its output paused"), "{error}");
     assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
     assert_paused(&sensor);
     assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
@@ -123,7 +125,7 @@ fn an_interrupt_while_the_sensor_is_set_puts_it_back_and_ends_without_samples() 
         let (exit, samples, error) = told(&attached.wait_with_output().unwrap());
         assert_eq!((exit, samples, error), (Some(3), 0.into(), format!("{port}: no valid sample in 0 bytes").into()));
         let told: Vec<String> = stderr.collect();
-        let put_back = format!("vn100: {port}: put back as it was");
+        let put_back = format!("vn100: {port}: settings restored");
         assert_eq!(told.iter().filter(|line| **line == put_back).count(), 1, "{told:#?}");
         assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
         assert!(!recording.exists(), "an empty one stands in the way of the next");

@@ -192,7 +192,7 @@ impl Session {
     /// It has ended well: the screen is back, the line is as it was, and the result follows.
     pub(crate) fn assert_left_well(&mut self) {
         let status = self.wait();
-        let result = self.wait_for("bytes      ");
+        let result = self.wait_for("--full: everything as tables");
         let output = self.output();
         assert_eq!(status.code(), Some(0), "{output:?}");
         let left = output.rfind(NORMAL_SCREEN).unwrap();

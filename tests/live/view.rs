@@ -16,6 +16,15 @@ use rustix::{
 use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
 use crate::support::{replay, replay_log};
 
+/// The samples of a document, as the summary counts them.
+fn counted(document: &serde_json::Value) -> String {
+    let count = document["timing"]["samples"].as_u64().unwrap();
+    match (count / 1000, count % 1000) {
+        (0, rest) => format!("{rest} samples"),
+        (thousands, rest) => format!("{thousands} {rest:03} samples"),
+    }
+}
+
 #[test]
 fn keys_lead_through_the_view_and_the_result_follows() {
     let mut session = Session::start("attach sim");
@@ -65,7 +74,7 @@ fn the_last_screen_stays_where_that_is_asked_for() {
 fn a_measurement_that_ends_by_itself_ends_the_view() {
     let mut session = Session::start("attach sim --duration 2s");
     session.assert_left_well();
-    assert!(session.output().contains("80 samples of VNYMR in 2 s"));
+    assert!(session.output().contains("2 s  80 samples"));
 }
 
 #[test]
@@ -161,7 +170,7 @@ fn a_recording_says_what_was_left_out_by_hand() {
     let recording = folder.path().join("left-out.mcap");
     let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
     session.wait_for("Allan deviation");
-    for (key, told) in [("w", "are left out, as by --skip"), ("r", "started over after"), ("w", "as by --skip")] {
+    for (key, told) in [("w", "are excluded, as by --skip"), ("r", "started over after"), ("w", "as by --skip")] {
         session.press(key);
         session.wait_to_see("y / n");
         session.press("y");
@@ -172,16 +181,16 @@ fn a_recording_says_what_was_left_out_by_hand() {
     session.assert_left_well();
     let (whole, _) = replay(&recording, &[]);
     let reason = whole["source"]["recorded"]["end_reason"].as_str().unwrap();
-    let skip = reason.strip_prefix("stopped; left out by hand, as by --skip ").unwrap_or_else(|| panic!("{reason}"));
+    let skip = reason.strip_prefix("stopped; excluded by command, as by --skip ").unwrap_or_else(|| panic!("{reason}"));
     let (document, _) = replay(&recording, &["--skip", skip]);
     assert!(document["timing"]["samples"].as_u64() < whole["timing"]["samples"].as_u64());
     let output = session.output();
     let result = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
-    let samples = format!("{} samples of VNYMR", document["timing"]["samples"]);
+    let samples = counted(&document);
     assert!(result.contains(&samples), "{samples}: {result}");
     // to the last digit printed
-    let std = document["channels"][9]["statistics"]["std"].as_f64().unwrap();
-    assert!(result.contains(&format!("{std:.9}")), "{std}: {result}");
+    let std = document["channels"][9]["statistics"]["std"].as_f64().unwrap().to_degrees();
+    assert!(result.contains(&format!("{std:.4}")), "{std}: {result}");
 }
 
 #[test]
@@ -205,7 +214,7 @@ fn a_terminal_that_nobody_reads_holds_nothing_up() {
     let (document, _) = replay(&recording, &[]);
     let output = session.output();
     let result = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
-    let samples = format!("{} samples of VNYMR", document["timing"]["samples"]);
+    let samples = counted(&document);
     assert!(result.contains(&samples), "all that was recorded was measured, {samples}: {result}");
 }
 
@@ -243,7 +252,7 @@ fn a_capture_is_replayed_paused_and_led_about() {
     session.press("q");
     session.assert_left_well();
     let output = session.output();
-    assert!(output.contains("2400 samples of VNYMR in 60 s"), "the whole of it is the result");
+    assert!(output.contains("1 min  2 400 samples"), "the whole of it is the result");
     assert!(!output.contains("interrupted"));
 }
 
@@ -261,7 +270,7 @@ fn the_end_of_a_capture_is_looked_back_from() {
     session.wait_to_see("end, 1000x");
     session.press("q");
     session.assert_left_well();
-    assert!(session.output().contains("2400 samples of VNYMR in 60 s"));
+    assert!(session.output().contains("1 min  2 400 samples"));
 }
 
 #[test]
@@ -274,7 +283,7 @@ fn a_part_of_a_capture_ends_as_the_whole_does() {
     session.press("q");
     session.assert_left_well();
     let output = session.output();
-    assert!(output.contains("400 samples of VNYMR in 10 s") && !output.contains("interrupted"), "{output}");
+    assert!(output.contains("10 s  400 samples") && !output.contains("interrupted"), "{output}");
 }
 
 #[test]
@@ -285,11 +294,11 @@ fn a_warm_up_that_is_over_stays_so_when_one_looks_back() {
     session.press(" g50\r");
     session.wait_to_see("|| paused, 1x 50 %");
     session.press("wy");
-    session.wait_to_see("the first 30 s are left out");
+    session.wait_to_see("the first 30 s are excluded");
     session.press("g75\r");
     session.wait_to_see("|| paused, 1x 75 %");
     session.press("g60\r");
-    session.wait_to_see("the first 30 s are still left out");
+    session.wait_to_see("the first 30 s are still excluded");
     session.wait_to_see("240 samples in 6 s");
     session.press("r");
     session.press("y");
@@ -299,10 +308,10 @@ fn a_warm_up_that_is_over_stays_so_when_one_looks_back() {
     session.press("g70\r");
     session.wait_to_see("240 samples in 6 s");
     session.press("g10\r");
-    session.wait_to_see("nothing is left out by hand any more");
+    session.wait_to_see("no time is excluded any more");
     session.press("q");
     session.assert_left_well();
-    assert!(session.output().contains("240 samples of VNYMR in 6 s"));
+    assert!(session.output().contains("6 s  240 samples"));
 }
 
 #[test]

@@ -7,11 +7,12 @@ use crate::source::{source_files, strings};
 const FACES: &str = "vn100-cli/";
 
 /// The commands of the program.
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 14] = [
     "attach",
     "compare",
     "completions",
     "configure",
+    "explain",
     "info",
     "man",
     "plan",
@@ -19,6 +20,7 @@ const COMMANDS: [&str; 12] = [
     "record",
     "replay",
     "report",
+    "schema",
     "selftest",
 ];
 

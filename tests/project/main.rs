@@ -7,6 +7,7 @@ mod compiler;
 mod doc_width;
 mod flags;
 mod layering;
+mod readme;
 mod reliability;
 mod source;
 mod validation;

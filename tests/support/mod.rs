@@ -3,6 +3,8 @@
 #![allow(dead_code, reason = "each test target uses its own part")]
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
+pub(crate) mod schema;
+
 use std::{
     io::{BufRead, BufReader, Read, Write},
     path::{Path, PathBuf},
@@ -47,16 +49,26 @@ pub(crate) fn vn100() -> Command {
     command
 }
 
+/// A capture of the emulated sensor; one of the same name is replaced.
+pub(crate) fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {
+    let path = folder.join(name);
+    let output = vn100().args(["sim", "--force", "-o"]).arg(&path).args(options).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    path
+}
+
 /// Runs `vn100 replay --json` on one file, with options, and returns its document and exit code.
 pub(crate) fn replay(file: &Path, options: &[&str]) -> (Value, i32) {
     let output = vn100().arg("replay").arg(file).arg("--json").args(options).output().unwrap();
     (document(&output), output.status.code().unwrap())
 }
 
-/// The document on standard output.
+/// The document on standard output, which is as its schema has it.
 pub(crate) fn document(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(&output.stderr)))
+    let document = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(&output.stderr)));
+    schema::check(&document);
+    document
 }
 
 /// Runs a live command to its end: a source that comes back for ever would keep it.

@@ -25,7 +25,8 @@
 //!    the sensor, at most 1024 of them. One estimate uses single intervals, which drops do not
 //!    bias; the other the ends of stretches of 32 samples, which bunching does not bias
 //!    (`rate_estimates.rs`). A rate known beforehand is confirmed sooner, by a second of single
-//!    intervals.
+//!    intervals. Of a sensor without a list of rates, samples that are missing evenly or at random
+//!    are shown by the step of which all intervals are multiples (`base_step.rs`).
 //! 2. *Lag* (`lag_tracker.rs`): a sample is due a period after the one before. The due time follows
 //!    an earlier arrival at once, and the least lag of each block of 16 samples: so it follows the
 //!    sensor's clock. From 0.82 periods on a sample is in doubt, and held.
@@ -45,6 +46,7 @@
 //! them; with the third the clock was set back, and time continues by the new one.
 
 mod arrival_times;
+mod base_step;
 mod envelope;
 mod gap_detector;
 mod gap_event;

@@ -109,7 +109,7 @@ impl Assessment {
         noise::withhold_what_temperature_made(&mut channels);
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
-        let mut warnings = stream::warnings(snapshot, &channels);
+        let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
         warnings.extend(units::warnings(snapshot));
         match &motion {
             Some(motion) => warnings.push(motion.warning()),

@@ -23,7 +23,7 @@ pub struct Goal {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum GoalError {
     /// There is no `±`.
-    #[error("{0:?} is no goal: a figure and how well it shall be known, as in \"gyro N ±5%\"")]
+    #[error("invalid target {0:?}; expected PARAMETER ±PERCENT, such as \"gyro N ±5%\"")]
     Form(String),
     /// The figure is none.
     #[error(transparent)]

@@ -66,4 +66,4 @@ pub use snapshot::{
 pub use source_facts::{
     FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, SourceFacts,
 };
-pub use warning::{Warning, WarningKind};
+pub use warning::{Severity, Warning, WarningKind};

@@ -36,10 +36,10 @@ pub enum Remedy {
     RemoveTemperature,
     /// Record the live sensor, with its temperature and the conditions.
     Record,
+    /// Ask how long a record must be.
+    Plan,
     /// Write the file for Kalibr.
     ExportKalibr,
-    /// Fit the models for filters, which bound what is not estimated.
-    FilterModels,
     /// State that the sensor was not switched off between two records.
     SayStayedOn,
 }
@@ -76,8 +76,8 @@ impl fmt::Display for Remedy {
             Self::ReadTemperature => f.write_str("the option for the temperature"),
             Self::RemoveTemperature => f.write_str("the removal of what follows the temperature"),
             Self::Record => f.write_str("a recording"),
+            Self::Plan => f.write_str("a plan"),
             Self::ExportKalibr => f.write_str("the export for Kalibr"),
-            Self::FilterModels => f.write_str("the models for filters"),
             Self::SayStayedOn => f.write_str("that it stayed on"),
         }
     }
@@ -134,6 +134,33 @@ impl Text {
         })
     }
 
+    /// Those of the sentences that name what the user can do, without their full stops.
+    #[must_use]
+    pub fn actions(&self, words: RemedyWords) -> Vec<String> {
+        let (mut actions, mut sentence, mut is_action) = (Vec::new(), String::new(), false);
+        for part in &self.parts {
+            match part {
+                TextPart::Remedy(remedy) => {
+                    sentence += &words(remedy);
+                    is_action = true;
+                }
+                TextPart::Words(all) => {
+                    let mut sentences = all.split_inclusive(". ").peekable();
+                    while let Some(piece) = sentences.next() {
+                        sentence += piece;
+                        if sentences.peek().is_some() || piece.ends_with(". ") {
+                            let ended = std::mem::take(&mut sentence);
+                            actions.extend(is_action.then_some(ended));
+                            is_action = false;
+                        }
+                    }
+                }
+            }
+        }
+        actions.extend(is_action.then_some(sentence));
+        actions.iter().map(|action| action.trim().trim_end_matches('.').to_owned()).collect()
+    }
+
     /// The sentences, with what the user can do by the names of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {
@@ -178,6 +205,14 @@ mod tests {
         assert_eq!(text.in_words(|_| "*".into()), "if it is wrong give *; or * leaves that out");
         let remedies: Vec<_> = text.remedies().cloned().collect();
         assert_eq!(remedies, [Remedy::GiveRate(Some(40.000_04)), Remedy::Skip(Some(11.0))]);
+    }
+
+    #[test]
+    fn the_sentences_that_name_what_can_be_done_are_actions() {
+        let text = Text::from("It is 1.5 wide. Set ").remedy(Remedy::GiveWindow).then(" if known. It may not be. ");
+        let text = text.append(Text::default().remedy(Remedy::Plan).then(" says how long"));
+        assert_eq!(text.actions(|_| "*".into()), ["Set * if known", "* says how long"]);
+        assert!(Text::from("Nothing helps. ").actions(|_| "*".into()).is_empty());
     }
 
     #[test]

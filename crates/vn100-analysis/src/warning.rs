@@ -8,7 +8,6 @@ use crate::remedy::{RemedyWords, Text};
 
 /// The kinds of warning, by the names scripts may rely on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
 pub enum WarningKind {
     /// The recording that was made meanwhile is not whole.
     RecordingFailed,
@@ -46,6 +45,8 @@ pub enum WarningKind {
     RejectedLines,
     /// Rows lack values of some channels.
     AbsentValues,
+    /// Numbers of a bag were taken for absent, and are not.
+    UnreadValues,
     /// Lines carry no checksum.
     UncheckedLines,
     /// Lines repeat earlier ones.
@@ -87,6 +88,48 @@ pub enum WarningKind {
 }
 
 impl WarningKind {
+    /// All of them.
+    pub const ALL: [Self; 38] = [
+        Self::RecordingFailed,
+        Self::NoValidLines,
+        Self::OtherMessages,
+        Self::LinkBudget,
+        Self::DeviceErrors,
+        Self::CompensatedStream,
+        Self::CompensationUnknown,
+        Self::DecimatedStream,
+        Self::AnotherSensor,
+        Self::RateAssumed,
+        Self::RateChanged,
+        Self::RateOffNominal,
+        Self::StampsBackwards,
+        Self::StampsRefused,
+        Self::BunchedArrival,
+        Self::Gaps,
+        Self::RejectedLines,
+        Self::AbsentValues,
+        Self::UnreadValues,
+        Self::UncheckedLines,
+        Self::RepeatedLines,
+        Self::PrintFormat,
+        Self::StuckDigits,
+        Self::VibrationLine,
+        Self::CorrelatedNoise,
+        Self::LowPass,
+        Self::LineFreeBand,
+        Self::NotStationary,
+        Self::WarmUp,
+        Self::FollowsTemperature,
+        Self::QuantisationFloor,
+        Self::FullRange,
+        Self::AngleRestarted,
+        Self::UnitDoubtful,
+        Self::GravityMagnitude,
+        Self::FieldMagnitude,
+        Self::YawFromMagnetometer,
+        Self::TooShort,
+    ];
+
     /// The kind's name in results: lower case, words joined by hyphens.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -109,6 +152,7 @@ impl WarningKind {
             Self::Gaps => "gaps",
             Self::RejectedLines => "bad-lines",
             Self::AbsentValues => "absent-values",
+            Self::UnreadValues => "unread-values",
             Self::UncheckedLines => "unchecked-lines",
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",
@@ -130,6 +174,78 @@ impl WarningKind {
             Self::TooShort => "too-short",
         }
     }
+
+    /// What it means for the result; where the sensor was moved, [`WarningKind::NotStationary`] is
+    /// a problem.
+    #[must_use]
+    pub const fn severity(self) -> Severity {
+        match self {
+            Self::RecordingFailed
+            | Self::NoValidLines
+            | Self::LinkBudget
+            | Self::AnotherSensor
+            | Self::RateChanged
+            | Self::RepeatedLines
+            | Self::StuckDigits
+            | Self::FullRange
+            | Self::UnreadValues
+            | Self::UnitDoubtful => Severity::Problem,
+            Self::OtherMessages
+            | Self::DeviceErrors
+            | Self::CompensationUnknown
+            | Self::RateAssumed
+            | Self::RateOffNominal
+            | Self::StampsBackwards
+            | Self::StampsRefused
+            | Self::Gaps
+            | Self::RejectedLines
+            | Self::AbsentValues
+            | Self::UncheckedLines
+            | Self::PrintFormat
+            | Self::VibrationLine
+            | Self::CorrelatedNoise
+            | Self::LowPass
+            | Self::LineFreeBand
+            | Self::NotStationary
+            | Self::WarmUp
+            | Self::FollowsTemperature
+            | Self::QuantisationFloor
+            | Self::GravityMagnitude
+            | Self::FieldMagnitude
+            | Self::TooShort => Severity::Caution,
+            Self::CompensatedStream
+            | Self::DecimatedStream
+            | Self::BunchedArrival
+            | Self::AngleRestarted
+            | Self::YawFromMagnetometer => Severity::Note,
+        }
+    }
+}
+
+/// What a warning means for the result, the gravest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Numbers of the result are wrong, or not those of the sensor, or the record is not whole.
+    Problem,
+    /// Numbers of the result are less certain, or mean less.
+    Caution,
+    /// A property of the stream that its reader should know; healthy sensors have it, too.
+    Note,
+}
+
+impl Severity {
+    /// All of them, the gravest first.
+    pub const ALL: [Self; 3] = [Self::Problem, Self::Caution, Self::Note];
+
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Problem => "problem",
+            Self::Caution => "caution",
+            Self::Note => "note",
+        }
+    }
 }
 
 /// One warning.
@@ -137,26 +253,51 @@ impl WarningKind {
 pub struct Warning {
     /// What kind it is.
     pub kind: WarningKind,
+    /// What it means for the result.
+    pub severity: Severity,
     /// The channels it concerns, by name; empty when it concerns all.
     pub channels: Vec<String>,
-    /// What was seen, why it matters, what to try.
-    pub text: Text,
+    /// What was found, in some words without a full stop.
+    pub headline: String,
+    /// Why it matters and what to do, in sentences; empty where the headline says it all.
+    pub details: Text,
 }
 
 impl Warning {
-    pub(crate) fn new(kind: WarningKind, channels: Vec<String>, text: impl Into<Text>) -> Self {
-        Self { kind, channels, text: text.into() }
+    /// With the severity of its kind.
+    #[must_use]
+    pub fn new(
+        kind: WarningKind,
+        channels: Vec<String>,
+        headline: impl Into<String>,
+        details: impl Into<Text>,
+    ) -> Self {
+        Self { kind, severity: kind.severity(), channels, headline: headline.into(), details: details.into() }
     }
 
-    /// Kind and text, with what the user can do by the names of a face.
+    /// Kind and headline: one line.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("{}: {}", self.kind.name(), self.headline)
+    }
+
+    /// Headline and details, with what the user can do by the names of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {
-        format!("{}: {}", self.kind.name(), self.text.in_words(words))
+        self.with_details(&self.details.in_words(words))
+    }
+
+    fn with_details(&self, details: &str) -> String {
+        match details {
+            "" => self.headline.clone(),
+            _ if self.headline.ends_with('?') => format!("{} {details}", self.headline),
+            _ => format!("{}. {details}", self.headline),
+        }
     }
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.kind.name(), self.text)
+        write!(f, "{}: {}", self.kind.name(), self.with_details(&self.details.to_string()))
     }
 }

@@ -11,12 +11,15 @@ mod column_map;
 mod column_name;
 mod detect;
 mod dialect;
+mod fields;
 mod guess;
 mod header;
 mod lines;
 mod number;
 mod reader;
 mod resolution;
+mod row_counts;
+mod row_parser;
 mod stamp;
 mod stamp_columns;
 mod streams;
@@ -29,7 +32,7 @@ use vn100_protocol::Layout;
 use self::{
     clock::ClockForm,
     dialect::Dialect,
-    lines::LastField,
+    fields::LastField,
     resolution::{ColumnScan, Prior, Quantizer, Scanned},
     stamp::{StampForm, StampUnit},
 };

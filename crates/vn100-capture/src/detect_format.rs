@@ -13,12 +13,17 @@ use crate::{
 /// How much of a file is searched for a first sentence: a boot log may precede it.
 const HEAD_BYTES: usize = 1024 * 1024;
 
+const MATLAB: &str = "a MATLAB file: save its columns there, as in writematrix([t gyro accel], 'imu.csv')";
+const R_WORKSPACE: &str = "an R workspace: write.csv(NAME, 'imu.csv') makes a table of one of its data frames";
+const PICKLE: &str =
+    "a Python pickle: pandas.read_pickle('FILE').to_csv('imu.csv', index=False) makes a table of a frame";
+
 /// Files that are no captures by their first bytes, unless a sentence is found in them.
 const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"%PDF", "a PDF document"),
-    (b"MATLAB ", "a MATLAB file: save its columns there, as in writematrix([t gyro accel], 'imu.csv')"),
+    (b"MATLAB ", MATLAB),
     (
         b"\x89HDF\r\n\x1a\n",
         "an HDF5 file (a MATLAB file of version 7.3 is one): save its columns as CSV, with h5py and numpy.savetxt",
@@ -27,8 +32,14 @@ const OTHERS: &[(&[u8], &str)] = &[
         b"\x93NUMPY",
         "a NumPy array: numpy.savetxt('imu.csv', numpy.load('FILE.npy'), delimiter=',') makes a table of it",
     ),
-    (b"RDX2", "an R workspace: write.csv(NAME, 'imu.csv') makes a table of one of its data frames"),
-    (b"RDX3", "an R workspace: write.csv(NAME, 'imu.csv') makes a table of one of its data frames"),
+    (b"RDX2", R_WORKSPACE),
+    (b"RDX3", R_WORKSPACE),
+    (b"X\n\0\0\0", "an R object: write.csv(readRDS('FILE.rds'), 'imu.csv') makes a table of a data frame"),
+    (b"PAR1", "a Parquet file: pandas.read_parquet('FILE.parquet').to_csv('imu.csv', index=False) makes a table of it"),
+    (b"ARROW1", "a Feather file: pandas.read_feather('FILE').to_csv('imu.csv', index=False) makes a table of it"),
+    (b"\x80\x04\x95", PICKLE),
+    (b"\x80\x05\x95", PICKLE),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a document of Microsoft Office: save its sheet as CSV"),
     (b"\x7fELF", "a program"),
     (b"SQLite format 3", "an SQLite database"),
     (b"#ROSBAG", "a ROS bag without sentences"),
@@ -110,9 +121,9 @@ pub(crate) fn detect_format(
         decoder.push(more, note);
     }
     let text = is_text(&head.bytes);
-    let other = OTHERS.iter().find(|(magic, _)| head.bytes.starts_with(magic));
-    if let Some((_, name)) = other.filter(|_| columns.is_none() && !text && !sentence_seen) {
-        return Ok((head, Detected::Unknown((*name).into())));
+    let other = other_by_its_head(&head.bytes).filter(|_| columns.is_none() && !text && !sentence_seen);
+    if let Some(name) = other {
+        return Ok((head, Detected::Unknown(name.into())));
     }
     // a line that begins with a sentence is no row
     if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
@@ -171,6 +182,24 @@ fn is_evidence(item: &Item<'_>) -> bool {
     }
 }
 
+/// What no capture begins with, in words.
+fn other_by_its_head(head: &[u8]) -> Option<&'static str> {
+    let by_magic = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)).map(|&(_, name)| name);
+    by_magic.or_else(|| is_matlab_4(head).then_some(MATLAB))
+}
+
+/// Whether `head` is that of a matrix of MATLAB 4: its type, rows, columns, imaginary flag and the
+/// length of its name, which ends with a zero, as 32-bit numbers (MAT-File Format, "Level 4").
+fn is_matlab_4(head: &[u8]) -> bool {
+    let Some((&header, rest)) = head.split_first_chunk::<20>() else { return false };
+    let word = |place: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| header[4 * place + byte]));
+    let [kind, rows, columns, imaginary, name_length] = [0, 1, 2, 3, 4].map(word);
+    let Some((&0, name)) = rest.get(..name_length as usize).and_then(<[u8]>::split_last) else { return false };
+    let is_name = matches!(name, [first, ..] if first.is_ascii_alphabetic())
+        && name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+    kind <= 52 && kind % 10 <= 2 && rows > 0 && columns > 0 && imaginary <= 1 && is_name
+}
+
 /// Whether the first two lines, of names and numbers, may be text in some encoding.
 fn begins_legibly(head: &[u8]) -> bool {
     head.splitn(3, |&byte| byte == b'\n').take(2).all(has_no_controls)
@@ -197,6 +226,9 @@ fn describe(head: &[u8]) -> String {
     let text = String::from_utf8_lossy(head);
     if text.contains("angular_velocity:") && text.contains("linear_acceleration:") {
         return "messages as rostopic echo prints them: rostopic echo -p prints a table, or give the bag itself".into();
+    }
+    if head.starts_with(b"RDA2\n") || head.starts_with(b"RDA3\n") {
+        return R_WORKSPACE.into();
     }
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
     // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do

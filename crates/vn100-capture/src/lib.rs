@@ -30,6 +30,7 @@ mod capture;
 mod csv;
 mod detect_format;
 mod lossy_sender;
+mod mcap_records;
 mod read_samples;
 mod recording;
 mod source;

@@ -34,6 +34,9 @@ pub enum ArchiveError {
     /// It holds several files that may be meant.
     #[error("a ZIP archive of several files: unpack the one that is meant ({})", .0.join(", "))]
     Several(Vec<String>),
+    /// It is a document of another program; holds which, and how it becomes a table.
+    #[error("{0}")]
+    Document(&'static str),
     /// It holds no file.
     #[error("a ZIP archive without a file")]
     Empty,
@@ -51,6 +54,19 @@ pub enum ArchiveError {
     /// The archive is damaged.
     #[error("a ZIP archive that is damaged: {0}")]
     Damaged(String),
+}
+
+/// What an archive is by the name of a file in it, if that is of another program.
+fn document_with(member: &str) -> Option<ArchiveError> {
+    let document = if member.ends_with(".npy") {
+        "NumPy arrays in an archive: numpy.savetxt('imu.csv', numpy.load('FILE.npz')['NAME'], delimiter=',') makes a \
+         table of one"
+    } else if ["[Content_Types].xml", "xl/workbook.xml", "mimetype"].contains(&member) {
+        "a document of Microsoft Office or LibreOffice: save its sheet as CSV"
+    } else {
+        return None;
+    };
+    Some(ArchiveError::Document(document))
 }
 
 /// Why something packed is not read.
@@ -106,7 +122,8 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
     }
     let is = |known: &[u8]| magic.starts_with(known);
     if is(ZIP_MAGIC) {
-        return Err(UnpackError::Archive(ArchiveError::Stream));
+        let first = first_member(magic, &mut reader)?;
+        return Err(UnpackError::Archive(document_with(&first).unwrap_or(ArchiveError::Stream)));
     }
     let packings = [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC].map(is);
     let whole = Cursor::new(magic).chain(reader);
@@ -122,6 +139,18 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
         _ => Box::new(whole),
     };
     Ok(utf16::as_utf8(unpacked)?)
+}
+
+/// The name of the first file in an archive that begins with `magic`: behind 30 bytes, its length
+/// in the 27th and 28th (APPNOTE of PKWARE, 4.3.7).
+fn first_member(magic: Vec<u8>, reader: &mut impl Read) -> io::Result<String> {
+    const NAMED_FROM: usize = 30;
+    const LONGEST_NAME: usize = 256;
+    let mut header = magic;
+    reader.take((NAMED_FROM - header.len()) as u64).read_to_end(&mut header)?;
+    let length = header.get(26..28).map_or(0, |bytes| usize::from(bytes[0]) | usize::from(bytes[1]) << 8);
+    reader.take(length.min(LONGEST_NAME) as u64).read_to_end(&mut header)?;
+    Ok(String::from_utf8_lossy(header.get(NAMED_FROM..).unwrap_or_default()).into_owned())
 }
 
 /// Where a file lies in an archive.
@@ -146,9 +175,13 @@ impl Member {
                 names.push((place, entry.name().to_owned()));
             }
         }
+        let is_capture = |name: &str| CAPTURE_ENDINGS.iter().any(|end| name.to_lowercase().ends_with(end));
+        let captures = names.iter().filter(|(_, name)| is_capture(name)).count();
+        let document = names.iter().find_map(|(_, name)| document_with(name));
+        if let Some(document) = document.filter(|_| captures == 0) {
+            return Err(document);
+        }
         if names.len() > 1 {
-            let is_capture = |name: &str| CAPTURE_ENDINGS.iter().any(|end| name.to_lowercase().ends_with(end));
-            let captures = names.iter().filter(|(_, name)| is_capture(name)).count();
             if captures != 1 {
                 const NAMED: usize = 20;
                 let more = names.len().saturating_sub(NAMED);

@@ -1,12 +1,14 @@
 //! The command line.
 
+mod duration;
+mod help;
 mod link;
 mod measure;
 
 use std::{path::PathBuf, time::Duration};
 
 use clap::{
-    CommandFactory, Parser,
+    CommandFactory, Parser, ValueEnum,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
     error::ErrorKind,
 };
@@ -15,20 +17,22 @@ use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
 use vn100_sim::Message;
 
+use duration::{duration, length};
+pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 pub(crate) use link::{ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use link::{baud_rate, output_rate};
+use measure::confidence;
 pub(crate) use measure::{
-    CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs,
+    CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section, is_page,
 };
-use measure::{confidence, length};
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
 #[command(
     name = "vn100",
-    version,
+    version = env!("VN100_VERSION"),
     max_term_width = 100,
-    after_help = "Exit codes: 0 good, 1 failed, 2 usage, 3 no source or nothing valid in it, 4 --until or --fail-on not met."
+    after_help = help::after("")
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -44,17 +48,16 @@ impl Args {
                     .into(),
             ),
             Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {
-                Some("--resume goes on with a recording: name it with --record".into())
+                Some("--resume appends to a recording: name it with --record".into())
             }
             Subcommand::Attach(AttachArgs { change, .. }) | Subcommand::Record(RecordArgs { change, .. }) => {
                 change.not_measured()
             }
             Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
-                Some("--pool is for two recordings or more, and makes a result of three or more".into())
+                Some("--pool needs two recordings or more; intervals need three".into())
             }
-            Subcommand::Replay(ReplayArgs { files, .. }) | Subcommand::Report(ReportArgs { files, .. }) => {
-                files.refused_taus()
-            }
+            Subcommand::Report(args) => args.refused(),
+            Subcommand::Replay(ReplayArgs { files, .. }) => files.refused_taus(),
             Subcommand::Compare(args) if args.files.taus.is_some() => {
                 Some("--taus is for replay and report: records are compared octave by octave".into())
             }
@@ -69,46 +72,66 @@ impl Args {
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Subcommand {
-    /// Measure live sensors, until stopped; nothing is changed on them unless asked
+    /// Measure live sensors until stopped; settings are not changed unless requested
+    #[command(after_help = help::after("attach"))]
     Attach(AttachArgs),
     /// Record a live sensor without measuring anything
+    #[command(after_help = help::after("record"))]
     Record(RecordArgs),
-    /// Ask a sensor what it is, what it sends, and what its line can carry
+    /// Show model, serial number, firmware and output of a sensor, and what its baud rate carries
+    #[command(after_help = help::after("info"))]
     Info(InfoArgs),
     /// Change what a sensor sends: checked before, read back after
+    #[command(after_help = help::after("configure"))]
     Configure(ConfigureArgs),
-    /// Run recorded captures through the pipeline, as fast as the machine can
+    /// Measure recorded captures, as fast as the machine can
+    #[command(after_help = help::after("replay"))]
     Replay(ReplayArgs),
-    /// Compare captures: which is the quietest, which is disturbed, and whether they differ beyond
-    /// chance
+    /// Compare captures: which one to use, which is disturbed, and whether they differ
+    /// significantly
+    #[command(after_help = help::after("compare"))]
     Compare(CompareArgs),
-    /// Plan a measurement: message, rate, window, line speed, and how long for what
+    /// Plan a measurement: message, rate, window, baud rate, and the length of the record for each
+    /// parameter
+    #[command(after_help = help::after("plan"))]
     Plan(PlanArgs),
-    /// Write the report of captures: one page with every figure and table, and the numbers for
-    /// other programs
+    /// Write the report of captures: one page with figures and tables, and files for other
+    /// programs
+    #[command(after_help = help::after("report"))]
     Report(ReportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
+    #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
     /// exact degrees of freedom and bounds; exit with 1 where one differs
+    #[command(after_help = help::after("selftest"))]
     Selftest(SelftestArgs),
+    /// Explain a code or a parameter of results: what it means, why it matters, what to do
+    #[command(after_help = help::after("explain"))]
+    Explain(ExplainArgs),
     /// List the serial ports, those a VN-100 is likely on first
+    #[command(after_help = help::after("ports"))]
     Ports(PortsArgs),
-    /// Print the completions of the command line for a shell
+    /// Print the JSON Schema of a document, with a description of every field
+    #[command(after_help = help::after("schema"))]
+    Schema(SchemaArgs),
+    /// Print the completion script for a shell
+    #[command(after_help = help::after("completions"))]
     Completions(CompletionsArgs),
     /// Print the manual page, or write one for each command
+    #[command(after_help = help::after("man"))]
     Man(ManArgs),
 }
 
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct AttachArgs {
     /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for
-    /// a serial server, or "-" for bytes on standard input
+    /// a serial server, or "-" for bytes on standard input [default: the only likely port]
     ///
     /// The connection to a serial server is neither encrypted nor authenticated: anyone on the
     /// network path can read or modify the data and commands. The checksums detect accidents only.
     /// Use a network you trust, or a tunnel.
-    #[arg(required = true, value_name = "SOURCE")]
+    #[arg(value_name = "SOURCE")]
     pub(crate) sources: Vec<SourceName>,
 
     #[command(flatten)]
@@ -118,12 +141,12 @@ pub(crate) struct AttachArgs {
     pub(crate) change: ChangeArgs,
 
     /// Read temperature, pressure and uncompensated measurements every ten seconds between the
-    /// lines
-    #[arg(long, conflicts_with = "listen_only")]
+    /// sentences
+    #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
     pub(crate) temperature: bool,
 
     /// Keep the raw bytes with their arrival times, as MCAP; once for each source, in their order
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Recording", value_name = "FILE")]
     pub(crate) record: Vec<PathBuf>,
 
     #[command(flatten)]
@@ -144,16 +167,16 @@ pub(crate) struct RecordArgs {
     pub(crate) source: SourceName,
 
     /// The recording to write, as MCAP; an existing file is never replaced
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, help_heading = "Recording", value_name = "FILE")]
     pub(crate) output: PathBuf,
 
-    /// Stop after this much data time, for example 5h
-    #[arg(long, value_name = "T", value_parser = length)]
+    /// Stop after this much data time, for example 5h; a number without a unit is seconds
+    #[arg(short, long, help_heading = "Recording", value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
     /// Read temperature, pressure and uncompensated measurements every ten seconds between the
-    /// lines
-    #[arg(long, conflicts_with = "listen_only")]
+    /// sentences
+    #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
     pub(crate) temperature: bool,
 
     #[command(flatten)]
@@ -191,7 +214,7 @@ pub(crate) struct InfoArgs {
     pub(crate) link: LinkArgs,
 
     /// Print a JSON document
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
 }
 
@@ -208,20 +231,21 @@ pub(crate) struct ConfigureArgs {
     pub(crate) change: ChangeArgs,
 
     /// Set the baud rate: 9600 19200 38400 57600 115200 128000 230400 460800 921600
-    #[arg(long, value_name = "N", value_parser = |text: &str| baud_rate(text).map(BaudRate::bits_per_s))]
+    #[arg(long, help_heading = "Sensor settings", value_name = "N", value_parser = |text: &str| baud_rate(text).map(BaudRate::bits_per_s))]
     pub(crate) set_baud: Option<u32>,
 
-    /// Append a counter to each line, so that dropped samples are counted exactly; "off" ends that
-    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = on_or_off)]
+    /// Append a counter to each sentence, which makes the count of dropped samples exact
+    #[arg(long, help_heading = "Sensor settings", value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = on_or_off)]
     pub(crate) count: Option<bool>,
 
-    /// Keep all settings through switching off
-    #[arg(long)]
+    /// Save all settings to flash memory
+    #[arg(long, help_heading = "Sensor settings")]
     pub(crate) save: bool,
 }
 
 /// Diagnostics; without them, warnings only.
 #[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Diagnostics")]
 pub(crate) struct LogArgs {
     /// Log link events, commands and rejected lines to stderr (disables the live view)
     #[arg(short, long)]
@@ -230,34 +254,38 @@ pub(crate) struct LogArgs {
     /// Write the log to FILE (must not exist)
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
+
+    /// No progress and no status lines; results, warnings and errors stay
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
-    /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >=
-    /// 0.02 mg", or a limit on which the verdict shall be decided, as in "accel B <= 0.04 mg"; a
-    /// table of the usual wants unless given
+    /// Parameter to measure, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >= 0.02
+    /// mg", or a limit to decide on, as in "accel B <= 0.04 mg" [default: a table of the usual
+    /// ones]
     #[arg(long, value_name = "WANT")]
     pub(crate) want: Vec<Want>,
 
     /// Output rate in hertz, if it is fixed: 1 2 4 5 10 20 25 40 50 100 200
-    #[arg(long, value_name = "HZ", value_parser = output_rate)]
+    #[arg(short, long, help_heading = "Fixed settings", value_name = "HZ", value_parser = output_rate)]
     pub(crate) rate: Option<AsyncRate>,
 
     /// Baud rate, if it is fixed
-    #[arg(long, value_name = "N", value_parser = baud_rate)]
+    #[arg(long, help_heading = "Fixed settings", value_name = "N", value_parser = baud_rate)]
     pub(crate) baud: Option<BaudRate>,
 
     /// Two-sided level of the intervals, between 0 and 1
     #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
     pub(crate) confidence: f64,
 
-    /// Take the noise from the figures of this TOML file instead of the VN-100's
+    /// Noise of the sensor from this data sheet (TOML) instead of the VN-100's
     #[arg(long, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
     /// Print a JSON document
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
 }
 
@@ -265,38 +293,37 @@ pub(crate) struct PlanArgs {
 pub(crate) struct SimArgs {
     /// Write a capture at once instead of emulating a port, with a time for each line where the
     /// name ends in .mcap; "-" is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, help_heading = "Capture", value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
     /// Length of the capture [default: 60s], or how long to emulate the port [default: until
-    /// stopped]; for example 5h
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    /// stopped]; for example 5h; a number without a unit is seconds
+    #[arg(short, long, help_heading = "Capture", value_name = "T", value_parser = duration)]
     pub(crate) duration: Option<Duration>,
 
     /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200
     /// [default: 40]
-    #[arg(long, value_name = "HZ", requires = "output")]
+    #[arg(short, long, help_heading = "Capture", value_name = "HZ", requires = "output")]
     pub(crate) rate: Option<u32>,
 
-    /// Message of the capture; its angular rates are those of the sensor in either
-    #[arg(long, value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
+    /// Message of the capture
+    #[arg(long, help_heading = "Capture", value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
     pub(crate) message: &'static Message,
 
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// A name that leads to the emulated port, whatever the system calls it; after an unplugging
-    /// with `:other` it is PATH-1
-    #[arg(long, value_name = "PATH", conflicts_with = "output")]
+    /// Symbolic link to the emulated port; PATH-1 after an unplugging with `:other`
+    #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,
 
-    /// Hand bytes on as a USB adapter does: in pieces of 62, or after this time, 16ms unless given
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, num_args = 0..=1,
+    /// Forward bytes as a USB adapter does: in pieces of 62, or after this latency [default: 16ms]
+    #[arg(long, help_heading = "Emulated port", value_name = "T", value_parser = duration, num_args = 0..=1,
         default_missing_value = "16ms", conflicts_with = "output")]
     pub(crate) usb: Option<Duration>,
 
     /// Replace an existing capture
-    #[arg(long, requires = "output")]
+    #[arg(long, help_heading = "Capture", requires = "output")]
     pub(crate) force: bool,
 }
 
@@ -311,17 +338,39 @@ fn sim_message() -> impl TypedValueParser<Value = &'static Message> {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct ExplainArgs {
+    /// A kind of warning, status, verdict or parameter, such as decimated-stream, bounded, N, ARW
+    /// or edf; without it all are listed
+    #[arg(value_name = "CODE")]
+    pub(crate) code: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
 pub(crate) struct PortsArgs {
     /// Print a JSON array
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SelftestArgs {
     /// Print a JSON document
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SchemaArgs {
+    /// The document: analysis, of `vn100 attach` and `vn100 replay`
+    #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
+    pub(crate) document: DescribedDocument,
+}
+
+/// A document that has a schema.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum DescribedDocument {
+    /// The result of a measurement, vn100.analysis/1
+    Analysis,
 }
 
 #[derive(Debug, clap::Args)]

@@ -11,15 +11,17 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
+use vn100_driver::list_ports;
 use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
-    exit::{HangUp, print_json_line, stop_on_interrupt},
+    exit::{HangUp, print_json_line, report, stop_on_interrupt},
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
+    ports::only_likely,
     result::{FAULT, ResultWriter, all_of, evaluated, print_state},
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
@@ -30,10 +32,22 @@ use crate::{
 /// Data time in which the temperature is asked for twice at least.
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
-pub(crate) fn attach(args: AttachArgs, format: OutputFormat) -> Result<Completion> {
+pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Completion> {
+    if args.sources.is_empty() {
+        match only_likely(&list_ports()) {
+            Ok(port) => {
+                report(&format!("no SOURCE given: using {port}, the only likely port"));
+                args.sources.push(SourceName::Port(port));
+            }
+            Err(why) => {
+                report(&why);
+                return Ok(Completion::NoData);
+            }
+        }
+    }
     if !args.record.is_empty() && args.record.len() != args.sources.len() {
         bail!(
-            "--record is given {} times for {} sources: give it once for each, in their order",
+            "--record is given {} times for {} sources; give it once for each, in their order",
             args.record.len(),
             args.sources.len()
         );
@@ -53,7 +67,7 @@ async fn attach_all(
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
     let logs_to_terminal = takes_terminal(&args.link.log);
-    let messages = (format == OutputFormat::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
+    let messages = (format.is_text() && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
@@ -61,7 +75,7 @@ async fn attach_all(
         // the status lines are not redrawn more often
         settings.watch_every = StatusLines::PERIOD;
     }
-    let status = StatusLines::new(messages.clone(), logs_to_terminal);
+    let status = StatusLines::new(messages.clone(), logs_to_terminal, args.link.log.quiet);
     let job = Arc::new(Job { settings, evaluation, format, conditions, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut monitors = Vec::new();
@@ -78,7 +92,7 @@ async fn attach_all(
             task::spawn(attach_one(session, emulated, Arc::clone(&job), stop))
         })
         .collect();
-    let mut writer = ResultWriter::new(job.format);
+    let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), stop)?;
         // without a terminal only what is recorded is worth continuing for
@@ -168,8 +182,8 @@ async fn attach_one(
         && snapshot.register_channels.is_empty()
         && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S
     {
-        let why = "the sensor does not answer, or the line has no room between its lines";
-        job.status.report(&format!("{}: no temperature came: {why}", measured.facts.name));
+        let why = "the sensor does not reply, or its baud rate leaves no room between sentences";
+        job.status.report(&format!("{}: no temperature received: {why}", measured.facts.name));
     }
     if job.format == OutputFormat::Ndjson && was_opened {
         let document = Document::new(&measured, true, remedy_words);
@@ -187,7 +201,7 @@ async fn follow(
     written: &mut Result<()>,
 ) -> Result<SessionResult> {
     let name = session.state.borrow().name().to_owned();
-    let report = |event| {
+    let show = |event| {
         words::event(&name, event).into_iter().for_each(|text| job.status.report(&text));
     };
     let mut line: Option<StatusLine> = None;
@@ -198,7 +212,7 @@ async fn follow(
         tokio::select! {
             // pending messages are written before the result
             biased;
-            Some(event) = session.events.recv() => report(event),
+            Some(event) = session.events.recv() => show(event),
             result = &mut session.result => return result.context(FAULT),
             Ok(()) = session.state.changed() => {
                 let state = session.state.borrow_and_update().clone();

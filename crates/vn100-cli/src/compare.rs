@@ -1,24 +1,32 @@
 //! `vn100 compare`: captures side by side. Differences of the setup first, then the ranking,
 //! what differs, and how far means lie apart.
 
-use std::fmt::{self, Write};
+use std::{
+    fmt::{self, Write},
+    path::Path,
+};
 
 use anyhow::Result;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
+use imu_noise::Term;
+use vn100_analysis::{
+    Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SameSamples, sensor_of,
+};
+use vn100_capture::Capture;
+use vn100_protocol::Quantity;
 use vn100_report::{
     ComparisonDocument, Completion, Measured,
     names::{folding, names_of, recommendation, untested},
     numbers::plain::{counted, four_digits, short},
-    printable, record_letter,
+    printable, run_name,
     units::tests_by_channel,
 };
 
 use crate::{
     args::CompareArgs,
     exit::{print, print_json, report},
-    inputs::inputs,
+    inputs::{FileStream, inputs},
     replay::measure_files,
-    text::{fill, text},
+    text::{fill, parameter_name, text},
     user_files::evaluation,
     words::remedy_words,
 };
@@ -26,7 +34,15 @@ use crate::{
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure, false)?;
     let mut all: Vec<Measured> = Vec::new();
-    measure_files(&args.files, &inputs(&args.files), evaluation, false, |measured| {
+    let inputs = inputs(&args.files);
+    if let [FileStream { path, options, .. }] = &*inputs
+        && (path == Path::new("-") || Capture::open(path, options).is_ok())
+    {
+        let text = "holds one stream; name two captures or more, or one of two streams";
+        report(&format!("{} {text}", path.display()));
+        return Ok(Completion::NotGiven);
+    }
+    measure_files(&args.files, &inputs, evaluation, false, |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())
@@ -43,12 +59,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
 }
 
 fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {
-    writeln!(
-        out,
-        "{} compared, at a confidence of {}",
-        counted(all.len() as u64, "record"),
-        short(comparison.confidence)
-    )?;
+    if all.len() > 1 {
+        writeln!(out, "{}\n", fill(&conclusion(all, comparison), "", "  "))?;
+    }
+    writeln!(out, "{}, {} % confidence", counted(all.len() as u64, "run"), short(100.0 * comparison.confidence))?;
     for (number, measured) in all.iter().enumerate() {
         let timing = &measured.snapshot.timing;
         let held = match &measured.snapshot.layout {
@@ -57,14 +71,13 @@ fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison)
             }
             None => "nothing to compare".into(),
         };
-        let line = format!("{:<3}{}: {held}", record_letter(number), printable(&measured.facts.name));
-        writeln!(out, "{}", fill(&line, "  ", "     "))?;
+        let line = format!("{}  {}: {held}", run_name(number), printable(&measured.facts.name));
+        writeln!(out, "{}", fill(&line, "  ", "         "))?;
     }
     for caveat in &comparison.caveats {
         let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text.in_words(remedy_words)));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
-    writeln!(out, "{}", fill(&recommendation(comparison.recommended), "", "  "))?;
     for ranking in &comparison.rankings {
         write_ranking(out, ranking, comparison)?;
     }
@@ -73,48 +86,118 @@ fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison)
     write_means(out, comparison)
 }
 
+/// The answer: which runs are the same, whether N and means differ, and which run to use.
+fn conclusion(all: &[Measured], comparison: &Comparison) -> String {
+    let is_whole = |part: f64| part >= SameSamples::WHOLE;
+    let same =
+        comparison.same_samples.iter().filter(|same| is_whole(same.shared.of_first) && is_whole(same.shared.of_second));
+    let mut parts: Vec<String> = same
+        .map(|same| {
+            let [a, b] = same.records.map(run_name);
+            format!("{a} and {b} hold the same samples")
+        })
+        .collect();
+    parts.extend(white_conclusion(comparison, all.len()));
+    parts.extend(means_conclusion(comparison));
+    parts.push(recommendation(comparison.recommended, run_name));
+    let text = parts.join("; ");
+    let mut letters = text.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
+/// Which run is the quietest, sensor by sensor, or that none differ in N.
+fn white_conclusion(comparison: &Comparison, records: usize) -> Vec<String> {
+    let leads = comparison.rankings.iter().filter_map(|ranking| {
+        let lead = ranking.lead().filter(|lead| comparison.is_significant(*lead))?;
+        let sensor = names_of(ranking.quantity).short;
+        Some(format!("{} has the smallest N of {sensor} ({})", run_name(ranking.records.first()?.record), chance(lead)))
+    });
+    let mut parts: Vec<String> = leads.collect();
+    let tests: Vec<Chance> =
+        comparison.rankings.iter().flat_map(|ranking| &ranking.tests).map(|test| test.chance).collect();
+    let surest = tests.iter().copied().min_by(|a, b| a.corrected.total_cmp(&b.corrected));
+    if let Some(surest) = surest.filter(|_| parts.is_empty()) {
+        parts.push(match comparison.is_significant(surest) {
+            true => format!("some runs differ in N, and none is significantly the quietest ({})", chance(surest)),
+            false => format!("{} ({})", undifferent(comparison, records), chance(surest)),
+        });
+    }
+    parts
+}
+
+/// Which means differ.
+fn means_conclusion(comparison: &Comparison) -> Option<String> {
+    let tested = |channel: &ChannelMeans| {
+        let tests = channel.differences.iter().filter_map(|difference| difference.test.ok());
+        tests.map(|test| test.chance).min_by(|a, b| a.corrected.total_cmp(&b.corrected))
+    };
+    let surest: Vec<(&str, Chance)> =
+        comparison.means.iter().filter_map(|channel| Some((&*channel.channel, tested(channel)?))).collect();
+    if surest.is_empty() {
+        return None;
+    }
+    let (names, chances): (Vec<&str>, Vec<String>) = (surest.iter())
+        .filter(|(_, found)| comparison.is_significant(*found))
+        .map(|(name, found)| (*name, chance(*found).trim_start_matches("p = ").to_owned()))
+        .unzip();
+    Some(match &names[..] {
+        [] => "means do not differ significantly".into(),
+        [only] => format!("the mean of {only} differs (p = {})", chances.join(", ")).replace("p = p", "p"),
+        _ => format!("means of {} differ (p = {})", names.join(", "), chances.join(", ")).replace("p = p", "p"),
+    })
+}
+
+/// The runs that were tested, where these are all: `runs 1-3 do not differ significantly in N`.
+fn undifferent(comparison: &Comparison, records: usize) -> String {
+    let is_tested = |record: usize| {
+        let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
+        tests.any(|test| test.records.contains(&record))
+    };
+    match records {
+        _ if !(0..records).all(is_tested) => "no significant difference in N".into(),
+        2 => "runs 1 and 2 do not differ significantly in N".into(),
+        all => format!("runs 1-{all} do not differ significantly in N"),
+    }
+}
+
+/// `Angle Random Walk (ARW) N`.
+fn white_noise(quantity: Quantity) -> String {
+    sensor_of(quantity).map_or_else(|| "N".into(), |sensor| parameter_name(sensor, Term::White))
+}
+
 fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -> fmt::Result {
-    writeln!(
-        out,
-        "\nwhite noise N of the {}, {}, the quietest first",
-        names_of(ranking.quantity).quantity,
-        ranking.unit
-    )?;
+    let (sensor, parameter) = (names_of(ranking.quantity).title, white_noise(ranking.quantity));
+    let head = format!("{sensor}: {parameter} in {}, quietest first", ranking.unit);
+    writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
             ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
         let (white, lower, upper) = (ranked.white, ranked.lower, ranked.upper);
         let line = format!(
-            "{:<3}{} ({} to {}): {}",
-            record_letter(ranked.record),
+            "{}  {} ({} to {}): {}",
+            run_name(ranked.record),
             four_digits(white),
             four_digits(lower),
             four_digits(upper),
             axes.join(", ")
         );
-        writeln!(out, "{}", fill(&line, "  ", "     "))?;
+        writeln!(out, "{}", fill(&line, "  ", "         "))?;
     }
     if !ranking.not_ranked.is_empty() {
-        let names: Vec<String> = ranking.not_ranked.iter().map(|record| record_letter(*record)).collect();
-        let text = format!("not ranked, N is not estimated on every axis: {}", names.join(", "));
+        let names: Vec<String> = ranking.not_ranked.iter().map(|record| run_name(*record)).collect();
+        let text = format!("not ranked, because N is not estimated on every axis: {}", names.join(", "));
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     if !ranking.folds_alike {
-        writeln!(out, "{}", fill(&folding(ranking), "  ", "  "))?;
+        writeln!(out, "{}", fill(&folding(ranking, run_name), "  ", "  "))?;
     }
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
         let (percent, a, b) =
-            (100.0 * (1.0 - first.white / second.white), record_letter(first.record), record_letter(second.record));
+            (100.0 * (1.0 - first.white / second.white), run_name(first.record), run_name(second.record));
         let text = if comparison.is_significant(lead) {
-            format!(
-                "{a} is the quietest: its N lies {percent:.1} % below that of {b}, beyond chance ({})",
-                chance(lead)
-            )
+            format!("{a} is significantly the quietest: N {percent:.1} % below {b} ({})", chance(lead))
         } else {
-            format!(
-                "none is the quietest beyond chance: {a} lies {percent:.1} % below {b}, as chance alone makes it ({})",
-                chance(lead)
-            )
+            format!("no significant difference: {a} is {percent:.1} % below {b} ({})", chance(lead))
         };
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
@@ -123,13 +206,13 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
 
 fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
     let tests = comparison.octaves.len();
-    writeln!(out, "\ndeviations that differ beyond chance")?;
+    writeln!(out, "\nStatistically significant differences of deviations")?;
     if tests == 0 {
         return writeln!(out, "  nothing could be tested");
     }
     let legend = format!(
-        "F-test of each octave with its degrees of freedom, Holm's correction for all {tests} tests; p is corrected. Octaves share samples, which \
-         makes the correction err towards no difference."
+        "F-test of each octave with its degrees of freedom; p with Holm's correction for all {tests} tests. Octaves share samples, which makes \
+         the correction conservative."
     );
     writeln!(out, "{}", fill(&legend, "", ""))?;
     let mut any = false;
@@ -142,7 +225,7 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
             any = true;
             let ratio = larger_over_smaller(surest.records, surest.deviations);
             let text = format!(
-                "{:<12}{} of {} octaves, tau {} to {} s; surest at {} s: {ratio} ({})",
+                "{:<12}{} of {} octaves, tau {} to {} s; most significant at {} s: {ratio} ({})",
                 surest.channel,
                 differ.len(),
                 pair.len(),
@@ -161,18 +244,22 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
     if comparison.disturbances.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\ndisturbed")?;
+    writeln!(out, "\nDisturbances")?;
+    let mut explained = Vec::new();
     for disturbance in &comparison.disturbances {
         let channels = match &disturbance.warning.channels[..] {
             [] => "all channels".into(),
             channels => channels.join(", "),
         };
-        let text = format!(
-            "{:<3}{channels}, {}",
-            record_letter(disturbance.record),
-            disturbance.warning.in_words(remedy_words)
-        );
-        writeln!(out, "{}", fill(&text, "  ", "     "))?;
+        let warning = &disturbance.warning;
+        // what a kind means and what to do is said once
+        let said = match explained.contains(&warning.kind) {
+            true => warning.headline.clone(),
+            false => warning.in_words(remedy_words),
+        };
+        explained.push(warning.kind);
+        let text = format!("{}  {channels}: {said}", run_name(disturbance.record));
+        writeln!(out, "{}", fill(&text, "  ", "         "))?;
     }
     Ok(())
 }
@@ -181,26 +268,25 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     if comparison.means.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nmeans, each with its standard error, and how far they lie apart")?;
-    let legend = "The standard error is that under the N, B and K of the record: what repeating it at once would show. A difference is tested \
-                  under those of both records and the time between them; p: that noise alone takes two means so far apart, Holm's correction for \
-                  all channels. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not moved \
-                  between them; its interval is chi-squared with one degree of freedom less than there are records.";
+    writeln!(out, "\nMeans with standard errors, and their differences")?;
+    let legend = "The standard error follows from N, B and K of the run. A difference is tested against the noise of both runs and the time \
+                  between them; p with Holm's correction for all channels. The spread is the turn-on to turn-on bias if each run is a power \
+                  cycle of one sensor that was not moved; its interval is chi-squared with one degree of freedom less than there are runs.";
     writeln!(out, "{}", fill(legend, "", ""))?;
     for channel in &comparison.means {
-        let group = if channel.bias_removed { ", bias taken out by the sensor" } else { "" };
+        let group = if channel.bias_removed { ", bias removed by the sensor" } else { "" };
         writeln!(out, "{} ({}{group})", channel.channel, channel.unit)?;
         let means: Vec<String> = (channel.means.iter())
             .map(|mean| match mean.error {
                 Some(error) => {
                     format!(
                         "{} {} ± {:.1e}",
-                        record_letter(mean.record),
+                        run_name(mean.record),
                         signed(mean.mean, error.standard_error),
                         error.standard_error
                     )
                 }
-                None => format!("{} {}", record_letter(mean.record), four_digits(mean.mean)),
+                None => format!("{} {}", run_name(mean.record), four_digits(mean.mean)),
             })
             .collect();
         writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
@@ -213,28 +299,28 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
         }
     }
     if comparison.means.iter().any(|channel| channel.bias_removed) {
-        let text = "The spread of a gyro whose bias is taken out is that of a filter's remainder, not of the sensor's bias; VNIMU carries that.";
+        let text = "The spread of a compensated gyroscope is that of the filter's remaining bias, not of the sensor's; VNIMU is not compensated.";
         writeln!(out, "{}", fill(text, "", ""))?;
     }
     Ok(())
 }
 
-/// Of two records theirs; of more those that are beyond noise.
+/// Of two records theirs; of more the significant ones.
 fn write_differences(out: &mut String, channel: &ChannelMeans, comparison: &Comparison) -> fmt::Result {
     for difference in &channel.differences {
-        let [first, second] = difference.records.map(record_letter);
+        let [first, second] = difference.records.map(run_name);
         let differs = difference.test.is_ok_and(|test| comparison.is_significant(test.chance));
         if channel.means.len() > 2 && !differs {
             continue;
         }
         let text = match difference.test {
             Ok(test) => {
-                let verdict = if differs { "beyond noise" } else { "as noise alone makes it" };
+                let verdict = if differs { "significant" } else { "not significant" };
                 let (apart, error) = (signed(difference.difference, test.standard_error), test.standard_error);
                 format!("{second} - {first} {apart} ± {error:.1e}: {verdict} ({})", chance(test.chance))
             }
             Err(why) => {
-                format!("{second} - {first} {}, without p: {}", four_digits(difference.difference), untested(why))
+                format!("{second} - {first} {}, not tested: {}", four_digits(difference.difference), untested(why))
             }
         };
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
@@ -244,7 +330,7 @@ fn write_differences(out: &mut String, channel: &ChannelMeans, comparison: &Comp
         (tested + 1, differing + u64::from(comparison.is_significant(test.chance)))
     });
     if channel.means.len() > 2 && tested > 0 {
-        writeln!(out, "  {differing} of {} beyond noise", counted(tested, "difference"))?;
+        writeln!(out, "  {differing} of {} significant", counted(tested, "difference"))?;
     }
     Ok(())
 }
@@ -252,15 +338,15 @@ fn write_differences(out: &mut String, channel: &ChannelMeans, comparison: &Comp
 /// The one that is larger, as a multiple of the other.
 fn larger_over_smaller(records: [usize; 2], deviations: [f64; 2]) -> String {
     let larger = usize::from(deviations[1] > deviations[0]);
-    let [of, over] = [records[larger], records[1 - larger]].map(record_letter);
+    let [of, over] = [records[larger], records[1 - larger]].map(run_name);
     format!("{of} is {} times {over}", four_digits(deviations[larger] / deviations[1 - larger]))
 }
 
 fn chance(chance: Chance) -> String {
     match chance.corrected {
         ..1e-12 => "p < 1e-12".into(),
-        p @ ..0.001 => format!("p {p:.0e}"),
-        p => format!("p {}", short((p * 1000.0).round() / 1000.0)),
+        p @ ..0.001 => format!("p = {p:.0e}"),
+        p => format!("p = {}", short((p * 1000.0).round() / 1000.0)),
     }
 }
 
@@ -276,9 +362,9 @@ mod tests {
 
     #[test]
     fn of_two_deviations_the_larger_is_a_multiple_of_the_smaller() {
-        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "B is 1.448e4 times C");
-        assert_eq!(larger_over_smaller([1, 2], [1.0, 2240.4]), "C is 2240 times B");
-        assert_eq!(larger_over_smaller([0, 2], [1.1, 1.0]), "A is 1.100 times C");
+        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "run 2 is 1.448e4 times run 3");
+        assert_eq!(larger_over_smaller([1, 2], [1.0, 2240.4]), "run 3 is 2240 times run 2");
+        assert_eq!(larger_over_smaller([0, 2], [1.1, 1.0]), "run 1 is 1.100 times run 3");
     }
 
     #[test]

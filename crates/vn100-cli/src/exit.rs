@@ -2,11 +2,12 @@
 //! results and errors, and the signals that end the data first and the program then.
 
 use std::{
-    io::{self, Write},
+    io::{self, IsTerminal, Write},
     process::{self, ExitCode},
 };
 
 use anyhow::{Context, Result};
+use clap::ColorChoice;
 use serde::Serialize;
 use tokio_util::sync::CancellationToken;
 use vn100_report::{Completion, json_line, printable};
@@ -34,9 +35,31 @@ pub(crate) fn print(text: &str) -> Result<()> {
     write(&printable_lines(text))
 }
 
-/// Writes a JSON document and a line end to standard output, at once.
+/// Writes text that is printable already, with the colours it has.
+pub(crate) fn print_prepared(text: &str) -> Result<()> {
+    write(text)
+}
+
+/// Whether text on standard output is coloured.
+pub(crate) fn is_coloured(color: ColorChoice) -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    match color {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            io::stdout().is_terminal()
+                && !is_set("NO_COLOR")
+                && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+        }
+    }
+}
+
+/// Writes a JSON document and a line end to standard output, at once: indented on a terminal, else
+/// in one line.
 pub(crate) fn print_json(document: &impl Serialize) -> Result<()> {
-    write(&json_line(&serde_json::to_string_pretty(document)?))
+    let is_read = io::stdout().is_terminal();
+    let json = if is_read { serde_json::to_string_pretty(document) } else { serde_json::to_string(document) };
+    write(&json_line(&json?))
 }
 
 /// The same in one line.

@@ -57,8 +57,7 @@ pub(crate) fn live_source(
 fn link_hint(hint: LinkHint) -> &'static str {
     match hint {
         LinkHint::AskSensor => {
-            "its output may be paused, which cannot be told without asking it: leave --listen-only out, or check the cable and the power \
-             of the sensor"
+            "its output may be paused, which only a request shows: remove --listen-only, or check the cable and the power of the sensor"
         }
         LinkHint::CheckBaudRate => "check the cable, the power of the sensor and --baud",
         hint => hint.text(),

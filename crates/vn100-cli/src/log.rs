@@ -73,7 +73,7 @@ impl Log {
                 write(&entry);
                 match lost.swap(0, Ordering::Relaxed) {
                     0 => {}
-                    lost => write(&format!("{lost} entries are left out here: they came faster than they are written")),
+                    lost => write(&format!("{lost} entries are missing here: they came faster than they are written")),
                 }
             }
         });
@@ -179,13 +179,15 @@ fn link_event(kind: &LinkEventKind) -> String {
         LinkEventKind::Up { port, baud: Some(baud) } => format!("link up: {port} at {baud} baud"),
         LinkEventKind::Up { port, baud: None } => format!("link up: {port}"),
         LinkEventKind::Down { cause } => format!("link down: {cause}"),
-        LinkEventKind::DiscardedDuringBaudScan { bytes } => format!("{bytes} bytes came before the sensor was heard"),
+        LinkEventKind::DiscardedDuringBaudScan { bytes } => {
+            format!("{bytes} bytes arrived before the sensor was identified")
+        }
         LinkEventKind::Overrun { bytes } => format!("{bytes} bytes were lost before they were read"),
         LinkEventKind::UnsolicitedError { error } => {
             format!("the sensor refused a command that did not come from here: {error}")
         }
-        LinkEventKind::OutputResumed => "the output of the sensor was found paused, and was made to go on".into(),
-        LinkEventKind::OutputPaused => "the output of the sensor is paused again, as it was found".into(),
+        LinkEventKind::OutputResumed => "the output of the sensor was paused, and is resumed".into(),
+        LinkEventKind::OutputPaused => "the output of the sensor is paused again, as before".into(),
     }
 }
 

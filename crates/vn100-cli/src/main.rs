@@ -6,6 +6,7 @@ mod attach;
 mod compare;
 mod documentation;
 mod exit;
+mod explain;
 mod inputs;
 mod live_source;
 mod log;
@@ -37,7 +38,7 @@ fn main() -> ExitCode {
             let format = args.result.format();
             attach::attach(args, format)
         }
-        Subcommand::Record(args) => attach::attach(args.into(), OutputFormat::Summary),
+        Subcommand::Record(args) => attach::attach(args.into(), OutputFormat::Head),
         Subcommand::Info(args) => sensor::info(args),
         Subcommand::Configure(args) => sensor::configure(args),
         Subcommand::Replay(args) => replay::replay(&args),
@@ -46,7 +47,9 @@ fn main() -> ExitCode {
         Subcommand::Report(args) => report::report(&args),
         Subcommand::Sim(args) => sim::sim(&args),
         Subcommand::Selftest(args) => selftest::selftest(&args),
+        Subcommand::Explain(args) => explain::explain(&args),
         Subcommand::Ports(args) => ports::ports(&args),
+        Subcommand::Schema(args) => documentation::schema(&args),
         Subcommand::Completions(args) => documentation::completions(&args),
         Subcommand::Man(args) => documentation::man(&args),
     };

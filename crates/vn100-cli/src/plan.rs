@@ -87,7 +87,7 @@ const OUT_OF_REACH: &str = "more than 100 days";
 
 const MOUNTING: [&str; 5] = [
     "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
-    "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; nobody touches the table",
+    "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; do not touch the table",
     "a steady temperature: no sun, no draught, no heater that switches; VNIMU carries the temperature, look at it afterwards",
     "no iron and no changing current near it, if the magnetometer is to be judged",
     "a computer that does not sleep, the line at its short latency, room on the disk",
@@ -199,12 +199,12 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
                 100.0 * f64::from(load) / (f64::from(baud) / 10.0)
             ),
         ),
-        ("counter", "on: a lost line is then counted, not guessed".into()),
+        ("counter", "on: dropped samples are then counted exactly".into()),
         (
             "warm-up",
             format!(
-                "{} left out: published practice leaves out 10 to 30 minutes, the longer where B or K is wanted; the maker's figure is not \
-                 known. The record is kept whole: look where the temperature settles, and replay with another --skip",
+                "{} excluded: published practice is 10 to 30 minutes, the longer for B or K; the maker's figure is not known. The recording \
+                 keeps it: see where the temperature settles, and replay with another --skip",
                 span(plan.warm_up_s, " ")
             ),
         ),

@@ -25,7 +25,7 @@ pub(crate) fn ports(args: &PortsArgs) -> Result<Completion> {
 /// A table; or what to do where there is nothing to list.
 fn listing(ports: &[PortEntry]) -> String {
     if ports.is_empty() {
-        return "no serial port found: plug the sensor's USB cable in; in a container, pass the device through\n"
+        return "no serial port is available: plug in the USB cable of the sensor; in a container, pass the device through\n"
             .into();
     }
     let width = ports.iter().map(|port| port.name.len()).max().unwrap_or_default();
@@ -44,9 +44,24 @@ fn listing(ports: &[PortEntry]) -> String {
         }
     }
     if ports.iter().any(|port| port.likely) {
-        out.push_str("* likely a VN-100: vn100 info PORT asks it\n");
+        out.push_str("* likely a VN-100; vn100 info PORT identifies it\n");
     }
     out
+}
+
+/// The port a VN-100 is on, as far as one can be named; otherwise the available ports.
+pub(crate) fn only_likely(ports: &[PortEntry]) -> Result<String, String> {
+    let likely: Vec<&PortEntry> = ports.iter().filter(|port| port.likely).collect();
+    if let [only] = &*likely {
+        return Ok(only.name.clone());
+    }
+    let named = |port: &PortEntry| format!("{}{}", port.name, if port.likely { " (likely)" } else { "" });
+    let available = match ports {
+        [] => "no serial port is available".into(),
+        _ => format!("available ports: {}", ports.iter().map(named).collect::<Vec<_>>().join(", ")),
+    };
+    let why = if likely.is_empty() { "no port is a likely one" } else { "several ports are likely ones" };
+    Err(format!("no SOURCE given, and {why}; {available}; `vn100 attach sim` measures an emulated sensor"))
 }
 
 #[derive(Serialize)]
@@ -100,8 +115,20 @@ mod tests {
         assert_eq!(
             listing(&[likely, other]),
             "* /dev/ttyUSB0  0403:6001 FTDI\u{fffd}[2J A1\n                also /dev/serial/by-id/usb-FTDI_A1\n  /dev/ttyS0    not USB\n\
-             * likely a VN-100: vn100 info PORT asks it\n"
+             * likely a VN-100; vn100 info PORT identifies it\n"
         );
+    }
+
+    #[test]
+    fn the_only_likely_port_is_taken_and_others_are_listed() {
+        let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
+        let [one, other] = [port("/dev/ttyUSB0", true), port("/dev/ttyS0", false)];
+        assert_eq!(only_likely(&[one.clone(), other.clone()]), Ok("/dev/ttyUSB0".into()));
+        let refused = |ports: &[PortEntry]| only_likely(ports).unwrap_err();
+        assert!(refused(&[]).contains("no serial port is available"));
+        assert!(refused(std::slice::from_ref(&other)).contains("available ports: /dev/ttyS0;"));
+        let two = refused(&[one, port("/dev/ttyUSB1", true)]);
+        assert!(two.contains("available ports: /dev/ttyUSB0 (likely), /dev/ttyUSB1 (likely);"), "{two}");
     }
 
     #[test]

@@ -123,7 +123,10 @@ async fn measure_all(
 ) -> Result<()> {
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
-        progress: progress_bar(inputs.iter().map(|input| stored_bytes(&input.path)), takes_terminal(&args.log)),
+        progress: progress_bar(
+            inputs.iter().map(|input| stored_bytes(&input.path)),
+            args.log.quiet || takes_terminal(&args.log),
+        ),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
     });
@@ -199,8 +202,11 @@ fn stored_bytes(path: &Path) -> Option<u64> {
 fn progress_bar(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> ProgressBar {
     let total: Option<u64> = sizes.into_iter().sum();
     let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
-    let template =
-        if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };
+    let template = if total.is_some() {
+        "reading {wide_bar} {bytes}/{total_bytes} {bytes_per_sec} {eta}"
+    } else {
+        "{spinner} read {bytes} in {elapsed}"
+    };
     // the default style stands in for a template it does not understand
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(total, target).with_style(style).with_finish(ProgressFinish::AndClear)

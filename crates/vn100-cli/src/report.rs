@@ -5,22 +5,29 @@ mod exports;
 mod output;
 
 use std::{
+    env,
     fmt::Write,
     fs::{self, File},
     io::{self, Read},
-    path::Path,
+    path::{self, Path},
+    process::{Command, Stdio},
     time::Duration,
 };
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{
-    Completion, Figures, Measured, PageOptions, Program, Record, record_letter, temperature::detrend_name, write_page,
+    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Program, Record, run_name, run_prefix,
+    temperature::detrend_name, write_page,
 };
 
 use crate::{
-    args::ReportArgs, exit::report as complain, inputs::inputs, replay::measure_files, user_files::evaluation,
+    args::ReportArgs,
+    exit::{print, report as complain},
+    inputs::inputs,
+    replay::measure_files,
+    user_files::evaluation,
     words::remedy_words,
 };
 use exports::Exports;
@@ -32,16 +39,9 @@ const PROGRAM: Program<'_> =
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;
-    let output = Output::new(&args.output, args.force);
-    match output.page() {
-        Some(page) => output.check(page, &files.files)?,
-        None if args.export.is_empty() => {
-            bail!(
-                "{} does not end in .html, and nothing is exported: name a page, or --export something",
-                args.output.display()
-            )
-        }
-        None => {}
+    let output = Output::new(&args.output(), args.force);
+    if let Some(page) = output.page() {
+        output.check(page, &files.files)?;
     }
     let inputs = inputs(files);
     let exports = Exports::new(args, &inputs, &output)?;
@@ -58,10 +58,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         measured.facts.file = capture_file(&input.path);
     }
     let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
-    let names: Vec<String> = (0..records.len()).map(record_letter).collect();
-    let prefix = |name: &String| if records.len() > 1 { format!("{name}-") } else { String::new() };
+    let names: Vec<String> = (0..records.len()).map(run_name).collect();
+    let prefix = |number| if records.len() > 1 { run_prefix(number) } else { String::new() };
     let figures =
-        records.iter().zip(&names).map(|(record, name)| Figures::of(record, &prefix(name))).collect::<Vec<_>>();
+        records.iter().enumerate().map(|(number, record)| Figures::of(record, &prefix(number))).collect::<Vec<_>>();
     let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
     if let Some(path) = output.page() {
         let options = PageOptions {
@@ -69,11 +69,39 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
             asked: &option_text(args),
             words: remedy_words,
             program: PROGRAM,
+            kalibr_span_s: args.kalibr_span.as_secs_f64(),
         };
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
+        print_written(path)?;
     }
-    exports.write(&records, &figures, &together)?;
-    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
+    let exported = exports.write(&records, &figures, &together)?;
+    if args.open {
+        output.page().map_or(Ok(()), open)?;
+    }
+    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
+}
+
+/// A file that was written is the result of this command.
+fn print_written(path: &Path) -> Result<()> {
+    print(&format!("wrote {}\n", path.display()))
+}
+
+/// Opens the page in what the desktop has for pages.
+fn open(page: &Path) -> Result<()> {
+    let (opener, before): (_, &[&str]) = match env::consts::OS {
+        "windows" => ("cmd", &["/C", "start", ""]),
+        "macos" => ("open", &[]),
+        _ => ("xdg-open", &[]),
+    };
+    // a name that begins with a dash is no option
+    let page = path::absolute(page).with_context(|| format!("cannot open {}", page.display()))?;
+    let mut command = Command::new(opener);
+    let status = command.args(before).arg(&page).stdin(Stdio::null()).stdout(Stdio::null()).status();
+    let status = status.with_context(|| format!("cannot open {}: {opener} cannot be started", page.display()))?;
+    if !status.success() {
+        bail!("cannot open {}: {opener} ended with {status}", page.display());
+    }
+    Ok(())
 }
 
 fn option_text(args: &ReportArgs) -> String {
@@ -108,6 +136,8 @@ fn option_text(args: &ReportArgs) -> String {
     let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
     option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
     option("filter-models", flag(args.filter_models));
+    let span = Some(args.kalibr_span).filter(|span| span.as_secs_f64() != DEFAULT_KALIBR_SPAN_S);
+    option("kalibr-span", span.map(length));
     option("accept-unchecked", flag(measure.accept_unchecked));
     words.join(" ")
 }

@@ -14,7 +14,7 @@ use vn100_report::{Completion, Document, Evaluation, Measured, PoolDocument};
 
 use crate::{
     args::OutputFormat,
-    exit::{print, print_json, print_json_line, report},
+    exit::{is_coloured, print, print_json, print_json_line, print_prepared, report},
     text,
     words::{self, remedy_words},
 };
@@ -105,28 +105,39 @@ pub(crate) struct ResultWriter {
     format: OutputFormat,
     documents: Vec<AnyDocument>,
     completion: Completion,
+    /// A result was written.
+    is_begun: bool,
 }
 
 impl ResultWriter {
     pub(crate) fn new(format: OutputFormat) -> Self {
-        Self { format, documents: Vec::new(), completion: Completion::Complete }
+        Self { format, documents: Vec::new(), completion: Completion::Complete, is_begun: false }
     }
 
     /// Writes the next one, or keeps its document for the end.
     pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
         self.completion = self.completion.max(measured.completion);
+        // an error before the first byte says everything
+        let has_text =
+            measured.facts.kind.is_some() && (measured.facts.error.is_none() || measured.snapshot.link.bytes() > 0);
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
-        match self.format {
+        match &self.format {
             OutputFormat::Json => {
                 let document = Document::new(measured, true, remedy_words);
                 self.documents.push(AnyDocument::Source(Box::new(document)));
             }
-            OutputFormat::Text if measured.facts.kind.is_some() => {
-                print(&text::result(measured))?;
+            OutputFormat::Summary(color) if has_text => {
+                let separator = if self.is_begun { "\n" } else { "" };
+                let summary = text::summary(measured, is_coloured(*color));
+                print_prepared(&format!("{separator}{summary}"))?;
             }
-            OutputFormat::Summary => print(&text::summary(measured))?,
-            OutputFormat::Text | OutputFormat::Ndjson => {}
+            OutputFormat::Sections(sections) if has_text => {
+                print(&text::result(measured, sections))?;
+            }
+            OutputFormat::Head if has_text => print(&text::head(measured))?,
+            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head | OutputFormat::Ndjson => {}
         }
+        self.is_begun = true;
         Ok(())
     }
 
@@ -145,7 +156,9 @@ impl ResultWriter {
         match self.format {
             OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
             OutputFormat::Ndjson => print_json_line(&document())?,
-            OutputFormat::Text | OutputFormat::Summary => print(&text::text(|out| text::write_pool(out, pool)))?,
+            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head => {
+                print(&text::text(|out| text::write_pool(out, pool)))?
+            }
         }
         Ok(())
     }

@@ -146,7 +146,7 @@ impl Info {
                         message.header().map_or_else(|| format!("message {message}, not known here,"), Into::into);
                     format!("{name} at {rate} Hz")
                 }
-                _ => "not told".into(),
+                _ => "not known".into(),
             },
             rate_hz: rate.map(AsyncRate::hz),
             window: filter.map(|filter| [filter.mag_window, filter.accel_window, filter.gyro_window]),
@@ -166,7 +166,7 @@ impl Info {
     }
 
     fn write(&self, out: &mut String) -> std::fmt::Result {
-        let known = |text: &Option<String>| text.as_deref().map_or("not told".to_owned(), printable);
+        let known = |text: &Option<String>| text.as_deref().map_or("not known".to_owned(), printable);
         writeln!(out, "{}: {}", printable(&self.source), known(&self.model))?;
         writeln!(
             out,
@@ -231,9 +231,7 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
         bail!("--listen-only sends nothing to the sensor, so that it cannot be changed");
     }
     if settings.baud.is_some() && args.source.kind() == "tcp" {
-        bail!(
-            "the serial server sets the speed of its line, and would not hear the sensor at another: --set-baud needs a port"
-        );
+        bail!("the serial server sets the baud rate, and would lose the sensor at another: --set-baud needs a port");
     }
     let configured = with_sensor(&args.source, &args.link, async |link, stop| {
         Ok(vn100_driver::configure(&link, &settings, &stop).await?)
@@ -250,12 +248,11 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
 /// What was changed, and whether the sensor does what it is set to.
 pub(crate) fn describe(configured: &Configured) -> String {
     let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
-    let changed = if changes.is_empty() { "all was as asked".into() } else { changes.join(", ") };
+    let changed = if changes.is_empty() { "no change needed".into() } else { changes.join(", ") };
     let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
-    let verdict =
-        if configured.rate_is_kept() { "" } else { ": NOT as set; look at the cable and the speed of the line" };
+    let verdict = if configured.rate_is_kept() { "" } else { ": NOT as set; check the cable and the baud rate" };
     let found = if configured.was_paused { "; its output was paused, and is on now" } else { "" };
-    printable(&format!("{changed}{found}; {measured_hz:.1} lines a second come, {rate_hz} are set{verdict}"))
+    printable(&format!("{changed}{found}; {measured_hz:.1} Hz measured, {rate_hz} Hz set{verdict}"))
 }
 
 #[cfg(test)]
@@ -296,8 +293,8 @@ mod tests {
         for (register, sends) in [
             (Some("252"), "message 252, not known here, at 40 Hz"),
             (Some("0"), "no message; --set-message VNYMR makes it send one"),
-            (Some("x"), "not told"),
-            (None, "not told"),
+            (Some("x"), "not known"),
+            (None, "not known"),
         ] {
             let mut registers = factory_registers();
             registers.remove(&6);
@@ -312,6 +309,6 @@ mod tests {
     fn nothing_is_made_up_for_a_sensor_without_registers() {
         let info = Info::new("tcp://a:1".into(), None, BTreeMap::new());
         assert!(info.line.is_none() && info.message.is_none() && info.rate_hz.is_none());
-        assert!(info.text().contains("not told"));
+        assert!(info.text().contains("not known"));
     }
 }

@@ -61,7 +61,7 @@ fn summary(stats: &PtyStats) -> String {
     let opened = if openings == 1 { "once".to_owned() } else { format!("{openings} times") };
     format!(
         "opened {opened}, {bytes_sent} bytes sent; dropped: {bytes_dropped} because the terminal was full, {bytes_unread} because \
-         nobody read them"
+         no program read them"
     )
 }
 
@@ -149,7 +149,7 @@ mod tests {
         let stats = PtyStats { openings: 1, bytes_sent: 5124, bytes_dropped: 7, bytes_unread: 3 };
         assert_eq!(
             summary(&stats),
-            "opened once, 5124 bytes sent; dropped: 7 because the terminal was full, 3 because nobody read them"
+            "opened once, 5124 bytes sent; dropped: 7 because the terminal was full, 3 because no program read them"
         );
     }
 }

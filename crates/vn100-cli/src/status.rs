@@ -20,19 +20,22 @@ pub(crate) struct StatusLines {
     lines: MultiProgress,
     /// Takes messages while a view has the terminal.
     view: Option<MessageQueue>,
+    /// Failures alone are reported.
+    is_quiet: bool,
 }
 
 impl StatusLines {
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
     /// Lines on stderr; none where a view takes the messages, or the log goes to the terminal.
-    pub(crate) fn new(view: Option<MessageQueue>, logs_to_terminal: bool) -> Self {
-        let target = if view.is_some() || logs_to_terminal {
+    pub(crate) fn new(view: Option<MessageQueue>, logs_to_terminal: bool, is_quiet: bool) -> Self {
+        let is_quiet = is_quiet && view.is_none();
+        let target = if view.is_some() || logs_to_terminal || is_quiet {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr_with_hz(4)
         };
-        Self { lines: MultiProgress::with_draw_target(target), view }
+        Self { lines: MultiProgress::with_draw_target(target), view, is_quiet }
     }
 
     pub(crate) fn report(&self, text: &str) {
@@ -79,7 +82,7 @@ impl StatusLine {
         {
             self.failure_reported = true;
             let failure =
-                format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
+                format!("{}: RECORDING FAILED, {}: {error}; the measurement continues", self.name, path.display());
             self.status.report(&failure);
         }
         let state = link.map_or("reading".into(), link_name);
@@ -93,6 +96,9 @@ impl StatusLine {
 
     /// Reports each link event once; of repeated failures the first, and those that need the user.
     pub(crate) fn report_link(&mut self, state: &LinkState) {
+        if self.status.is_quiet {
+            return;
+        }
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
             self.status.report(&about(&self.name, &event));
             // only the user can shorten the latency of the adapter
@@ -124,7 +130,7 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
             Some(format!("the sensor restarted: {error}"))
         }
         LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
-            "the output of the sensor was paused, as by a program that broke off: it was made to go on, and is paused again at the end".into(),
+            "the output of the sensor was paused, as by a program that broke off; it is resumed for the measurement and paused again on exit".into(),
         ),
         LinkState::Up(up) if matches!(reported, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
             Some("the sensor sends again".into())
@@ -168,9 +174,9 @@ fn counts(snapshot: &Snapshot) -> String {
     let held = snapshot.lines_held().map(|lines| format!("{lines} lines held, finding their rate"));
     match held {
         // neither a time nor a rate is known yet
-        Some(held) if timing.samples == 0 => format!("{held}, {bad} bad lines"),
+        Some(held) if timing.samples == 0 => format!("{held}, {bad} rejected"),
         held => format!(
-            "{} samples in {:.0} s at {} Hz, {bad} bad lines, {} missing{}",
+            "{} samples in {:.0} s at {} Hz, {bad} rejected, {} missing{}",
             timing.samples,
             timing.duration_s(),
             timing.rate_hz,
@@ -229,8 +235,8 @@ mod tests {
             analysis.absorb(&Batch { counts, layout, arrivals, ..Batch::default() });
             super::counts(&analysis.snapshot())
         };
-        assert_eq!(reported(7), "7 lines held, finding their rate, 0 bad lines");
-        assert_eq!(reported(80), "80 samples in 2 s at 40 Hz, 0 bad lines, 0 missing");
+        assert_eq!(reported(7), "7 lines held, finding their rate, 0 rejected");
+        assert_eq!(reported(80), "80 samples in 2 s at 40 Hz, 0 rejected, 0 missing");
     }
 
     #[test]
@@ -239,14 +245,14 @@ mod tests {
         let resumed = Up { output_resumed: true, ..silent.clone() };
         let (silent_again, resumed) = (LinkState::Silent(resumed.clone()), LinkState::Up(resumed));
         let reported = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
-        assert!(reported.contains("paused again at the end"), "{reported}");
+        assert!(reported.contains("paused again on exit"), "{reported}");
         assert_eq!(event(Some(&silent_again), &resumed).unwrap(), "the sensor sends again");
     }
 
     #[test]
     fn the_latency_hint_is_reported_once() {
         let messages = MessageQueue::default();
-        let mut line = StatusLines::new(Some(messages.clone()), false).line("/dev/imu");
+        let mut line = StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
         let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };

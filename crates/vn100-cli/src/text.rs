@@ -1,9 +1,9 @@
-//! A capture's result as text for people: problems first, then the statistics, then the
-//! deviations.
+//! A result as text for people: a summary, or sections of everything that is known.
 
 mod noise;
 mod pool;
 mod statistics;
+mod summary;
 
 use std::fmt::{self, Write};
 
@@ -18,9 +18,11 @@ use vn100_report::{
     units::channel_values,
 };
 
-use crate::words::remedy_words;
+use crate::{args::Section, words::remedy_words};
 pub(crate) use pool::write_pool;
+pub(crate) use summary::summary;
 
+pub(crate) use noise::parameter_name;
 use noise::{write_filter_models, write_noise, write_verdicts};
 use statistics::{write_detectable, write_deviations, write_distribution, write_parts, write_statistics};
 
@@ -56,34 +58,45 @@ fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> Strin
     writeln!(out, "{}", line.trim_end())
 }
 
-/// The whole result. Ends with a line feed.
-pub(crate) fn result(measured: &Measured) -> String {
-    text(|out| write_result(out, measured))
+/// The source, and these sections. Ends with a line feed.
+pub(crate) fn result(measured: &Measured, sections: &[Section]) -> String {
+    text(|out| write_result(out, measured, sections))
 }
 
-/// The input and its possible problems. Ends with a line feed.
-pub(crate) fn summary(measured: &Measured) -> String {
-    text(|out| write_summary(out, measured))
+/// The source, and its warnings. Ends with a line feed.
+pub(crate) fn head(measured: &Measured) -> String {
+    text(|out| {
+        write_source(out, measured)?;
+        write_warnings(out, measured)
+    })
 }
 
-fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
+fn write_result(out: &mut String, measured: &Measured, sections: &[Section]) -> fmt::Result {
     let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
-    write_summary(out, measured)?;
+    write_source(out, measured)?;
     let channels = channel_values(snapshot, assessment);
-    if !channels.is_empty() {
-        write_statistics(out, snapshot, &channels)?;
-        write_distribution(out, &channels)?;
-        write_parts(out, &channels)?;
-        write_detectable(out, &channels)?;
-        write_deviations(out, snapshot, &channels, assessment.confidence)?;
-        write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
-        write_filter_models(out, &channels, filter_models)?;
-        write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?;
+    for section in sections {
+        match section {
+            Section::Warnings => write_warnings(out, measured)?,
+            _ if channels.is_empty() => {}
+            Section::Statistics => write_statistics(out, snapshot, &channels)?,
+            Section::Distribution => {
+                write_distribution(out, &channels)?;
+                write_parts(out, &channels)?;
+                write_detectable(out, &channels)?;
+            }
+            Section::Deviations => write_deviations(out, snapshot, &channels, assessment.confidence)?,
+            Section::Noise => {
+                write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
+                write_filter_models(out, &channels, filter_models)?;
+            }
+            Section::Verdicts => write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?,
+        }
     }
     writeln!(out)
 }
 
-fn write_summary(out: &mut String, measured: &Measured) -> fmt::Result {
+fn write_source(out: &mut String, measured: &Measured) -> fmt::Result {
     let Measured { facts, snapshot, .. } = measured;
     write_head(out, facts, snapshot)?;
     if let Some(csv) = &facts.csv {
@@ -96,17 +109,26 @@ fn write_summary(out: &mut String, measured: &Measured) -> fmt::Result {
         let text = format!("  recorded   {}", printable(&RecordingDocument::new(recording).text()));
         write_wrapped(out, &text)?;
     }
-    for warning in measured.warnings() {
-        writeln!(out, "{}", fill(&warning.in_words(remedy_words), "! ", "  "))?;
-    }
     Ok(())
+}
+
+fn write_warnings(out: &mut String, measured: &Measured) -> fmt::Result {
+    let warnings = measured.warnings();
+    for warning in &warnings {
+        let text = format!("{} ({}): {}", warning.kind.name(), warning.severity.name(), warning.in_words(remedy_words));
+        writeln!(out, "{}", fill(&text, "! ", "  "))?;
+    }
+    match warnings.first() {
+        Some(first) => writeln!(out, "  (vn100 explain {}: a kind of warning in full)", first.kind.name()),
+        None => Ok(()),
+    }
 }
 
 fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt::Result {
     let timing = &snapshot.timing;
     let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
     let rate_from = code_of_rate(timing.rate_from).word;
-    let judged = code_of_missing(timing.missing_from).word;
+    let evidence = code_of_missing(timing.missing_from).word;
     writeln!(
         out,
         "{}: {} of {message} in {} s at {} Hz ({rate_from})",
@@ -116,17 +138,17 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         short(timing.rate_hz)
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let bad = format!("  bad lines  {}", rejected_lines(tally));
+    let bad = format!("  rejected   {}", rejected_lines(tally));
     write_wrapped(out, &bad)?;
     writeln!(
         out,
-        "  missing    {} in {}, judged by {judged}; {}",
+        "  missing    {} in {}, by {evidence}; {}",
         counted(timing.missing, "sample"),
         counted(timing.gaps, "gap"),
         counted(timing.segments, "segment")
     )?;
     if snapshot.outages.times > 0 {
-        writeln!(out, "  link       {}: what was sent then is not among the missing", snapshot.outages)?;
+        writeln!(out, "  link       {}: samples of that time are not counted as missing", snapshot.outages)?;
     }
     if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. }) = snapshot.arrivals {
         writeln!(out, "  rate       {hz:.4} Hz measured, {} from nominal", ppm(offset_ppm))?;
@@ -136,7 +158,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     }
     writeln!(
         out,
-        "  good lines {} ({} replies, {}{} other messages, {} left out)",
+        "  valid      {} sentences ({} replies, {}{} other messages, {} excluded)",
         tally.valid_sentences(),
         link.answers(),
         echoes(link.echoes),
@@ -168,6 +190,9 @@ fn write_bag(out: &mut String, bag: &BagReport) -> fmt::Result {
         line(out, "", &format!("{count} {what}"))?;
     }
     write_absent(out, &bag.absent, ("messages", "message"))?;
+    for unread in &bag.unread {
+        line(out, "not read", &printable(&unread.to_string()))?;
+    }
     if bag.unpacked_bytes > 0 {
         line(out, "unpacked", &format!("{} bytes, in a temporary file", bag.unpacked_bytes))?;
     }
@@ -178,7 +203,7 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
     for rejected in &csv.rejected {
         let text = format!(
-            "  odd rows   {} ({}), the first is line {}: {}",
+            "  rejected   {} ({}), the first is line {}: {}",
             rejected.count, rejected.reason, rejected.first_line, rejected.first_text
         );
         write_wrapped(out, &text)?;

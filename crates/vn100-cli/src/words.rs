@@ -11,7 +11,7 @@ use vn100_report::numbers::plain::time;
 
 use crate::{exit::about, sensor::describe};
 
-const RESTORED: &str = "put back as it was";
+const RESTORED: &str = "settings restored";
 
 /// An event of the session of that source; `None` where there is nothing to say.
 pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
@@ -21,7 +21,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::SettingsRestored { output_paused: true } => format!("{RESTORED}, with its output paused"),
         // its own text names the settings that remain
         SessionEvent::SettingsNotRestored { error: error @ SetupError::Configure(_), .. } => {
-            format!("could not be put back as it was: {}", chain(&error))
+            format!("settings not restored: {}", chain(&error))
         }
         SessionEvent::SettingsNotRestored { error, changes, output } => {
             let output = output.map(|output| match output {
@@ -30,27 +30,27 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
             });
             let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
             let (changes, error) = (changes.join(", "), chain(&error));
-            format!("could not be put back as it was, and may stay changed: {changes}: {error}")
+            format!("settings not restored, and may stay changed: {changes}: {error}")
         }
-        SessionEvent::OutputPausedAgain => "its output is paused again, as it was found".into(),
+        SessionEvent::OutputPausedAgain => "its output is paused again, as before the measurement".into(),
         SessionEvent::OutputNotPausedAgain => {
-            "its output was found paused, and could not be paused again: $VNASY,0*4F pauses it".into()
+            "its output was paused before, and could not be paused again: $VNASY,0*4F pauses it".into()
         }
         SessionEvent::Rate(RateEvent::Changed(RateChange { from_hz, to_hz, .. })) => {
-            format!("the rate changed from {from_hz} to {to_hz} Hz: what comes so is left out")
+            format!("the rate changed from {from_hz} to {to_hz} Hz: samples at that rate are excluded")
         }
-        SessionEvent::Rate(RateEvent::Restored(hz)) => format!("lines come at {hz} Hz again"),
+        SessionEvent::Rate(RateEvent::Restored(hz)) => format!("the rate is {hz} Hz again"),
         SessionEvent::WarmUpEnded { excluded: Duration::ZERO, .. } => return None,
         SessionEvent::WarmUpEnded { warm_up, excluded } => {
-            format!("the first {} are left out, as by {}", time(warm_up.as_secs_f64()), skip_option(excluded))
+            format!("the first {} are excluded, as by {}", time(warm_up.as_secs_f64()), skip_option(excluded))
         }
         SessionEvent::StartedOver { after } => format!("started over after {}", time(after.as_secs_f64())),
         SessionEvent::StillExcluded { first } => {
-            format!("the first {} are still left out", time(first.as_secs_f64()))
+            format!("the first {} are still excluded", time(first.as_secs_f64()))
         }
         SessionEvent::NoLongerExcluded { until } => {
             let until = time(until.as_secs_f64());
-            format!("nothing is left out by hand any more: the mark was at {until}, behind this place")
+            format!("no time is excluded any more: the mark was at {until}, after this place")
         }
         SessionEvent::Refused(CommandRefusal::NotCounted) => "its samples are still being counted, or cannot be".into(),
         SessionEvent::Refused(CommandRefusal::AtEnd) => "nothing more comes; [ or g goes back, and pauses there".into(),
@@ -156,7 +156,7 @@ fn skip_option(excluded: Duration) -> String {
 
 /// What a recording says of a beginning that was excluded by command: it has all samples.
 pub(crate) fn excluded_note(excluded: Duration) -> String {
-    format!("left out by hand, as by {}", skip_option(excluded))
+    format!("excluded by command, as by {}", skip_option(excluded))
 }
 
 /// The option or the command.
@@ -183,8 +183,8 @@ pub(crate) fn remedy_words(remedy: &Remedy) -> String {
         Remedy::ReadTemperature => "vn100 attach --temperature".into(),
         Remedy::RemoveTemperature => "--detrend temperature".into(),
         Remedy::Record => "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml".into(),
+        Remedy::Plan => "vn100 plan".into(),
         Remedy::ExportKalibr => "--export kalibr".into(),
-        Remedy::FilterModels => "--filter-models".into(),
         Remedy::SayStayedOn => "`vn100 compare --stayed-on`".into(),
         // one that is new there has no option here yet
         other => other.to_string(),
@@ -222,8 +222,8 @@ mod tests {
             ("", Remedy::ReadTemperature, " PORT"),
             ("replay x", Remedy::RemoveTemperature, ""),
             ("", Remedy::Record, ""),
+            ("", Remedy::Plan, ""),
             ("report x -o y", Remedy::ExportKalibr, ""),
-            ("report x -o y", Remedy::FilterModels, ""),
             ("", Remedy::SayStayedOn, " x y"),
         ] {
             let words = remedy_words(&remedy).replace('`', "");

@@ -73,7 +73,7 @@ pub enum ConfigureError {
         got: String,
     },
     /// It was stopped.
-    #[error("interrupted{}", if undone.is_empty() { "" } else { ", and put back as it was" })]
+    #[error("interrupted{}", if undone.is_empty() { "" } else { ", and settings restored" })]
     Interrupted {
         /// What had been written by then, and is restored.
         undone: Vec<Change>,

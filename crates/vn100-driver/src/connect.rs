@@ -223,13 +223,13 @@ fn is_other_side(process: &Path, file: &OsStr, port: &Path) -> bool {
 
 fn candidate_advice(candidates: &[PortEntry]) -> String {
     if candidates.is_empty() {
-        return "this machine has no serial ports now".into();
+        return "no serial port is available".into();
     }
     let names: Vec<_> = candidates
         .iter()
         .map(|port| if port.likely { format!("{} (likely)", port.name) } else { port.name.clone() })
         .collect();
-    format!("there are {}", names.join(", "))
+    format!("available ports: {}", names.join(", "))
 }
 
 #[cfg(test)]
@@ -246,7 +246,7 @@ mod tests {
         let missing = message(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
         assert_eq!(
             missing,
-            "cannot open /dev/ttyUSB9 at 115200 baud: there is no such port; check the cable; this machine has no serial ports now"
+            "cannot open /dev/ttyUSB9 at 115200 baud: there is no such port; check the cable; no serial port is available"
         );
         let denied = message(Io(io::ErrorKind::PermissionDenied), "", "/dev/ttyUSB9");
         assert!(denied.contains("`sudo usermod -aG dialout $USER`, then log in again"), "{denied}");
@@ -268,7 +268,7 @@ mod tests {
     fn candidates_are_listed_with_the_likely_marked() {
         let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
         let ports = [port("/dev/ttyUSB1", true), port("/dev/ttyS0", false)];
-        assert_eq!(candidate_advice(&ports), "there are /dev/ttyUSB1 (likely), /dev/ttyS0");
+        assert_eq!(candidate_advice(&ports), "available ports: /dev/ttyUSB1 (likely), /dev/ttyS0");
     }
 
     #[cfg(unix)]

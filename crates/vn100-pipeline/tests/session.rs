@@ -163,6 +163,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         rejected: vec![rejected],
         other_stream_rows: None,
         times: None,
+        first_stamp_ns: None,
         ignored_columns: vec!["note".into()],
         rounded: vec!["gyro_x".into()],
         absent: Vec::new(),
@@ -242,7 +243,10 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
         .map(ToString::to_string)
         .collect();
     let [fault, refused, full] = &warnings[..] else { panic!("{warnings:?}") };
-    assert!(fault.contains("unasked, 1 time, VNERR 01") && fault.contains("supply voltage"), "{fault}");
+    assert!(
+        fault.contains("unsolicited device error, 1 time: VNERR 01") && fault.contains("supply voltage"),
+        "{fault}"
+    );
     assert!(refused.starts_with("device-errors: ") && refused.contains("another program"), "{refused}");
     assert!(full.starts_with("link-budget: ") && full.contains("2 times") && full.contains("lower the output rate"));
 }

@@ -10,7 +10,7 @@ mod input;
 mod rejected_rows;
 mod sample_reader;
 
-pub use bag_report::{BagReport, FileReport, StampSource};
+pub use bag_report::{BagReport, FileReport, StampSource, UnreadNumbers};
 pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};

@@ -147,7 +147,7 @@ pub fn code_of_grade(grade: Grade) -> Code {
         }
         Grade::Tactical => of("tactical", "B below 1 deg/h and N below 0.05 deg/sqrt(h)"),
         Grade::Industrial => of("industrial", "B below 30 deg/h and N below 0.5 deg/sqrt(h)"),
-        Grade::Consumer => of("consumer", "above"),
+        Grade::Consumer => of("consumer", "B or N above that of industrial"),
     }
 }
 

@@ -25,6 +25,10 @@ use noise::{GradeDocument, NoiseDocument, VerdictDocument};
 use source::SourceDocument;
 use stationarity::StationarityDocument;
 
+/// The JSON Schema (2020-12) of [`Document`], with a description of every field. Written by hand: a
+/// field is added to both.
+pub const ANALYSIS_SCHEMA: &str = include_str!("../schemas/analysis.json");
+
 /// The JSON document of one source.
 #[derive(Debug, Serialize)]
 pub struct Document {
@@ -174,6 +178,7 @@ struct Curve {
 #[derive(Debug, Serialize)]
 struct Warning {
     kind: &'static str,
+    severity: &'static str,
     channels: Vec<String>,
     text: String,
 }
@@ -191,8 +196,13 @@ impl Document {
             link: link(snapshot),
             channels: channels.map(|(place, values)| channel(place, values, measured, ended)).collect(),
             norms: norm_values(snapshot),
-            warnings: (measured.warnings())
-                .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
+            warnings: (measured.warnings().into_iter())
+                .map(|w| Warning {
+                    kind: w.kind.name(),
+                    channels: w.channels.clone(),
+                    severity: w.severity.name(),
+                    text: w.in_words(words),
+                })
                 .collect(),
         }
     }

@@ -22,6 +22,7 @@ pub(crate) use axes::{PlotAxis, Scale, superscript};
 pub(crate) use drawing::Rectangle;
 
 use crate::{measured::Record, names::names_of, units::ChannelValues};
+pub(crate) use allan::id_of;
 use allan::{allan_of_axes, allan_of_axis, allan_of_records};
 use axes::{Place, frame};
 use drawing::{Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Stroke};
@@ -51,7 +52,8 @@ impl Figures {
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
             let axes = record.of(quantity);
-            all.allan_sensors.extend(allan_of_axes(id, name, &axes, deviation));
+            let sheet = axes.first().map_or(&[][..], |channel| record.verdicts(channel));
+            all.allan_sensors.extend(allan_of_axes(id, name, &axes, sheet, deviation));
             for channel in &axes {
                 all.allan_axes.extend(allan_of_axis(channel, deviation));
             }
@@ -131,10 +133,14 @@ pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
     pub id: String,
     pub(crate) title: String,
+    /// What it shows, with the values that stand in its legend.
+    pub(crate) description: String,
     pub(crate) x: PlotAxis,
     pub(crate) y: PlotAxis,
     pub(crate) area: Rectangle,
     pub(crate) series: Vec<PlottedSeries>,
+    /// Units to choose from, each with its value for 1 in that of `y`; empty where there is one.
+    pub(crate) units: Vec<(String, f64)>,
     drawing: Drawing,
 }
 
@@ -162,13 +168,13 @@ pub(crate) struct Value {
 
 impl Figure {
     pub(crate) fn svg_element(&self) -> String {
-        svg::element(&self.drawing, &self.id, &self.title, "")
+        svg::element(&self.drawing, &self.id, [&self.title, &self.description], "")
     }
 
     /// A file of its own.
     #[must_use]
     pub fn svg_file(&self) -> String {
-        svg::file(&self.drawing, &self.id, &self.title)
+        svg::file(&self.drawing, &self.id, [&self.title, &self.description])
     }
 
     /// The same as pixels.
@@ -233,7 +239,12 @@ impl Plot {
             Layer { kind: LayerKind::Legend, marks },
         ];
         let drawing = Drawing { width: WIDTH, height: bottom, layers };
-        Self { figure: Figure { id, title, x, y, area, series: Vec::new(), drawing }, place }
+        let texts: Vec<&str> = legend.iter().map(|(_, text)| text.as_str()).collect();
+        let description = format!("{} over {}: {}", y.label(), x.label(), texts.join("; "));
+        Self {
+            figure: Figure { id, title, description, x, y, area, series: Vec::new(), units: Vec::new(), drawing },
+            place,
+        }
     }
 
     /// Draws in a layer of its own that belongs to `series`.

@@ -94,7 +94,6 @@ impl Largest<'_> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Worst<'a> {
     pub(crate) axis: &'a AxisFindings,
-    pub(crate) parameter: Parameter,
     /// Whether every axis has one.
     is_worst: bool,
 }
@@ -119,10 +118,10 @@ impl SensorFindings {
 
     /// By a parameter; `None` where no axis is known from above.
     pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
-        let bounded = |axis| of(axis).and_then(|found| Some((axis, found, found.upper?)));
+        let bounded = |axis| of(axis).and_then(|found| Some((axis, found.upper?)));
         let known = self.axes.iter().filter_map(bounded);
-        let (axis, parameter, _) = known.max_by(|a, b| a.2.total_cmp(&b.2))?;
-        Some(Worst { axis, parameter, is_worst: self.axes.iter().all(|axis| bounded(axis).is_some()) })
+        let (axis, _) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Worst { axis, is_worst: self.axes.iter().all(|axis| bounded(axis).is_some()) })
     }
 }
 
@@ -142,7 +141,7 @@ impl Findings {
             has_conditions: record.measured.facts.meta.is_some(),
             sensors: sensors(record),
             motion: record.measured.assessment.motion.clone(),
-            warnings: record.measured.warnings().map(|warning| warning.kind).collect(),
+            warnings: record.measured.warnings().into_iter().map(|warning| warning.kind).collect(),
         }
     }
 

@@ -14,11 +14,13 @@ mod document;
 mod export;
 mod figure;
 mod findings;
+pub mod glossary;
 mod measured;
 pub mod names;
 pub mod numbers;
 mod page;
 mod printable;
+pub mod summary;
 pub mod temperature;
 mod toml_text;
 pub mod units;
@@ -30,19 +32,20 @@ pub use codes::{
 };
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
-    Document,
+    ANALYSIS_SCHEMA, Document,
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
     pool::PoolDocument,
     source::RecordingDocument,
 };
 pub use export::{
-    kalibr::{KalibrError, KalibrYaml},
-    ros2::{Ros2Error, Ros2Messages},
+    kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
+    lot::lot_table,
+    ros2::{Ros2Error, Ros2Messages, RosFrame, Stamps},
     tables::CsvTable,
 };
 pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
-pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, record_letter};
+pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, run_name, run_prefix};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable};
 pub use toml_text::{TomlError, parse_toml};

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use vn100_analysis::noise::{Claim, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Snapshot,
-    SourceFacts, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
+    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Snapshot,
+    SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
@@ -58,7 +58,25 @@ impl Measured {
     pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Assessment) -> Self {
         let (filter_models, unmet) = (Vec::new(), Vec::new());
         let completion = Completion::Complete;
-        Self { facts, snapshot, assessment, filter_models, verdicts: None, unmet, completion }
+        let mut measured = Self { facts, snapshot, assessment, filter_models, verdicts: None, unmet, completion };
+        measured.warn_of_unread();
+        measured
+    }
+
+    /// What was taken for absent by the first messages of a bag, and is not.
+    fn warn_of_unread(&mut self) {
+        let unread = self.facts.bag.iter().flat_map(|bag| &bag.unread);
+        let warnings: Vec<Warning> = unread
+            .filter(|unread| unread.nonzero_messages > 0)
+            .map(|unread| {
+                let details = Text::from("Exclude the messages before, or name all numbers with ");
+                let details = details.remedy(Remedy::MapColumns).then(".");
+                Warning::new(WarningKind::UnreadValues, Vec::new(), unread.to_string(), details)
+            })
+            .collect();
+        if !warnings.is_empty() {
+            Arc::make_mut(&mut self.snapshot).warnings.extend(warnings);
+        }
     }
 
     /// The result of a source that ended without meeting these goals; where it could not be opened,
@@ -91,7 +109,7 @@ impl Measured {
     /// The recording is incomplete for the reason `text`: a warning, and the measurement has
     /// failed.
     pub fn note_failed_recording(&mut self, text: String) {
-        let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text: text.into() };
+        let warning = Warning::new(WarningKind::RecordingFailed, Vec::new(), text, "");
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
     }
@@ -102,9 +120,12 @@ impl Measured {
         self.completion = self.completion.max(Completion::Failed);
     }
 
-    /// All of them: of the samples, then of what they say.
-    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
-        self.snapshot.warnings.iter().chain(&self.assessment.warnings)
+    /// All of them, the gravest first.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<&Warning> {
+        let mut all: Vec<&Warning> = self.snapshot.warnings.iter().chain(&self.assessment.warnings).collect();
+        all.sort_by_key(|warning| warning.severity);
+        all
     }
 
     /// What is compared with other records.
@@ -273,19 +294,22 @@ impl<'a> Record<'a> {
     }
 }
 
-/// The letter by which a report names its record of that number, from 0: A, B, ..., Z, AA, ...
+/// The name of the record of that number, from 0, where several are compared: `run 1`.
 #[must_use]
-pub fn record_letter(number: usize) -> String {
-    let last = char::from(b'A' + (number % 26) as u8);
-    match number / 26 {
-        0 => last.to_string(),
-        more => format!("{}{last}", record_letter(more - 1)),
-    }
+pub fn run_name(number: usize) -> String {
+    format!("run {}", number + 1)
+}
+
+/// What the names of its figures begin with: `run1-`.
+#[must_use]
+pub fn run_prefix(number: usize) -> String {
+    format!("run{}-", number + 1)
 }
 
 #[cfg(test)]
 mod tests {
     use vn100_analysis::protocol::VNIMU;
+    use vn100_analysis::protocol::stream::{BagReport, StampSource, UnreadNumbers};
     use vn100_analysis::{Analysis, Settings};
 
     use super::*;
@@ -313,6 +337,33 @@ mod tests {
             Arc::make_mut(&mut snapshot).timing.excluded = excluded;
             let error = ended(facts(None), snapshot).facts.error.unwrap();
             assert!(error.contains(text), "{error}");
+        }
+    }
+
+    #[test]
+    fn numbers_taken_for_absent_that_are_not_are_warned_of() {
+        for (nonzero_messages, warnings) in [(0, 0), (50, 1)] {
+            let unread =
+                vec![UnreadNumbers { path: "linear_acceleration".into(), zero_messages: 100, nonzero_messages }];
+            let bag = BagReport {
+                topic: "/imu".into(),
+                type_name: "sensor_msgs/Imu".into(),
+                messages: 200,
+                used: 200,
+                without_sample: 0,
+                unreadable: 0,
+                absent: Vec::new(),
+                unread,
+                reordered: 0,
+                late: 0,
+                other_messages: 0,
+                unpacked_bytes: 0,
+                recorded_ns: None,
+                stamps: StampSource::Recorded,
+            };
+            let measured = ended(SourceFacts { bag: Some(bag), ..facts(None) }, nothing());
+            let warned = measured.warnings().into_iter().filter(|warning| warning.kind == WarningKind::UnreadValues);
+            assert_eq!(warned.count(), warnings);
         }
     }
 
@@ -359,10 +410,5 @@ mod tests {
         assert_eq!(whole.facts.error.as_deref(), Some("a.csv: interrupted, the result holds what came before"));
         whole.note_failed_recording("x".into());
         assert_eq!(whole.completion, Completion::Failed);
-    }
-
-    #[test]
-    fn letters_continue_after_the_alphabet() {
-        assert_eq!([0, 1, 25, 26, 27, 701, 702].map(record_letter), ["A", "B", "Z", "AA", "AB", "ZZ", "AAA"]);
     }
 }

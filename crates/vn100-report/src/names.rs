@@ -9,7 +9,6 @@ use vn100_analysis::{
 
 use crate::{
     codes::{code_of_grade, code_of_status, code_of_verdict},
-    measured::record_letter,
     numbers::plain::{digits, four_digits},
 };
 
@@ -62,6 +61,37 @@ pub fn deviation_name(deviation: Deviation) -> &'static str {
     match deviation {
         Deviation::Allan => "Allan deviation",
         Deviation::Hadamard => "Hadamard deviation",
+    }
+}
+
+/// The names of a noise parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ParameterNames {
+    /// As in IEEE Std 952, capitalised.
+    pub name: &'static str,
+    /// The letters people use; empty where there are none.
+    pub short: &'static str,
+    /// The coefficient.
+    pub symbol: &'static str,
+    /// Of its line in the log-log plot of the deviation.
+    pub slope: &'static str,
+}
+
+/// The names of that parameter.
+#[must_use]
+pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
+    let of = |name, short, symbol, slope| ParameterNames { name, short, symbol, slope };
+    match (term, sensor) {
+        (Term::White, Sensor::Gyroscope) => of("Angle Random Walk", "ARW", "N", "-1/2"),
+        (Term::White, Sensor::Accelerometer) => of("Velocity Random Walk", "VRW", "N", "-1/2"),
+        (Term::White, Sensor::Magnetometer) => of("Noise Density", "", "N", "-1/2"),
+        (Term::BiasInstability, _) => of("Bias Instability", "BI", "B", "0"),
+        (Term::RateRandomWalk, Sensor::Gyroscope) => of("Rate Random Walk", "RRW", "K", "+1/2"),
+        (Term::RateRandomWalk, Sensor::Accelerometer) => of("Accel. Random Walk", "", "K", "+1/2"),
+        (Term::RateRandomWalk, Sensor::Magnetometer) => of("Random Walk", "", "K", "+1/2"),
+        (Term::RateRamp, Sensor::Gyroscope) => of("Rate Ramp", "RR", "R", "+1"),
+        (Term::RateRamp, _) => of("Ramp", "", "R", "+1"),
+        (Term::Quantization, _) => of("Quantization Noise", "QN", "Q", "-1"),
     }
 }
 
@@ -266,28 +296,29 @@ pub(crate) fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, 
     convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
 }
 
-/// Which record is the one to use, and why, in a sentence without its end.
+/// Which record to use, by the names that `name` gives to numbers from 0, and why; without a full
+/// stop.
 #[must_use]
-pub fn recommendation(recommended: Result<Recommendation, WhyNone>) -> String {
+pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usize) -> String) -> String {
     match recommended {
         Ok(Recommendation { record, why }) => {
             let why = match why {
-                WhyUse::OnlyUndisturbed => "the only undisturbed one",
-                WhyUse::Quietest => "undisturbed, and quieter than every other such one beyond chance",
-                WhyUse::LongestOfQuiet => "undisturbed, the longest, and no other such one is quieter beyond chance",
+                WhyUse::OnlyUndisturbed => "only undisturbed one",
+                WhyUse::Quietest => "undisturbed, and significantly quieter than every other undisturbed one",
+                WhyUse::LongestOfQuiet => "longest undisturbed, and no other undisturbed one is significantly quieter",
                 WhyUse::SmallestOfQuiet => {
-                    "undisturbed; no other such one is longer, or quieter beyond chance, and its N is the smallest"
+                    "undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
                 }
             };
-            format!("use {}: {why}", record_letter(record))
+            format!("use {}: {why}", name(record))
         }
         Err(why) => {
             let why = match why {
                 WhyNone::SeveralSensors => "they are of several sensors",
-                WhyNone::AllDisturbed => "each is disturbed, or holds nothing",
-                WhyNone::NotRanked => "no undisturbed one has an N on every axis",
+                WhyNone::AllDisturbed => "each is disturbed or empty",
+                WhyNone::NotRanked => "no undisturbed one has N on every axis",
             };
-            format!("none is named the one to use: {why}")
+            format!("no run is recommended: {why}")
         }
     }
 }
@@ -305,18 +336,18 @@ pub fn untested(why: Untested) -> &'static str {
     }
 }
 
-/// Why none is the quietest where white noise does not fold alike.
+/// Why N is not compared where white noise aliases differently, by the names that `name` gives.
 #[must_use]
-pub fn folding(ranking: &Ranking) -> String {
+pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {
-            Some(factor) => format!("{} {factor:.2}, {}", record_letter(ranked.record), four_digits(ranked.own())),
-            None => format!("{} not known", record_letter(ranked.record)),
+            Some(factor) => format!("{} {factor:.2}, {}", name(ranked.record), four_digits(ranked.own())),
+            None => format!("{} not known", name(ranked.record)),
         })
         .collect();
     format!(
-        "none is named the quietest: white noise folds differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by which \
-         they are ordered: {}. Compare records of one rate and averaging window",
+        "N is not compared: aliasing raises it differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by which they \
+         are ordered: {}. Compare records of one rate and averaging window",
         100.0 * Onboard::UNCERTAINTY,
         own.join("; ")
     )

@@ -1,26 +1,30 @@
 //! The page: one HTML file that needs nothing else.
 
+mod caption;
 mod facts;
 mod figures;
+mod glance;
 mod parameters;
 mod several;
 mod statistics;
-mod summary;
 
 use std::io::{self, Write};
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use vn100_analysis::RemedyWords;
+use vn100_analysis::protocol::Register;
 
 use crate::{
     export::kalibr::KalibrYaml,
     figure::Figures,
     findings::Findings,
-    measured::{Record, record_letter},
+    measured::{Record, run_name, run_prefix},
     numbers::{duration, grouped, trimmed},
     printable::steers_terminal,
+    summary::Summary,
     words::conclusions,
 };
+use caption::Captions;
 
 /// The Earth's turning, in rad/s (IERS Conventions, 2010).
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
@@ -39,6 +43,8 @@ pub struct PageOptions<'a> {
     pub words: RemedyWords,
     /// What makes the page.
     pub program: Program<'a>,
+    /// How long Kalibr integrates, in seconds.
+    pub kalibr_span_s: f64,
 }
 
 /// A program by its name.
@@ -68,6 +74,7 @@ pub fn write_page(
     };
     let is_empty = |record: &Record<'_>| record.measured.snapshot.timing.samples == 0;
     let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
+    let captions = Captions::default();
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -80,15 +87,16 @@ pub fn write_page(
             }
             body {
                 header { h1 { (title) } }
+                p.running aria-hidden="true" { (running(records)) }
                 main {
                     @if let [record] = records {
-                        @if let Some(figures) = figures.first() { (one(record, figures, options, "")) }
+                        @if let Some(figures) = figures.first() { (one(record, figures, options, "", &captions)) }
                     } @else {
-                        (several::several(records, together, options))
+                        (several::several(records, together, options, &captions))
                         @for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                             article {
-                                h2.record { (record_letter(index)) ": " (record.measured.facts.name) }
-                                (one(record, figures, options, &format!("{}-", record_letter(index))))
+                                h2.record { (run_name(index)) ": " (record.measured.facts.name) }
+                                (one(record, figures, options, &run_prefix(index), &captions))
                             }
                         }
                     }
@@ -105,47 +113,57 @@ pub fn write_page(
     out.write_all(page.as_bytes())
 }
 
+/// What each sheet of paper names: captures and serial numbers.
+fn running(records: &[Record<'_>]) -> String {
+    let of = |record: &Record<'_>| {
+        let serial = record.measured.snapshot.registers.get(&Register::SERIAL_NUMBER.0);
+        let serial = serial.map_or(String::new(), |serial| format!(" (s/n {})", serial.trim()));
+        format!("{}{serial}", record.measured.facts.name)
+    };
+    records.iter().map(of).collect::<Vec<_>>().join(", ")
+}
+
 /// Everything of one record. `prefix` makes its anchors unique.
-fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix: &str) -> Markup {
+fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix: &str, captions: &Captions) -> Markup {
     let findings = Findings::of(record);
-    let sections = [
-        ("conclusions", "Conclusions"),
-        ("warnings", "Warnings"),
-        ("parameters", "Noise parameters"),
-        ("allan", "Allan deviation"),
-        ("statistics", "Means and deviations"),
-        ("time", "Time plots"),
-        ("histograms", "Histograms"),
-        ("spectrum", "Spectrum and deviation per segment"),
-        ("filters", "For filters and Kalibr"),
-        ("record", "The record"),
-    ];
-    let section = |index: usize, content: Markup| {
-        let (anchor, name) = sections[index];
+    let section = |anchor: &str, name: &str, content: Markup| {
         html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
     };
     if record.measured.snapshot.timing.samples == 0 {
         return html! {
-            p.warning { (lead(record)) }
+            p.warning.problem { (lead(record)) }
             p { "There is nothing to conclude from. What is known of the capture follows." }
-            @if !record.measured.snapshot.warnings.is_empty() { (section(1, warnings(record, options.words))) }
-            (section(9, facts::facts(record, options)))
+            @if !record.measured.snapshot.warnings.is_empty() { (section("cautions", "Cautions", warnings(record, options.words))) }
+            (section("record", "Record and method", facts::facts(record, options, captions)))
         };
     }
+    let summary = Summary::new(record, options.words);
+    let sections: [(&str, &str, Markup); 10] = [
+        ("allan", "Allan deviation", figures::together(record, figures, captions)),
+        ("cautions", "Cautions", warnings(record, options.words)),
+        (
+            "parameters",
+            "Noise parameters",
+            html! {
+                (glance::parameters(&summary, captions))
+                details { summary { "All units, fit quality and graphical readings" } (parameters::parameters(record, captions)) }
+            },
+        ),
+        ("datasheet", "Comparison with the data sheet", parameters::verdicts(record, options.words, captions)),
+        ("axes", "Allan deviation of each axis", figures::axes(record, figures, captions)),
+        ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
+        ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
+        ("answers", "Questions and answers", answers(&findings, options.words)),
+        ("filters", "Values for Kalman filters and Kalibr", filters(record, options.kalibr_span_s)),
+        ("record", "Record and method", facts::facts(record, options, captions)),
+    ];
     html! {
-        p.lead { (lead(record)) }
-        nav { @for (anchor, name) in sections { a href={ "#" (prefix) (anchor) } { (name) } " " } }
-        (summary::summary(record, &findings))
-        (section(0, answers(&findings, options.words)))
-        (section(1, warnings(record, options.words)))
-        (section(2, html! { (parameters::parameters(record)) (parameters::verdicts(record, options.words)) }))
-        (section(3, figures::allan(record, figures)))
-        (section(4, statistics::statistics(record, options.words)))
-        (section(5, figures::time(figures)))
-        (section(6, figures::histograms(figures)))
-        (section(7, figures::spectrum(figures)))
-        (section(8, filters(record)))
-        (section(9, facts::facts(record, options)))
+        (glance::identity(record))
+        (glance::verdicts(&summary))
+        nav aria-label={ "Sections" @if !prefix.is_empty() { " of " (prefix.trim_end_matches('-')) } } {
+            @for (anchor, name, _) in &sections { a href={ "#" (prefix) (anchor) } { (name) } " " }
+        }
+        @for (anchor, name, content) in sections { (section(anchor, name, content)) }
     }
 }
 
@@ -167,12 +185,10 @@ fn lead(record: &Record<'_>) -> String {
 
 fn answers(findings: &Findings, words: RemedyWords) -> Markup {
     html! {
-        div.answers {
-            @for (question, sentences) in conclusions(findings, words).iter().filter(|(_, sentences)| !sentences.is_empty()) {
-                div.answer {
-                    h3 { (question) }
-                    ul { @for sentence in sentences { li { (sentence) } } }
-                }
+        @for (question, sentences) in conclusions(findings, words).iter().filter(|(_, sentences)| !sentences.is_empty()) {
+            details.answer {
+                summary { (question) }
+                ul { @for sentence in sentences { li { (glance::with_code(sentence)) } } }
             }
         }
     }
@@ -180,27 +196,32 @@ fn answers(findings: &Findings, words: RemedyWords) -> Markup {
 
 fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
     html! {
-        @if record.measured.warnings().next().is_none() { p { "None." } }
+        @if record.measured.warnings().is_empty() { p { "None." } }
         @for warning in record.measured.warnings() {
-            p.warning { b { (warning.kind.name()) } ": " (warning.text.in_words(words).trim_end_matches('.')) "." }
+            @let class = glance::severity_class(Some(warning.severity));
+            details class={ "warning " (class) } {
+                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (warning.headline) " " code { (warning.kind.name()) } }
+                p { (glance::with_code(&warning.details.in_words(words))) }
+            }
         }
     }
 }
 
-fn filters(record: &Record<'_>) -> Markup {
+fn filters(record: &Record<'_>, kalibr_span_s: f64) -> Markup {
     html! {
         p {
-            "A filter that uses this stream needs the densities of this stream, at this rate, as measured: dividing out what the sensor's averaging and decimation did to them would make the filter trust \
-             the stream too much. Kalibr takes N and K in continuous time, in SI units [8]; it knows no bias instability."
+            "Use N as measured in the stream that the filter consumes; dividing out the aliasing would make the filter trust the stream too much. Kalibr takes N and K in continuous time and SI units [8]; \
+             it has no bias-instability parameter."
         }
-        pre { (KalibrYaml::of(record, true).text()) }
+        pre { (KalibrYaml::of(record, kalibr_span_s).text()) }
     }
 }
 
-pub(super) fn table(class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
+pub(super) fn table(caption: &Markup, class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
     html! {
         div.scroll {
             table class=[class] {
+                (caption)
                 thead { tr { @for name in columns { th scope="col" { (name) } } } }
                 tbody { (rows) }
             }

@@ -16,10 +16,10 @@ pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> [(&'static
     [
         ("How noisy is the sensor?", noise::noise(findings)),
         ("Can these numbers be trusted?", trust::trust(findings)),
-        ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings, words)),
+        ("Does it meet the data sheet?", limits::against_data_sheet(findings, words)),
         ("What limits this record?", limits::limits(findings)),
-        ("What would make a better one?", limits::advice(findings, words)),
-        ("What do I give a filter, or Kalibr?", noise::filters(findings, words)),
+        ("How to improve the measurement", limits::advice(findings, words)),
+        ("Which values for Kalman filters and Kalibr?", noise::filters(findings, words)),
         ("What was not tested?", limits::not_tested(findings)),
     ]
 }

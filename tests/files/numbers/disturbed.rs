@@ -64,7 +64,7 @@ fn what_disturbs_a_record_is_named_with_its_place() {
     let sine = |row: usize| 4.3e-4 * (std::f64::consts::TAU * 7.3 * row as f64 / 40.0).sin();
     let shaken = disturbed(&mut |row, axis, rate| rate + if axis == 1 { sine(row) } else { 0.0 });
     let vibration = text(&shaken, "vibration-line");
-    assert!(vibration.contains("7.30 Hz on gyro_y"), "{vibration}");
+    assert!(vibration.contains("gyro_y 7.30 Hz"), "{vibration}");
     let line = &channel(&shaken, "gyro_y")["spectrum"]["lines"][0];
     assert!((line["amplitude"].as_f64().unwrap() - 4.3e-4).abs() < 4e-5, "{line}");
     assert!((line["frequency_hz"].as_f64().unwrap() - 7.3).abs() < 0.01, "{line}");

@@ -104,6 +104,8 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
     seeds.push(gzip.finish().unwrap());
     seeds.push(zstd::encode_all(&clean()[..], 1).unwrap());
     seeds.push(recording[..recording.len() / 2].to_vec());
+    seeds.push(in_chunk(&recording, "", |records| records.to_vec()));
+    seeds.push(in_chunk(&recording, "zstd", |records| zstd::encode_all(records, 1).unwrap()));
     seeds.push(recording);
     (0..).zip(seeds).map(|(index, seed)| [&[index, 200], &seed[..]].concat()).collect()
 }
@@ -141,6 +143,21 @@ fn recording() -> Vec<u8> {
     writer.write(&link(2_000_000_001, up())).unwrap();
     writer.write(&link(2_000_000_002, LinkEventKind::Overrun { bytes: 3 })).unwrap();
     writer.finish(Some("the end")).unwrap()
+}
+
+/// The first records of a recording inside one chunk, without a checksum, so that damage gets past
+/// it.
+fn in_chunk(recording: &[u8], compression: &str, pack: fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let length = |bytes: &[u8]| (bytes.len() as u64).to_le_bytes();
+    let (magic, records) = recording.split_at(8);
+    let mut end = 0;
+    while end < 1500 {
+        end += 9 + u64::from_le_bytes(records[end + 1..end + 9].try_into().unwrap()) as usize;
+    }
+    let (records, packed) = (&records[..end], pack(&records[..end]));
+    let name = [&(compression.len() as u32).to_le_bytes()[..], compression.as_bytes()].concat();
+    let chunk = [&[0; 16][..], &length(records), &[0; 4], &name, &length(&packed), &packed].concat();
+    [magic, &[6], &length(&chunk), &chunk, &[15], &length(&[0; 4]), &[0; 4]].concat()
 }
 
 pub(super) fn sidecars() -> Vec<Vec<u8>> {

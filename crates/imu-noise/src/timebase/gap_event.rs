@@ -88,20 +88,18 @@ pub enum Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Backwards { times, samples } => write!(
-                f,
-                "stamps are no time base: in {samples} lines they go back {times} times; stamp with a clock that is not set, and keep the lines in order"
-            ),
+            Self::Backwards { times, samples } => {
+                write!(f, "time stamps not used: they step backwards {times} times in {samples} lines")
+            }
             Self::TooFast { measured_hz, fastest_hz } => write!(
                 f,
-                "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz"
+                "time stamps not used: lines arrive at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz"
             ),
-            Self::OtherRate { known_hz, measured_hz } => write!(
-                f,
-                "lines come at {measured_hz:.4} Hz by their stamps, not at the {known_hz} Hz known beforehand: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen"
-            ),
+            Self::OtherRate { known_hz, measured_hz } => {
+                write!(f, "time stamps not used: they give {measured_hz:.4} Hz, the known rate is {known_hz} Hz")
+            }
             Self::NoTimePasses { samples } => {
-                write!(f, "stamps are no time base: all {samples} lines have the same")
+                write!(f, "time stamps not used: all {samples} lines have the same")
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The first samples, held until their rate is known.
 
+use super::base_step::rate_by_base_step;
 use super::gap_event::{NominalRate, Refusal};
 use super::rate_estimates::{
     COARSE_TOLERANCE, LISTED_TOLERANCE, RUN, RateStretch, StretchCutter, TOO_FAST, fastest, is_whole_periods,
@@ -169,7 +170,9 @@ impl RateSearch {
         if listed_hz.is_some() || !must_decide {
             return listed_hz.map(TrackedRate::Listed);
         }
-        let hz = if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) };
+        // a list of rates says more than a step
+        let by_step_hz = if self.listed_hz.is_empty() { rate_by_base_step(&self.held_s) } else { None };
+        let hz = by_step_hz.or(if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) });
         hz.map(|hz| TrackedRate::Measured(rounded(hz)))
     }
 

@@ -1,6 +1,7 @@
 //! Rate, change of the rate and refusal: what is reported, and where.
 
 mod known;
+mod unlisted;
 
 use std::time::Duration;
 

@@ -108,7 +108,7 @@ mod tests {
         assert_eq!(whole.shared_with(&of(0..100_000)), Some(SharedRows { of_first: 1.0, of_second: 1.0 }));
         assert_eq!(whole.shared_with(&of(100_000..200_000)), None);
         assert_eq!(whole.shared_with(&of(0..0)), None);
-        assert_eq!(of(0..7).shared_with(&of(0..7)), None, "too few to tell");
+        assert_eq!(of(0..7).shared_with(&of(0..7)), None, "too few to compare");
         assert!(of(0..9).shared_with(&of(0..9)).is_some());
     }
 

@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(
             (gaps.from, gaps.detector_decides),
             (MissingFrom::Arrival, false),
-            "what is left out is no evidence"
+            "what is excluded is no evidence"
         );
         gaps.refuse_arrivals(false);
         assert_eq!(gaps.from, MissingFrom::RejectedRows);

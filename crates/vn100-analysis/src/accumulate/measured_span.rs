@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(counts(&span), (5, 12, 1));
         let mut all = MeasuredSpan::new(Duration::ZERO, None);
         assert_eq!(all.push(7, 10.0, false), Some((0..7, 0)));
-        assert_eq!(all.push(2, 10.0, true), None, "left out");
+        assert_eq!(all.push(2, 10.0, true), None, "excluded");
         assert_eq!(all.push(1, 10.0, false), Some((0..1, 9)));
         assert_eq!(counts(&all), (8, 2, 1));
     }
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!(span.gap(4, 10.0, false), 0, "before the first that counts");
         assert_eq!(span.push(1, 10.0, false), Some((0..1, 6)));
         assert_eq!(span.gap(0, 10.0, false), 0);
-        assert_eq!(span.gap(1, 10.0, true), 0, "left out");
+        assert_eq!(span.gap(1, 10.0, true), 0, "excluded");
         assert_eq!(span.gap(1, 10.0, false), 1);
         assert_eq!(counts(&span), (1, 2, 1));
         assert_eq!(span.push(9, 10.0, false), Some((0..1, 9)), "those behind are behind the end");

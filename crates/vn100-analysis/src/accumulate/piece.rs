@@ -54,7 +54,7 @@ pub enum NotAppended {
     #[error(transparent)]
     OtherCounter(#[from] imu_noise::OtherCounter),
     /// Only the rows of one have counters, so that it is not known what is missing in the other.
-    #[error("the rows of one piece have counters, those of the other have none: append pieces of one stream")]
+    #[error("one of the pieces has counters, the other has none: append pieces of one stream")]
     CounterInOne,
     /// The temperature was asked for between the rows: its sums begin with the first answer.
     #[error("a piece relates its axes to a temperature that was asked for from time to time: analyse it whole")]

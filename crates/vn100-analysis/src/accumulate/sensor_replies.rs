@@ -92,18 +92,12 @@ impl SensorReplies {
     /// `change` is the one after which samples are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
-        let text = if change.is_some_and(|change| change.after_samples == *samples) {
-            format!(
-                "the sensor with the serial number {before} answered at first and {then} behind it, whose samples are left out: the result \
-                 is that of the first"
-            )
-        } else {
-            format!(
-                "the sensor with the serial number {before} answered at first and {then} behind it: the result mixes two sensors. Measure \
-                 each of them alone"
-            )
+        let headline = format!("serial number changed from {before} to {then}");
+        let details = match change.is_some_and(|change| change.after_samples == *samples) {
+            true => "The samples of the second sensor are excluded: the result is that of the first.",
+            false => "The result mixes two sensors. Measure each of them alone.",
         };
-        Some(Warning::new(WarningKind::AnotherSensor, Vec::new(), text))
+        Some(Warning::new(WarningKind::AnotherSensor, Vec::new(), headline, details))
     }
 
     /// The channels of register 54; none before its first reply.
@@ -192,7 +186,7 @@ mod tests {
         assert_eq!(replies.two_sensors(None), None);
         push(&mut replies, 3, "0100012345", 9, true);
         push(&mut replies, 3, "0100054321", 12, true);
-        let text = |change| replies.two_sensors(change).map_or(String::new(), |warning| warning.text.to_string());
+        let text = |change| replies.two_sensors(change).map_or(String::new(), |warning| warning.to_string());
         assert!(text(None).contains("0100099887") && text(None).contains("0100012345"), "{}", text(None));
         assert!(text(None).contains("mixes two sensors") && text(change(8)).contains("mixes two sensors"));
         assert!(text(change(9)).contains("that of the first"));

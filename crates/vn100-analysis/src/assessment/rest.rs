@@ -11,7 +11,7 @@ use crate::{
     remedy::{Remedy, Text},
     sensor::sensor_of,
     snapshot::{ChannelSnapshot, Snapshot},
-    warning::{Warning, WarningKind},
+    warning::{Severity, Warning, WarningKind},
 };
 
 /// Standard deviations that no sensor at rest reaches.
@@ -55,23 +55,20 @@ impl Motion {
     }
 
     pub(super) fn warning(&self) -> Warning {
-        let text = Text::from(format!(
-            "{self}. All figures describe the motion, none of them the noise: nothing is compared with a data sheet, and neither vibration \
-             lines nor disturbances, warm-up, gravity, magnetic field or heading are judged. Let the sensor lie still and record that, or \
-             cut the record to where it does ("
-        ));
-        let text = text.remedy(Remedy::Skip(None)).then(", ").remedy(Remedy::EndEarlier).then(")");
-        Warning::new(WarningKind::NotStationary, self.axes.clone(), text)
+        let details = Text::from(
+            "All figures describe the motion, not the noise: nothing is compared with a data sheet, and vibration, disturbances, warm-up, \
+             gravity, magnetic field and heading are not assessed. Record the sensor at rest, or cut the record to where it is (",
+        );
+        let details = details.remedy(Remedy::Skip(None)).then(", ").remedy(Remedy::EndEarlier).then(").");
+        let warning = Warning::new(WarningKind::NotStationary, self.axes.clone(), self.to_string(), details);
+        Warning { severity: Severity::Problem, ..warning }
     }
 }
 
 impl fmt::Display for Motion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { channel, std, limit, unit, .. } = self;
-        write!(
-            f,
-            "the sensor was moved: {channel} has a standard deviation of {std:.3} {unit}, at rest less than {limit}"
-        )
+        write!(f, "sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
     }
 }
 
@@ -130,32 +127,26 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     if let Some(gravity) = length(Quantity::Acceleration) {
         let off = gravity - STANDARD_GRAVITY_M_S2;
         if off.abs() > GRAVITY_TOLERANCE_M_S2 {
-            let text = format!(
-                "the mean acceleration is {gravity:.3} m/s^2 long, {off:+.3} from standard gravity: the sensor moved, or its bias or scale is \
-                 off, or the columns hold another unit"
-            );
-            warnings.push(Warning::new(WarningKind::GravityMagnitude, names(&accel), text));
+            let headline = format!("mean acceleration {gravity:.3} m/s^2, {off:+.3} from standard gravity");
+            let details =
+                "The sensor moved, its bias or scale factor is off, or the columns of the file are in another unit.";
+            warnings.push(Warning::new(WarningKind::GravityMagnitude, names(&accel), headline, details));
         }
     }
     let mag = of(Quantity::MagneticField);
     if let Some(field) = length(Quantity::MagneticField).filter(|field| !FIELD_GAUSS.contains(field)) {
-        let text = format!(
-            "the mean magnetic field is {field:.4} gauss long; the Earth's is {} to {}: iron or a current is near, or the sensor is not \
-             calibrated for what it is mounted on",
-            FIELD_GAUSS.start(),
-            FIELD_GAUSS.end()
-        );
-        warnings.push(Warning::new(WarningKind::FieldMagnitude, names(&mag), text));
+        let (least, most) = (FIELD_GAUSS.start(), FIELD_GAUSS.end());
+        let headline = format!("mean magnetic field {field:.4} gauss; the Earth's is {least} to {most}");
+        let details = "Iron or a current is near, or the sensor is not calibrated for its mounting.";
+        warnings.push(Warning::new(WarningKind::FieldMagnitude, names(&mag), headline, details));
     }
     if let [yaw, pitch, roll] = of(Quantity::Angle)[..]
         && !mag.is_empty()
         && heading_is_worse(yaw, [pitch, roll])
     {
-        let text = format!(
-            "yaw deviates more than {YAW_FACTOR} times as much as pitch and roll: gravity holds those two, heading rests on the \
-             magnetometer, whose noise and surroundings it shows"
-        );
-        warnings.push(Warning::new(WarningKind::YawFromMagnetometer, names(&[yaw]), text));
+        let headline = format!("yaw deviates more than {YAW_FACTOR} times as much as pitch and roll");
+        let details = "Gravity stabilises pitch and roll; heading rests on the magnetometer and shows its noise and the ambient field.";
+        warnings.push(Warning::new(WarningKind::YawFromMagnetometer, names(&[yaw]), headline, details));
     }
     warnings
 }
@@ -226,7 +217,7 @@ mod tests {
         let pushed = moved([400, 1000, 600, 60_000]).unwrap();
         assert_eq!((&*pushed.channel, &*pushed.unit, pushed.limit), ("accel_y", "m/s^2", 0.5));
         assert_eq!(pushed.axes, ["accel_y", "accel_z", "gyro_x"]);
-        let text = "the sensor was moved: accel_y has a standard deviation of 1.001 m/s^2, at rest less than 0.5";
+        let text = "sensor moved: standard deviation of accel_y 1.001 m/s^2, at rest below 0.5";
         assert_eq!(pushed.to_string(), text);
         // 0.2 rad/s is four times its limit, 1 m/s² twice
         assert_eq!(moved([0, 1000, 0, 200_000]).unwrap().channel, "gyro_x");

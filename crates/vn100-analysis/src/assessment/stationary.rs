@@ -13,6 +13,9 @@ use crate::{
 /// Places named in one warning; the result has them all.
 const MOST_NAMED: usize = 4;
 
+/// Places named in its headline.
+const HEADLINED: usize = 1;
+
 /// The highest frequency that a peak of the stream may really have: half the sensor's own rate.
 const HIGHEST_HZ: f64 = 400.0;
 
@@ -34,32 +37,37 @@ type Of<'a> = (&'a Channel, &'a Disturbed);
 fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let strongest = shakes.first()?;
-    let list = list(&shakes, |shake| {
+    let peak = |shake: &Shake<'_>| {
         let (channel, share) = shake.most();
         let share = match 100.0 * share {
-            percent if percent < 1.0 => "less than 1 %".into(),
+            percent if percent < 1.0 => "< 1 %".into(),
             percent => format!("{percent:.0} %"),
         };
-        let others = names(shake.axes.iter().map(|(channel, _)| *channel).filter(|other| other.name != channel.name));
-        let also = if others.is_empty() { String::new() } else { format!(", also on {}", others.join(" ")) };
-        format!("{:.2} Hz on {} ({share} of its short-term variance{also})", shake.frequency_hz, channel.name)
-    });
+        format!("{} {:.2} Hz ({share})", channel.name, shake.frequency_hz)
+    };
+    let also = |shake: &Shake<'_>| {
+        let most = &shake.most().0.name;
+        let others = names(shake.axes.iter().map(|(channel, _)| *channel).filter(|other| other.name != *most));
+        if others.is_empty() { String::new() } else { format!(", also on {}", others.join(" ")) }
+    };
+    let headline = format!("spectral peak: {}", list(&shakes, HEADLINED, peak));
+    let list = list(&shakes, MOST_NAMED, |shake| peak(shake) + &also(shake));
     let alias = alias(strongest, snapshot.timing.rate_hz);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
     let disturbed: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
     let instead = match disturbed.is_empty() {
         true => String::new(),
         false => format!(
-            ". No model fits on {}, where N is at most what the curve leaves. A longer record does not help: another place does, or another \
-             rate or averaging window, which put the line elsewhere",
+            " No noise model fits on {}; only an upper bound for N is given. A longer record does not help; another place, another rate or \
+             another averaging window does.",
             disturbed.join(" ")
         ),
     };
     let cause = cause(&shakes, snapshot.timing.rate_hz);
-    let text = format!(
-        "lines stand out of the spectrum: {list}.{alias}{cause} Each line has a term of its own beside the noise{instead}"
+    let details = format!(
+        "In percent of the short-term variance: {list}.{alias}{cause} Each peak is fitted by a term of its own, and N excludes it.{instead}"
     );
-    Some(Warning::new(WarningKind::VibrationLine, axes, text))
+    Some(Warning::new(WarningKind::VibrationLine, axes, headline, details))
 }
 
 /// What makes the lines: what moves the sensor shows on gyroscope or accelerometer, an alternating
@@ -73,15 +81,14 @@ fn cause(shakes: &[Shake<'_>], rate_hz: f64) -> String {
         |shake: &&Shake<'_>| shake.axes.iter().any(|(channel, _)| channel.quantity == Quantity::MagneticField);
     let mut text = String::new();
     if shakes.iter().any(|shake| moves(&shake)) {
-        text += " Something shakes the sensor, a fan, a motor or footsteps, and averages shorter than its period show that: set it on \
-                 something heavy, away from them.";
+        text += " Vibration of a fan, a motor or footsteps shows at averaging times up to its period: isolate the sensor on a heavy base, \
+                 away from them.";
     }
     if let Some(field) = shakes.iter().filter(|shake| !moves(shake)).find(is_field) {
         let hz = field.frequency_hz;
         let mains = Mains::at(hz, rate_hz).map_or_else(String::new, |mains| format!(": mains of {mains}"));
         text += &format!(
-            " The line at {hz:.2} Hz is on the magnetometer alone, a field that alternates{mains}. Keep cables, power supplies and motors \
-             away from it."
+            " The peak at {hz:.2} Hz is on the magnetometer alone: an alternating field{mains}. Keep cables, power supplies and motors away."
         );
     }
     text
@@ -101,10 +108,7 @@ fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
     others.truncate(3);
     match others.is_empty() {
         true => String::new(),
-        false => format!(
-            " A stream of {rate_hz} Hz shows {} Hz and more at the place of {arrival_hz:.2} Hz, too.",
-            others.join(", ")
-        ),
+        false => format!(" At {rate_hz} Hz, sources at {} Hz and more alias to {arrival_hz:.2} Hz.", others.join(", ")),
     }
 }
 
@@ -168,7 +172,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         return None;
     }
     let skipped_s = snapshot.skipped.as_secs_f64();
-    let list = list(&found, |LocatedDisturbance { channel, span_s, what }| {
+    let place = |LocatedDisturbance { channel, span_s, what }: &LocatedDisturbance| {
         let span_s = span_s.map(|(start_s, end_s)| (start_s + skipped_s, end_s + skipped_s));
         match span_s {
             None => format!("{channel} {what}"),
@@ -178,17 +182,19 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
                 format!("{channel} {what} from {} to {}", clock(start_s.floor()), clock(end_s.ceil()))
             }
         }
-    });
-    let text = format!(
-        "the record is not of one piece: {list}, in hours, minutes and seconds of data, those skipped included. A door, steps, a \
-         bumped table or motion, machines that are switched, air conditioning: one of them spoils every tau longer than itself. Measure \
-         again undisturbed, or cut the record there{}",
+    };
+    let headline = format!("not stationary: {}", list(&found, HEADLINED, place));
+    let details = format!(
+        "Disturbances in minutes and seconds of data, skipped time included: {}. Doors, footsteps, a bumped table, switched machines and air \
+         conditioning each disturb every averaging time longer than themselves. Repeat the measurement undisturbed, or cut the record \
+         there.{}",
+        list(&found, MOST_NAMED, place),
         withheld(channels.iter().filter(|(_, found)| !found.is_warming_up()))
     );
     let mut axes: Vec<String> = found.into_iter().map(|event| event.channel).collect();
     axes.sort();
     axes.dedup();
-    Some(Warning::new(WarningKind::NotStationary, axes, text))
+    Some(Warning::new(WarningKind::NotStationary, axes, headline, details))
 }
 
 /// All but a warm-up.
@@ -208,18 +214,16 @@ fn events(channel: &Channel, found: &Disturbed) -> Vec<LocatedDisturbance> {
         }
         LevelShape::WarmUp { .. } => None,
     });
-    let change = change.map(|NoiseChange { start_s, end_s, factor, .. }| {
-        event(Some((start_s, end_s)), format!("{factor:.2} times the noise of the rest"))
-    });
+    let change = change
+        .map(|NoiseChange { start_s, end_s, factor, .. }| event(Some((start_s, end_s)), format!("noise x{factor:.2}")));
     let bursts = bursts.map(|ratio| {
-        event(None, format!("noise in bursts, which varies {ratio:.1} times as much from time to time as even noise"))
+        event(None, format!("noise in bursts (its level varies {ratio:.1} times as much as that of even noise)"))
     });
     let frozen = frozen.map(|Frozen { start_s, end_s, duration_s }| {
         event(Some((start_s, end_s)), format!("frozen for {duration_s:.1} s"))
     });
-    let spikes = spikes.map(|Spikes { count, sigmas }| {
-        event(None, format!("{count} single samples far out, up to {sigmas:.0} sigma"))
-    });
+    let spikes =
+        spikes.map(|Spikes { count, sigmas }| event(None, format!("{count} outliers up to {sigmas:.0} sigma")));
     short.chain([level, change, bursts, frozen, spikes].into_iter().flatten()).collect()
 }
 
@@ -229,7 +233,7 @@ fn withheld<'a>(channels: impl Iterator<Item = &'a Of<'a>>) -> String {
     match names.is_empty() {
         true => String::new(),
         false => {
-            format!(". The level of {} changes as no noise does: B, K and ramp are bounds only there", names.join(" "))
+            format!(" The level of {} changes as noise does not: its B, K and ramp are bounds only.", names.join(" "))
         }
     }
 }
@@ -247,40 +251,41 @@ fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     if warm_ups.is_empty() {
         return None;
     }
-    let list = list(&warm_ups, |(channel, amplitude, time_constant_s, skip_s)| {
+    let of = |(channel, amplitude, time_constant_s, skip_s): &(&Channel, f64, f64, Option<f64>)| {
         settling(channel, *amplitude, *time_constant_s, skip_s.is_some())
-    });
+    };
+    let headline = format!("warm-up transient: {}", list(&warm_ups, 1, of));
     let longest = warm_ups.iter().map(|(.., skip_s)| *skip_s).reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
     let cure = match longest {
         Some(skip_s) => {
             let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
-            Text::default().remedy(Remedy::Skip(Some(minutes))).then(" leaves that out")
+            Text::default().remedy(Remedy::Skip(Some(minutes))).then(" excludes it.")
         }
-        None => "the record is too short to leave that out: let the sensor warm up and stand, and record longer".into(),
+        None => "The record is too short to exclude it: let the sensor warm up and settle, and record longer.".into(),
     };
-    let text = format!(
-        "the level settles as where a sensor warms up, a support yields or somebody has just handled it: {list}. At long tau a drift poses as rate random walk or ramp; "
+    let details = format!(
+        "A sensor that warms up, a support that yields, or handling just before the start: {}. At long averaging times such a drift looks like \
+         rate random walk or ramp. ",
+        list(&warm_ups, MOST_NAMED, of)
     );
     let channels = names(warm_ups.iter().map(|(channel, ..)| *channel));
     let withheld = withheld(axes.iter().filter(|(_, found)| found.is_warming_up()));
-    Some(Warning::new(WarningKind::WarmUp, channels, Text::from(text).append(cure).then(&withheld)))
+    Some(Warning::new(WarningKind::WarmUp, channels, headline, Text::from(details).append(cure).then(&withheld)))
 }
 
 /// A level that does not settle within the record has no time constant that the record shows.
 fn settling(channel: &Channel, amplitude: f64, time_constant_s: f64, settles: bool) -> String {
     let (name, unit) = (&channel.name, &channel.unit);
     match settles {
-        true => format!(
-            "{name} begins {amplitude:+.2e} {unit} off and settles with a time constant of about {time_constant_s:.0} s"
-        ),
-        false => format!("{name} begins {amplitude:+.2e} {unit} off and drifts to the end of the record"),
+        true => format!("{name} starts {amplitude:+.2e} {unit} off, time constant about {time_constant_s:.0} s"),
+        false => format!("{name} starts {amplitude:+.2e} {unit} off and drifts to the end of the record"),
     }
 }
 
-fn list<T>(all: &[T], text: impl Fn(&T) -> String) -> String {
-    let mut parts: Vec<_> = all.iter().take(MOST_NAMED).map(text).collect();
-    if all.len() > MOST_NAMED {
-        parts.push(format!("and {} more", all.len() - MOST_NAMED));
+fn list<T>(all: &[T], most: usize, text: impl Fn(&T) -> String) -> String {
+    let mut parts: Vec<_> = all.iter().take(most).map(text).collect();
+    if all.len() > most {
+        parts.push(format!("and {} more", all.len() - most));
     }
     parts.join("; ")
 }
@@ -314,14 +319,14 @@ mod tests {
     fn a_warm_up_is_reported_with_its_time_constant_unless_it_outlasts_the_record() {
         let channel = &VNYMR.channels[9];
         let text = settling(channel, 4e-4, 51.2, true);
-        assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and settles with a time constant of about 51 s");
+        assert_eq!(text, "gyro_x starts +4.00e-4 rad/s off, time constant about 51 s");
         let text = settling(channel, 4e-4, 409.6, false);
-        assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and drifts to the end of the record");
+        assert_eq!(text, "gyro_x starts +4.00e-4 rad/s off and drifts to the end of the record");
     }
 
     #[test]
     fn a_list_names_four_and_counts_the_others() {
-        let listed = |count: u32| list(&(0..count).collect::<Vec<_>>(), u32::to_string);
+        let listed = |count: u32| list(&(0..count).collect::<Vec<_>>(), 4, u32::to_string);
         assert_eq!((listed(0), listed(4)), (String::new(), "0; 1; 2; 3".into()));
         assert_eq!((listed(5), listed(9)), ("0; 1; 2; 3; and 1 more".into(), "0; 1; 2; 3; and 5 more".into()));
     }
@@ -346,8 +351,9 @@ mod tests {
         assert_eq!((shakes[1].line.frequency_hz, &*shakes[1].most().0.name), (5.1, "gyro_y"));
         let warning = vibration(&channels, &[], &Analysis::new(Settings::default()).snapshot()).unwrap();
         assert_eq!(warning.channels, ["gyro_y", "gyro_x"]);
-        let text = warning.text.to_string();
-        assert!(text.contains("5.07 Hz on gyro_y (30 % of its short-term variance, also on gyro_x)"), "{text}");
+        let text = warning.to_string();
+        assert!(text.contains("gyro_y 5.07 Hz (30 %), also on gyro_x"), "{text}");
+        assert!(text.contains("spectral peak: gyro_y 5.30 Hz (40 %); and 2 more."), "{text}");
     }
 
     #[test]
@@ -357,19 +363,19 @@ mod tests {
         let snapshot = Analysis::new(Settings::default()).snapshot();
         let (mag, gyro) = (&VNYMR.channels[3], &VNYMR.channels[10]);
         let of = |hz: f64| Disturbed { lines: vec![line(hz)], ..Disturbed::default() };
-        let text = |of: &[Of<'_>]| vibration(of, &[], &snapshot).unwrap().text.to_string();
+        let text = |of: &[Of<'_>]| vibration(of, &[], &snapshot).unwrap().to_string();
         let (at_20, at_7) = (of(20.0), of(7.0));
         let field = text(&[(mag, &at_20)]);
         assert!(
-            !field.contains("shakes") && field.contains("mains of 60 Hz, which shows at 60 - 40 = 20.00 Hz"),
+            !field.contains("Vibration") && field.contains("mains of 60 Hz, which shows at 60 - 40 = 20.00 Hz"),
             "{field}"
         );
         let unknown = text(&[(mag, &at_7)]);
         assert!(!unknown.contains("mains of") && unknown.contains("on the magnetometer alone"), "{unknown}");
         let both = text(&[(mag, &at_20), (gyro, &at_20)]);
-        assert!(both.contains("Something shakes") && !both.contains("magnetometer alone"), "{both}");
+        assert!(both.contains("Vibration of") && !both.contains("magnetometer alone"), "{both}");
         let apart = text(&[(mag, &at_20), (gyro, &at_7)]);
-        assert!(apart.contains("Something shakes") && apart.contains("magnetometer alone"), "{apart}");
+        assert!(apart.contains("Vibration of") && apart.contains("magnetometer alone"), "{apart}");
     }
 
     #[test]
@@ -383,8 +389,8 @@ mod tests {
         snapshot.skipped = std::time::Duration::from_secs(60);
         let warning = disturbances(&[(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)], &snapshot).unwrap();
         assert_eq!(warning.channels, ["gyro_x", "gyro_y"]);
-        let text = warning.text.to_string();
-        assert!(text.contains(": gyro_y 12 sigma at 1:07; gyro_x 12 sigma from 2:01 to 2:05,"), "{text}");
+        let text = warning.to_string();
+        assert!(text.contains("included: gyro_y 12 sigma at 1:07; gyro_x 12 sigma from 2:01 to 2:05."), "{text}");
     }
 
     #[test]

@@ -104,7 +104,8 @@ fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     RegisterContents { register, fields }.value().ok()
 }
 
-pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
+/// `was_moved`: what the curves show is the motion.
+pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_moved: bool) -> Vec<Warning> {
     let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
         (snapshot.assessed(assessed))
             .filter(|(channel, results, assessed)| holds(channel, results, assessed))
@@ -126,42 +127,46 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
                 sensors.push(sensor);
             }
         }
-        if let Some(text) = decimation(&sensors, &onboard, snapshot.timing.rate_hz) {
+        if let Some((headline, details)) = decimation(&sensors, &onboard, snapshot.timing.rate_hz) {
             let channels = names(&|_, _, assessed| assessed.onboard == Some(onboard));
-            warnings.push(Warning::new(WarningKind::DecimatedStream, channels, text));
+            warnings.push(Warning::new(WarningKind::DecimatedStream, channels, headline, details));
         }
     }
     warnings.extend(contradicted_window(snapshot));
+    if was_moved {
+        return warnings;
+    }
     let tracked = names(&|_, _, assessed| {
         assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTauValidity::LooksCompensated)
     });
     if !tracked.is_empty() {
-        let text = "the deviation falls, at long tau, below the line of the channel's own white noise, which no sensor does: a filter takes \
-                    the bias out. Bias instability, random walk and ramp of the sensor are not in this stream; record its uncompensated \
-                    output";
-        warnings.push(Warning::new(WarningKind::CompensatedStream, tracked, text));
+        let headline = format!("a filter removes the bias of {}: B and K not measurable", tracked.join(" "));
+        let details = "At long averaging times the deviation falls below the white noise of the channel, which that of a sensor does \
+                       not. Record its uncompensated output to measure bias instability, random walk and ramp.";
+        warnings.push(Warning::new(WarningKind::CompensatedStream, tracked, headline, details));
     }
     let filtered = names(&|_, _, assessed| filtered_from_s(assessed).is_some());
     if !filtered.is_empty() {
         let from_s = assessed.iter().filter_map(filtered_from_s).fold(0.0, f64::max);
-        let text = format!(
-            "the spectrum falls towards high frequencies as no noise of a sensor does: a low pass slower than the output, of unknown \
-             transfer. N is that of averaging times from {from_s:.3} s on; shorter ones have no part in it"
-        );
-        warnings.push(Warning::new(WarningKind::LowPass, filtered, text));
+        let headline = format!("low-pass filter on {}: N fitted from {from_s:.3} s", filtered.join(" "));
+        let details = "The spectrum falls towards high frequencies as noise of a sensor does not: a low pass slower than the output, of \
+                       unknown transfer function. Shorter averaging times are excluded from the fit.";
+        warnings.push(Warning::new(WarningKind::LowPass, filtered, headline, details));
     }
     let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));
     if !full.is_empty() {
-        let text = "lines cover more than half of the frequencies: what looks like white noise between them may be theirs, and N is bounded \
-                    only. Measure on something heavy, away from what shakes the sensor";
-        warnings.push(Warning::new(WarningKind::LineFreeBand, full, text));
+        let headline = format!("spectral peaks cover more than half of the band on {}", full.join(" "));
+        let details = "What looks like white noise between them may be theirs: only an upper bound for N is given. Measure on a heavy \
+                       base, away from vibration.";
+        warnings.push(Warning::new(WarningKind::LineFreeBand, full, headline, details));
     }
     warnings.extend(correlated_noise(snapshot, assessed));
     let rounded = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()));
     if !rounded.is_empty() {
-        let text = "from sample to sample the noise is less than half of a step of the values: the curve is that of the rounding, not of \
-                    the sensor";
-        warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, text));
+        let headline = format!("quantisation hides the noise of {}", rounded.join(" "));
+        let details = "From sample to sample the noise is less than half a step of the printed values: the curve is that of the \
+                       rounding, not of the sensor.";
+        warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, headline, details));
     }
     warnings
 }
@@ -172,11 +177,8 @@ fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
     let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
     (windows != [given; 2]).then(|| {
         let [accel, gyro] = windows;
-        let text = format!(
-            "register 85 in the stream says that {accel} values of the accelerometer and {gyro} of the gyroscope are averaged: the window of \
-             {given} that was given is not used"
-        );
-        Warning::new(WarningKind::DecimatedStream, Vec::new(), text)
+        let headline = format!("averaging window {given} ignored: register 85 is {accel} (accel), {gyro} (gyro)");
+        Warning::new(WarningKind::DecimatedStream, Vec::new(), headline, "The stream contains the register.")
     })
 }
 
@@ -194,7 +196,7 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
             let process = fit.processes.iter().max_by(|a, b| a.sigma.total_cmp(&b.sigma))?;
             let (name, unit) = (channel.name.to_string(), &channel.unit);
             let text = format!(
-                "{name} {:.2e} {unit} over about {:.1} s, apparent random walk {apparent:.3e} {unit}/sqrt(Hz)",
+                "{name} {:.2e} {unit} with a correlation time of about {:.1} s, apparent random walk {apparent:.3e} {unit}/sqrt(Hz)",
                 process.sigma, process.correlation_time_s
             );
             Some((name, text))
@@ -204,57 +206,58 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
         return None;
     }
     let (channels, list): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let text = format!(
-        "correlated noise lies beside the white noise: {}. N is that of averaging times below its correlation; what integrates for \
-         longer walks as with the apparent random walk",
+    let headline = format!("correlated noise beside the white noise of {}", channels.join(" "));
+    let details = format!(
+        "{}. N holds for averaging times below the correlation time; what integrates for longer walks with the apparent random walk.",
         list.join("; ")
     );
-    Some(Warning::new(WarningKind::CorrelatedNoise, channels, text))
+    Some(Warning::new(WarningKind::CorrelatedNoise, channels, headline, details))
 }
 
-fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text> {
+/// What averaging and decimation on board do to white noise, and what to do about it; `None` where
+/// that is less than is known of the factor.
+fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(String, Text)> {
     let Onboard { refresh_hz, window, window_from } = *onboard;
-    let window_known = onboard.window_known();
-    let averaged = match window.length {
+    let averages = match window.length {
         0 | 1 => "averages none of them".into(),
         length => format!("averages {length} of them"),
     };
-    let (said_by, percent) = (
-        match window_from {
-            WindowFrom::Register => "register 85 says",
-            WindowFrom::Given => "as given",
-            WindowFrom::Default => "unless register 85 was changed",
-        },
-        100.0 * Onboard::UNCERTAINTY,
-    );
-    let factor = onboard.window.white_factor();
-    let take = match sensors {
-        [one] => format!("{one} takes"),
-        several => format!("{} take", several.join(" and ")),
+    let source = match window_from {
+        WindowFrom::Register => "register 85",
+        WindowFrom::Given => "as given",
+        WindowFrom::Default => "factory default of register 85",
     };
-    let seen =
-        format!("the {take} {refresh_hz} values a second; the sensor {averaged} ({said_by}) and sends {rate_hz}");
+    let factor = window.white_factor();
+    let all = sensors.join(" and ");
+    let sampling = format!("Sampled at {refresh_hz} Hz; the sensor {averages} ({source}) and outputs {rate_hz} Hz.");
+    let is_imu = refresh_hz > Onboard::MAG_REFRESH_HZ;
     let window_to_set = onboard.unaliased_window();
-    let cure = match onboard.refresh_hz > Onboard::MAG_REFRESH_HZ {
-        true => Text::from(format!("; a window of {window_to_set} ("))
+    let cure = match is_imu {
+        true => Text::from(format!(" A window of {window_to_set} (`"))
             .remedy(Remedy::Configure(Setting::Window(window_to_set)))
-            .then(") brings the sensor's own density into the stream"),
+            .then("`) avoids it."),
         false => Text::default(),
     };
-    if window.overlaps() && window_known {
-        let text = format!("{seen}: neighbouring samples share values, and short taus read too low. N allows for it");
-        Some(Text::from(text).append(cure))
-    } else if factor > 1.0 + Onboard::UNCERTAINTY {
-        let text = format!(
-            "{seen}: white noise folds, and a healthy sensor reads {factor:.2} times its own density (±{percent:.0} %) in this stream, whatever \
-             reads it. A data sheet's density must be multiplied by that before it is compared"
+    if window.overlaps() && onboard.window_known() {
+        let details = format!(
+            "{sampling} Neighbouring samples share values, so that deviations at short averaging times are too low; N is corrected for it."
         );
-        let text = Text::from(text).append(cure);
-        let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
-        Some(match window_known || !is_imu {
-            true => text,
-            false => text.then("; say what register 85 was, if it is known (").remedy(Remedy::GiveWindow).then(")"),
-        })
+        Some((format!("{all}: averaging window longer than the output interval"), Text::from(details).append(cure)))
+    } else if factor > 1.0 + Onboard::UNCERTAINTY {
+        let percent = 100.0 * Onboard::UNCERTAINTY;
+        let headline = format!("aliasing raises N of {all} {factor:.2} times (±{percent:.0} %)");
+        let details = format!(
+            "{sampling} White noise above {} Hz aliases into the band: multiply the density of a data sheet by that factor before comparing.",
+            rate_hz / 2.0
+        );
+        let details = Text::from(details).append(cure);
+        Some((
+            headline,
+            match onboard.window_known() || !is_imu {
+                true => details,
+                false => details.then(" If register 85 is known, set ").remedy(Remedy::GiveWindow).then("."),
+            },
+        ))
     } else {
         None
     }

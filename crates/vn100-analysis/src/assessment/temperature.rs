@@ -175,20 +175,15 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
     let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let names: Vec<String> = axes.iter().map(|(channel, _)| channel.name.to_string()).collect();
     let made = match *share > 0.0 {
-        true => format!(
-            ", which makes up to {:.0} % of the variance of {} at one averaging time",
-            100.0 * share,
-            worst.name
-        ),
+        true => format!("At one averaging time it makes {:.0} % of the variance of {}. ", 100.0 * share, worst.name),
         false => String::new(),
     };
-    let text = format!(
-        "the bias of {} follows the temperature of the sensor{made}: B, K and ramp are bounds only there. Keep the temperature even, or \
-         remove what follows it with ",
-        names.join(" ")
+    let headline = format!("bias of {} follows the temperature", names.join(" "));
+    let details = format!(
+        "{made}B, K and ramp of these axes are bounds only. Keep the temperature constant, or remove its effect with "
     );
-    let text = Text::from(text).remedy(Remedy::RemoveTemperature);
-    Some(Warning::new(WarningKind::FollowsTemperature, names, text))
+    let details = Text::from(details).remedy(Remedy::RemoveTemperature).then(".");
+    Some(Warning::new(WarningKind::FollowsTemperature, names, headline, details))
 }
 
 /// Adds to the noise of each axis how it follows the temperature.

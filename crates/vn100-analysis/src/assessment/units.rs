@@ -35,10 +35,12 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
     let warning = |quantity, seen: String, read: &str, likely: &str| {
         let of_quantity = layout.channels.iter().filter(|channel| channel.quantity == quantity);
-        let text = Text::from(format!("{seen}, read as {read}: are the columns in {likely}? Then give "))
+        let headline = format!("{seen}, read as {read}: are the columns in {likely}?");
+        let details = Text::from("If they are, set ")
             .remedy(Remedy::MapColumns)
-            .then(format!(" {}, with the names of your columns behind each =", columns(layout, quantity, likely)));
-        Warning::new(WarningKind::UnitDoubtful, of_quantity.map(|channel| channel.name.to_string()).collect(), text)
+            .then(format!(" {}, with the names of your columns behind each =.", columns(layout, quantity, likely)));
+        let channels = of_quantity.map(|channel| channel.name.to_string()).collect();
+        Warning::new(WarningKind::UnitDoubtful, channels, headline, details)
     };
     let mut warnings = Vec::new();
     if let Some(gravity) = length(Quantity::Acceleration) {
@@ -47,7 +49,7 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
             layout.channels.iter().find(|channel| channel.quantity == Quantity::Acceleration).map(unit_read);
         let mistaken = MISTAKEN.into_iter().find(|&(read, _, factor)| unit_read == Some(read) && is_so_long(factor));
         if let Some((read, likely, _)) = mistaken {
-            let seen = format!("the mean acceleration is {gravity:.4} m/s^2 long, gravity {STANDARD_GRAVITY_M_S2:.2}");
+            let seen = format!("mean acceleration {gravity:.4}, gravity {STANDARD_GRAVITY_M_S2:.2} m/s^2");
             warnings.push(warning(Quantity::Acceleration, seen, read, likely));
         }
     }
@@ -59,9 +61,9 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let largest = extremes.fold(0.0, f64::max);
     let mean = length(Quantity::AngularRate).unwrap_or(0.0);
     let seen = if largest > RANGE_RAD_S {
-        Some(format!("a rate of {largest:.1} rad/s is beyond the range of inertial sensors"))
+        Some(format!("a rate of {largest:.1}, beyond the range of inertial sensors"))
     } else {
-        (mean > MEAN_RATE_RAD_S).then(|| format!("the mean rate is {mean:.2} rad/s long, which no sensor at rest has"))
+        (mean > MEAN_RATE_RAD_S).then(|| format!("mean rate {mean:.2}, which no sensor at rest has"))
     };
     warnings.extend(seen.map(|seen| warning(Quantity::AngularRate, seen, "rad/s", "deg/s")));
     warnings
@@ -120,7 +122,8 @@ mod tests {
     #[test]
     fn magnitudes_that_no_sensor_has_are_asked_about() {
         const G: f64 = STANDARD_GRAVITY_M_S2;
-        let text = |accel, rate| measured(accel, rate, 1.0, true).first().map(|warning| warning.text.to_string());
+        let text =
+            |accel, rate| measured(accel, rate, 1.0, true).first().map(|warning| warning.in_words(Remedy::to_string));
         for (accel, unit, read, likely) in [
             (-1.02, 1.0, "m/s^2", "g"),
             (998.0, 1.0, "m/s^2", "mg"),
@@ -130,16 +133,16 @@ mod tests {
             (0.096, G / 1e3, "mg", "m/s^2"),
         ] {
             let warned = measured(accel, 0.0, unit, true);
-            let text = warned.first().unwrap().text.to_string();
+            let text = &warned.first().unwrap().headline;
             assert!(text.contains(&format!("read as {read}: are the columns in {likely}?")), "{accel}: {text}");
         }
         assert_eq!(
             text(1.0, 0.01).unwrap(),
-            "the mean acceleration is 1.0000 m/s^2 long, gravity 9.81, read as m/s^2: are the columns in g? Then give a map of columns \
+            "mean acceleration 1.0000, gravity 9.81 m/s^2, read as m/s^2: are the columns in g? If they are, set a map of columns \
              accel_x=accel_x:g,accel_y=accel_y:g,accel_z=accel_z:g,gyro_x=gyro_x:rad/s,gyro_y=gyro_y:rad/s,gyro_z=gyro_z:rad/s, with \
-             the names of your columns behind each ="
+             the names of your columns behind each =."
         );
-        assert!(text(9.8, 300.0).unwrap().starts_with("a rate of 300.0 rad/s is beyond"));
+        assert!(text(9.8, 300.0).unwrap().starts_with("a rate of 300.0, beyond"));
         assert!(text(9.8, 5.0).unwrap().contains("are the columns in deg/s?"));
         for (accel, rate) in [(9.8, 0.0), (9.2, 0.3), (0.0, 0.0), (5.0, 0.0)] {
             assert_eq!(text(accel, rate), None, "{accel} {rate}");

@@ -72,7 +72,7 @@ pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stay
     caveats.extend(rate_assumed(records));
     for (number, record) in records.iter().enumerate() {
         if let Some(motion) = &record.assessment.motion {
-            let text = format!("{}: {motion}. Its means are no bias and are left out", record.name);
+            let text = format!("{}: {motion}. Its means are no bias and are excluded", record.name);
             caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text: text.into() });
         }
     }
@@ -85,7 +85,7 @@ pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stay
         caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text: text.into() }));
     }
     if are_of_several_sensors(records) {
-        let text = "the records tell of more than one serial number: their means are not repetitions of one sensor, and no turn-on to turn-on \
+        let text = "the records have more than one serial number: their means are not repetitions of one sensor, and no turn-on to turn-on \
                     bias is given";
         let records = (0..records.len()).collect();
         caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into() });
@@ -148,7 +148,7 @@ fn rate_assumed(records: &[ComparedRecord<'_>]) -> Option<Caveat> {
     let names: Vec<&str> = assumed.iter().map(|number| records[*number].name).collect();
     let first = &records[*assumed.first()?].snapshot.timing;
     let text = Text::from(format!(
-        "nothing tells the rate of {}; {} Hz are assumed, and every tau and N rests on that: give ",
+        "sample rate of {} unknown; {} Hz assumed, and all averaging times and N scale with it: give ",
         names.join(", "),
         first.rate_hz
     ));

@@ -6,12 +6,12 @@ mod tests;
 
 use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
-use vn100_protocol::{Channel, Quantity, Tally};
+use vn100_protocol::{Channel, Layout, Quantity, Tally};
 
 use self::link::{no_valid_lines, refused, unsolicited};
 use crate::{
     accumulate::rate_authority::rates_hz,
-    remedy::{Remedy, Text},
+    remedy::{Remedy, Setting, Text},
     sensor::sensor_of,
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
@@ -47,154 +47,146 @@ struct Advice {
 }
 
 impl Advice {
-    fn warn(&mut self, kind: WarningKind, text: impl Into<Text>) {
-        self.warn_of(kind, Vec::new(), text);
+    fn warn(&mut self, kind: WarningKind, headline: impl Into<String>, details: impl Into<Text>) {
+        self.warn_of(kind, Vec::new(), headline, details);
     }
 
-    fn warn_of(&mut self, kind: WarningKind, channels: Vec<String>, text: impl Into<Text>) {
-        self.warnings.push(Warning::new(kind, channels, text));
+    fn warn_of(
+        &mut self,
+        kind: WarningKind,
+        channels: Vec<String>,
+        headline: impl Into<String>,
+        details: impl Into<Text>,
+    ) {
+        self.warnings.push(Warning::new(kind, channels, headline, details));
     }
 
     fn on_lines(&mut self, snapshot: &Snapshot, findings: &StreamFindings) {
         let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-        if let Some(text) = no_valid_lines(snapshot) {
-            self.warn(WarningKind::NoValidLines, text);
+        if let Some((headline, details)) = no_valid_lines(snapshot) {
+            self.warn(WarningKind::NoValidLines, headline, details);
         }
         if let (1.., Some(name), Some(layout)) = (link.samples(), link.other_message, &snapshot.layout) {
-            let text = format!(
-                "{} of another message, first of {name}, are left out: the stream began with {}",
-                lines(link.other_messages()),
-                layout.message
-            );
-            self.warn(WarningKind::OtherMessages, text);
+            let headline = format!("{} of another message excluded, first {name}", lines(link.other_messages()));
+            let details = format!("The stream began with {}; no other message is measured.", layout.message);
+            self.warn(WarningKind::OtherMessages, headline, details);
         }
         if findings.repeated_lines > 0 {
-            let text = format!(
-                "{} of {} repeat an earlier one digit for digit, which no living sensor does: a recording played in a loop, or lines \
-                     stored twice. The deviations of such a record say little about a sensor",
+            let headline = format!(
+                "{} of {} repeat an earlier one exactly",
                 findings.repeated_lines,
                 lines(snapshot.timing.samples)
             );
-            self.warn(WarningKind::RepeatedLines, text);
+            let details = "A live sensor does not do that: the capture was looped, or its lines were stored twice. The deviations \
+                           of such a record say little about a sensor.";
+            self.warn(WarningKind::RepeatedLines, headline, details);
         }
         let evidence = match snapshot.timing.missing_from {
-            MissingFrom::Arrival => "arrival times tell what is missing for it",
-            MissingFrom::Counter => "the counters tell what is missing for it",
-            MissingFrom::RejectedRows => "each between good ones counts as one missing sample",
+            MissingFrom::Arrival => "Arrival times show which samples were dropped.",
+            MissingFrom::Counter => "The counters show which samples were dropped.",
+            MissingFrom::RejectedRows => "Each one between valid ones counts as one dropped sample.",
         };
         let rejected = link.rejected_rows.unwrap_or_default();
         if rejected.total() > 0 {
-            let text = format!(
-                "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
-                of_all_lines(rejected.total(), tally),
-                reasons(&rejected)
-            );
-            self.warn(WarningKind::RejectedLines, text);
+            let headline = format!("{} rejected ({})", of_all_lines(rejected.total(), tally), reasons(&rejected));
+            let details = format!("{evidence} The list of rejected rows has the first of each reason.");
+            self.warn(WarningKind::RejectedLines, headline, details);
         }
         let damaged = tally.rejected.total() - tally.rejected.unchecked - rejected.total();
         if damaged > 0 {
+            let headline = format!("{} rejected: checksum mismatch or malformed", of_all_lines(damaged, tally));
             let advice = match link.rejected_rows {
-                Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
-                None if link.connects > 0 => "Look at the cable, the connector and the baud rate",
+                Some(_) => {
+                    "They were damaged before they were stored, on the link or by the program that wrote the file."
+                }
+                None if link.connects > 0 => "Check the cable, the connector and the baud rate.",
                 None => {
-                    "They were damaged before they were stored, on the wire or by the program that wrote them: a log that cuts or joins \
-                     lines, or drops bytes"
+                    "They were damaged before they were stored, on the link or by the program that wrote them, such as a log that cuts \
+                     or joins lines, or drops bytes."
                 }
             };
-            let text = format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally));
-            self.warn(WarningKind::RejectedLines, text);
+            self.warn(WarningKind::RejectedLines, headline, format!("{evidence} {advice}"));
         }
         if tally.rejected.unchecked > 0 {
-            let text = Text::from(format!(
-                "{} without a checksum and left out; ",
-                of_all_lines(tally.rejected.unchecked, tally)
-            ))
-            .remedy(Remedy::AcceptUnchecked)
-            .then(" takes such lines, and then nothing but the form of a number protects it");
-            self.warn(WarningKind::UncheckedLines, text);
+            let headline = format!("{} rejected: no checksum", of_all_lines(tally.rejected.unchecked, tally));
+            let details = Text::default()
+                .remedy(Remedy::AcceptUnchecked)
+                .then(" accepts such lines; a damaged digit in them is then not detected.");
+            self.warn(WarningKind::UncheckedLines, headline, details);
         }
         // numbers of any sensor never had a checksum
         let has_checksums = !rates_hz(snapshot.layout.as_deref()).is_empty();
         if tally.unchecked_sentences > 0 && has_checksums {
-            let text = format!(
-                "{} taken without a checksum: a damaged digit in them cannot be told from a good one",
-                of_all_lines(tally.unchecked_sentences, tally)
-            );
-            self.warn(WarningKind::UncheckedLines, text);
+            let headline = format!("{} accepted without a checksum", of_all_lines(tally.unchecked_sentences, tally));
+            self.warn(WarningKind::UncheckedLines, headline, "A damaged digit in them is not detected.");
         }
     }
 
     fn on_time(&mut self, snapshot: &Snapshot) {
         let timing = &snapshot.timing;
         if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.rate_change {
-            let text = Text::from(format!(
-                "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; ",
-                samples(after_samples),
-                samples(timing.excluded)
-            ))
-            .remedy(Remedy::Skip(None))
-            .then(" leaves the first part out instead");
-            self.warn(WarningKind::RateChanged, text);
+            let headline = format!("sample rate changed from {from_hz} to {to_hz} Hz after {}", samples(after_samples));
+            let details = Text::from(format!("What followed is excluded, {} in all; ", samples(timing.excluded)))
+                .remedy(Remedy::Skip(None))
+                .then(" excludes the first part instead.");
+            self.warn(WarningKind::RateChanged, headline, details);
         }
         if let Some(FalseRate { samples: excluded, arrival_hz, device_hz }) = snapshot.false_rate {
-            let text = format!(
-                "the first {} came at {arrival_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
-                     placed wrongly and are left out",
+            let headline = format!(
+                "first {} excluded: taken for {arrival_hz} Hz before the sensor reported {device_hz} Hz",
                 samples(excluded)
             );
-            self.warn(WarningKind::RateChanged, text);
+            self.warn(WarningKind::RateChanged, headline, "Their arrival times suggested the wrong rate.");
         }
         if snapshot.other_rate_samples > 0 {
-            let text = format!(
-                "{} came at another rate for a while, as bytes do that were held back, and are left out; no window spans that",
-                samples(snapshot.other_rate_samples)
-            );
-            self.warn(WarningKind::RateChanged, text);
+            let headline = format!("{} at another rate excluded", samples(snapshot.other_rate_samples));
+            let details = "They arrived as bytes do that were held back. No averaging window spans that place.";
+            self.warn(WarningKind::RateChanged, headline, details);
         }
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
-        let over = refusal.is_none();
+        let is_over = refusal.is_none();
         if let Some(refusal) = refusal.or(snapshot.refused_before) {
-            self.warn(WarningKind::StampsRefused, refused(refusal, over, snapshot));
+            self.warn(WarningKind::StampsRefused, refusal.to_string(), refused(refusal, is_over, snapshot));
         }
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
         }
         self.on_absent_values(snapshot);
         if timing.missing > 0 {
-            let text = format!(
-                "{} missing in {} ({:.2} % of the record): averages are over the samples that are there; those that lack \
-                 more than half are left out",
+            let headline = format!(
+                "{} dropped in {} ({:.2} % of the record)",
                 samples(timing.missing),
-                counted(timing.gaps, "place"),
+                counted(timing.gaps, "gap"),
                 100.0 * timing.missing as f64 / (timing.missing + timing.samples) as f64
             );
-            self.warn(WarningKind::Gaps, text);
+            let details = "Clusters average the samples that are there; those that lack more than half are excluded.";
+            self.warn(WarningKind::Gaps, headline, details);
         }
         if snapshot.layout.is_some() {
             match timing.samples {
-                0..2 => self
-                    .warn(WarningKind::TooShort, format!("{}: a deviation needs 2 at least", samples(timing.samples))),
+                0..2 => {
+                    let headline = format!("{}: a deviation needs at least 2", samples(timing.samples));
+                    self.warn(WarningKind::TooShort, headline, "Record longer.");
+                }
                 // of a series without a sensor no noise model is fitted
                 2..LEAST_SAMPLES if !has_sensor(snapshot) => {}
-                2..LEAST_SAMPLES => self.warn(
-                    WarningKind::TooShort,
-                    format!(
-                        "{} say little: the fit of N, B and K asks for four octaves, and the fourth has ten degrees of freedom from \
-                         {LEAST_SAMPLES} samples on. Below that its interval spans more than a factor of two. Record longer",
-                        samples(timing.samples)
-                    ),
-                ),
+                2..LEAST_SAMPLES => {
+                    let headline = format!("{} are too few to fit N, B and K", samples(timing.samples));
+                    let details = format!(
+                        "The fit needs four octaves, and the fourth has ten degrees of freedom from {LEAST_SAMPLES} samples on; below \
+                         that its interval spans more than a factor of two. Record longer."
+                    );
+                    self.warn(WarningKind::TooShort, headline, details);
+                }
                 LEAST_SAMPLES.. => {}
             }
         }
         if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
-            let text = Text::from(format!(
-                    "nothing in the recording tells its sample rate; {} Hz is the sensor's default. If it was set otherwise give ",
-                    timing.rate_hz
-                ))
+            let headline = format!("sample rate unknown: {} Hz assumed, the factory default", timing.rate_hz);
+            let details = Text::from("Set ")
                 .remedy(Remedy::GiveRate(None))
-                .then(": every tau scales with it");
-            self.warn(WarningKind::RateAssumed, text);
+                .then(" if it was different: all averaging times scale with it.");
+            self.warn(WarningKind::RateAssumed, headline, details);
         }
     }
 
@@ -206,23 +198,20 @@ impl Advice {
             (absent > 0).then(|| (absent, channel.name.to_string()))
         };
         let lacking: Vec<_> = snapshot.measured().filter_map(lacking).collect();
-        for (is_most, advice) in [
+        for (is_most, details) in [
             (
                 true,
-                "so few values do not show their noise from row to row. If they have a rate of their own, put them into \
-                    a file of their own, without the rows that lack them",
+                "So few values do not show the noise from row to row. If these channels have a rate of their own, put them into a \
+                 file of their own, without the rows that lack them.",
             ),
-            (false, "each is a sample missing of its own channel, and costs the others nothing"),
+            (false, "Each is a dropped sample of its own channel alone."),
         ] {
             let of: Vec<_> = lacking.iter().filter(|(absent, _)| (2 * absent > rows) == is_most).collect();
             if !of.is_empty() {
                 let counts: Vec<_> = of.iter().map(|(absent, channel)| format!("{channel} {absent}")).collect();
-                let text = format!("of {} some have no value: {}; {advice}", counted(rows, "row"), counts.join(", "));
-                self.warn_of(
-                    WarningKind::AbsentValues,
-                    of.into_iter().map(|(_, channel)| channel.clone()).collect(),
-                    text,
-                );
+                let headline = format!("values absent in {}: {}", counted(rows, "row"), counts.join(", "));
+                let channels = of.into_iter().map(|(_, channel)| channel.clone()).collect();
+                self.warn_of(WarningKind::AbsentValues, channels, headline, details);
             }
         }
     }
@@ -231,27 +220,27 @@ impl Advice {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         if summary.refusal.is_none() && summary.backwards > 0 {
-            let text = format!(
-                "the stamps go back {}: the clock was set, or lines stand out of order. They are followed from there on, and a loss just \
-                     there cannot be seen",
-                counted(summary.backwards, "time")
-            );
-            self.warn(WarningKind::StampsBackwards, text);
+            let headline = format!("time stamps step backwards {}", counted(summary.backwards, "time"));
+            let details = "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place \
+                           are not detected.";
+            self.warn(WarningKind::StampsBackwards, headline, details);
         }
         self.on_rate(summary, rates_hz);
         if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
-            let text = Text::from(format!(
-                    "{:.0} % of the lines arrive together with the one before, {:.1} at a time: the latency timer of a USB serial adapter, \
-                     16 ms unless it is set to 1, holds them back; ",
-                    100.0 * arrivals.share_together,
-                    arrivals.samples_together
-                ))
-                .remedy(Remedy::MeasureLive)
-                .then(
-                    " sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
-                     placed less finely",
-                );
-            self.warn(WarningKind::BunchedArrival, text);
+            let headline = format!(
+                "{:.0} % of the lines arrive together with the one before, {:.1} at a time",
+                100.0 * arrivals.share_together,
+                arrivals.samples_together
+            );
+            let details = Text::from(
+                "The latency timer of a USB serial adapter holds them back, for 16 ms unless it is set to 1 ms; ",
+            )
+            .remedy(Remedy::MeasureLive)
+            .then(
+                " sets it where it is allowed to, and otherwise explains how. Deviations are not affected because arrival times never \
+                 enter them; the place of a gap is less certain.",
+            );
+            self.warn(WarningKind::BunchedArrival, headline, details);
         }
     }
 
@@ -262,49 +251,47 @@ impl Advice {
         const BUNCHING_S: f64 = 0.1;
         let Some(nominal) = summary.nominal else { return };
         if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
-            let text = Text::from(format!(
-                "lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give "
-            ))
-            .remedy(Remedy::GiveRate(None))
-            .then(" if it is wrong");
-            self.warn(WarningKind::RateOffNominal, text);
+            let headline = format!("lines arrive at {hz} Hz, which is not one of the sensor's rates");
+            let details = Text::from("All averaging times use this rate. Set ")
+                .remedy(Remedy::GiveRate(None))
+                .then(" if it is wrong.");
+            self.warn(WarningKind::RateOffNominal, headline, details);
         } else if let (Some(hz), Some(ppm)) = (summary.measured_hz, summary.offset_ppm) {
             let drift_s = ppm.abs() * 1e-6 * summary.samples as f64 / nominal.hz();
             if ppm.abs() > CLOCK_PPM && drift_s > BUNCHING_S {
-                let text = Text::from(format!(
-                    "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give ",
-                    nominal.hz()
-                ))
-                .remedy(Remedy::GiveRate(Some(hz)))
-                .then(" if the stamps are right");
-                self.warn(WarningKind::RateOffNominal, text);
+                let headline = format!("measured rate {hz:.4} Hz, {ppm:+.0} ppm from the nominal {} Hz", nominal.hz());
+                let details = Text::from("All averaging times use the nominal rate. Set ")
+                    .remedy(Remedy::GiveRate(Some(hz)))
+                    .then(" if the time stamps are right.");
+                self.warn(WarningKind::RateOffNominal, headline, details);
             }
         }
     }
 
     fn on_values(&mut self, snapshot: &Snapshot, findings: StreamFindings) {
         if findings.print_changes > 0 {
-            let text = format!(
-                "the number of printed decimals changed {}: no window spans a change, and the resolution given is the coarser one",
-                counted(findings.print_changes, "time")
-            );
-            self.warn(WarningKind::PrintFormat, text);
+            let headline = format!("number of printed decimals changed {}", counted(findings.print_changes, "time"));
+            let details = "No averaging window spans a change; the resolution given is the coarser one.";
+            self.warn(WarningKind::PrintFormat, headline, details);
         }
         if !findings.restarted.is_empty() {
-            let text = "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches";
-            self.warn_of(WarningKind::AngleRestarted, findings.restarted, text);
+            let headline = format!("{} restarted after several thousand turns", findings.restarted.join(" "));
+            let details = "Mean, minimum and maximum mix the branches.";
+            self.warn_of(WarningKind::AngleRestarted, findings.restarted, headline, details);
         }
         let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.timing.rate_hz));
         if !stuck.is_empty() {
-            let text = "the channel shows no more than two values: its noise lies below the last printed digit, or it is not alive; its deviations \
-                 are those of the rounding";
-            self.warn_of(WarningKind::StuckDigits, stuck, text);
+            let headline = format!("no more than two values on {}", stuck.join(" "));
+            let details = "The noise lies below the last printed digit, or the channel is dead; its deviations are those of the \
+                           rounding.";
+            self.warn_of(WarningKind::StuckDigits, stuck, headline, details);
         }
         let at_limit = channels_where(snapshot, reaches_limit);
         if !at_limit.is_empty() {
-            let text = "the channel reaches the end of the sensor's range (2.5 gauss, 16 g, 2000 deg/s as quoted): beyond it values are cut, and \
-                 statistics of cut values are wrong";
-            self.warn_of(WarningKind::FullRange, at_limit, text);
+            let headline = format!("end of the sensor's range reached on {}", at_limit.join(" "));
+            let details = "The range is 2.5 gauss, 16 g, 2000 deg/s as quoted. Values beyond it are clipped, and statistics of \
+                           clipped values are wrong.";
+            self.warn_of(WarningKind::FullRange, at_limit, headline, details);
         }
     }
 
@@ -316,22 +303,33 @@ impl Advice {
             return;
         }
         if layout.compensated.is_none() {
-            let text = Text::from(
-                "nothing says whether a filter has taken the bias out of these rates. If one has, bias instability, random walk and ramp are \
-                 those of that filter, not of the sensor; ",
-            )
-            .remedy(Remedy::SayCompensated)
-            .then(" yes or no says it");
-            self.warn_of(WarningKind::CompensationUnknown, rates, text);
+            let headline = "unknown whether a filter has removed the gyroscope bias";
+            let details = Text::from("If one has, B, K and R are those of the filter, not of the sensor. Set ")
+                .remedy(Remedy::SayCompensated)
+                .then(" yes or no.");
+            self.warn_of(WarningKind::CompensationUnknown, rates, headline, details);
         } else if layout.compensated == Some(true) {
-            let text = format!(
-                "the angular rates of {} have the attitude filter's bias estimate removed: at long tau their deviation shows that \
-                     filter, not the sensor. Bias instability and rate random walk of the sensor need the uncompensated message VNIMU",
-                layout.message
+            let headline = format!("{} is bias-compensated: gyro B and K not measurable", layout.message);
+            let details = Text::from(
+                "The attitude filter removes its bias estimate from the angular rates: at long averaging times the deviation shows that \
+                 filter, not the sensor. ",
             );
-            self.warn_of(WarningKind::CompensatedStream, rates, text);
+            let details =
+                match is_of_sensor(layout) {
+                    true => details.then("`").remedy(Remedy::MeasureWith(Setting::Message("VNIMU"))).then(
+                        "` records the uncompensated message, which shows bias instability and rate random walk.",
+                    ),
+                    false => details
+                        .then("Record the uncompensated output to measure bias instability and rate random walk."),
+                };
+            self.warn_of(WarningKind::CompensatedStream, rates, headline, details);
         }
     }
+}
+
+/// Whether the message is one of the VN-100's own.
+fn is_of_sensor(layout: &Layout) -> bool {
+    !rates_hz(Some(layout)).is_empty()
 }
 
 fn has_sensor(snapshot: &Snapshot) -> bool {
@@ -385,8 +383,7 @@ fn reasons(rejected: &RejectedRowCounts) -> String {
 }
 
 fn of_all_lines(count: u64, tally: &Tally) -> String {
-    let verb = if count == 1 { "is" } else { "are" };
-    format!("{count} of {} {verb}", lines(tally.valid_sentences() + tally.rejected.total()))
+    format!("{count} of {}", lines(tally.valid_sentences() + tally.rejected.total()))
 }
 
 fn lines(count: u64) -> String {

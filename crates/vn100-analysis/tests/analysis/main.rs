@@ -81,7 +81,7 @@ fn a_sensor_that_only_answers_is_told_how_to_send() {
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&batch);
         analysis.snapshot().warnings.iter().any(|warning| {
-            warning.text.remedies().any(|remedy| *remedy == Remedy::Configure(Setting::Message("VNYMR")))
+            warning.details.remedies().any(|remedy| *remedy == Remedy::Configure(Setting::Message("VNYMR")))
         })
     };
     assert!(told(1, 24, 0, 0));

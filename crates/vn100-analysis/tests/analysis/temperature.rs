@@ -73,7 +73,9 @@ fn axes_follow_the_temperature_of_the_stream_and_are_freed_of_it() {
     }
     let (_, assessment) = &measured;
     let warning = assessment.warnings.iter().find(|warning| warning.kind == WarningKind::FollowsTemperature).unwrap();
-    assert!(warning.channels.len() == 6 && warning.text.remedies().any(|remedy| *remedy == Remedy::RemoveTemperature));
+    assert!(
+        warning.channels.len() == 6 && warning.details.remedies().any(|remedy| *remedy == Remedy::RemoveTemperature)
+    );
 
     let freed = assessed(&batch, Some(Detrend::Temperature));
     let found = of(&freed, "gyro_y");

@@ -39,7 +39,17 @@ fn warnings_are_named() {
     let link = [RecordingFailed, NoValidLines, OtherMessages, LinkBudget, DeviceErrors, AnotherSensor, UncheckedLines];
     let time =
         [RateAssumed, RateChanged, RateOffNominal, StampsBackwards, StampsRefused, BunchedArrival, RepeatedLines];
-    let values = [Gaps, AbsentValues, PrintFormat, StuckDigits, QuantisationFloor, FullRange, AngleRestarted, TooShort];
+    let values = [
+        Gaps,
+        AbsentValues,
+        UnreadValues,
+        PrintFormat,
+        StuckDigits,
+        QuantisationFloor,
+        FullRange,
+        AngleRestarted,
+        TooShort,
+    ];
     let noise = [
         CompensatedStream,
         CompensationUnknown,

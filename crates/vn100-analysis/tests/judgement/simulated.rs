@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vn100_analysis::{Analysis, Assessment, Settings, Snapshot, Warning, WarningKind};
+use vn100_analysis::{Analysis, Assessment, Remedy, Settings, Snapshot, Warning, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, VNIMU};
 
@@ -92,7 +92,10 @@ pub(crate) fn named(warnings: &[Warning], kind: WarningKind) -> Vec<&str> {
 }
 
 pub(crate) fn text(warnings: &[Warning], kind: WarningKind) -> String {
-    let texts: Vec<_> =
-        warnings.iter().filter(|warning| warning.kind == kind).map(|warning| warning.text.to_string()).collect();
+    let texts: Vec<_> = warnings
+        .iter()
+        .filter(|warning| warning.kind == kind)
+        .map(|warning| warning.in_words(Remedy::to_string))
+        .collect();
     texts.join("|")
 }

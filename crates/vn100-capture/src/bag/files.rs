@@ -165,7 +165,7 @@ impl Messages {
             if let Some(head) = file.next_head()? {
                 while self.places.len() <= head.topic {
                     let topic = &file.topics()[self.places.len()];
-                    let place = self.topics.iter().position(|other| other.is(topic)).unwrap_or_else(|| {
+                    let place = self.topics.iter().position(|other| other == topic).unwrap_or_else(|| {
                         self.topics.push(topic.clone());
                         self.topics.len() - 1
                     });

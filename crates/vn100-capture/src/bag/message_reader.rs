@@ -13,8 +13,34 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Taken {
     Number(f64),
+    /// One that a float may not hold.
+    Integer(i64),
     /// A time in nanoseconds.
     Time(i64),
+}
+
+impl Taken {
+    /// `None` for a time.
+    pub(super) const fn number(self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(number),
+            Self::Integer(number) => Some(number as f64),
+            Self::Time(_) => None,
+        }
+    }
+
+    /// As a time; a number is one in units of so many nanoseconds. `None` beyond 292 years.
+    pub(super) fn nanoseconds(self, in_unit: i64) -> Option<i64> {
+        match self {
+            Self::Time(at_ns) => Some(at_ns),
+            Self::Integer(number) => number.checked_mul(in_unit),
+            Self::Number(number) => {
+                const MOST_NS: f64 = i64::MAX as f64;
+                let at_ns = (number * in_unit as f64).round();
+                (-MOST_NS < at_ns && at_ns < MOST_NS).then_some(at_ns as i64)
+            }
+        }
+    }
 }
 
 /// Takes the values of the slots; `None` where the message ends too early, or is in a form that is
@@ -102,8 +128,11 @@ impl Cursor<'_> {
                 Number::U16 => u16::from_le_bytes(self.number()?).into(),
                 Number::I32 => i32::from_le_bytes(self.number()?).into(),
                 Number::U32 => u32::from_le_bytes(self.number()?).into(),
-                Number::I64 => i64::from_le_bytes(self.number()?) as f64,
-                Number::U64 => u64::from_le_bytes(self.number()?) as f64,
+                Number::I64 => return Some(Taken::Integer(i64::from_le_bytes(self.number()?))),
+                Number::U64 => {
+                    let number = u64::from_le_bytes(self.number()?);
+                    return Some(i64::try_from(number).map_or(Taken::Number(number as f64), Taken::Integer));
+                }
                 Number::F32 => f32::from_le_bytes(self.number()?).into(),
                 Number::F64 => f64::from_le_bytes(self.number()?),
             }),

@@ -2,13 +2,17 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use vn100_protocol::{Channel, Layout, Quantity, stream::StampSource};
+use vn100_protocol::{
+    Channel, Layout, Quantity,
+    stream::{StampSource, UnreadNumbers},
+};
 
 use super::{
+    definition::Definitions,
     fields::{Leaf, PathTarget, Step, places, steps},
     files::Bag,
     message_reader::{Taken, take},
-    standard_types::PARTS,
+    standard_types::{PARTS, Part},
     topic::{BagError, Topic},
     topic_scan::{ScannedTopic, StampProblem},
 };
@@ -18,13 +22,20 @@ use crate::csv::{ColumnMap, by_name, known};
 #[derive(Debug)]
 pub(super) struct NumberFields {
     pub(super) layout: Layout,
-    steps: Vec<Step>,
+    /// The slots of the numbers and of the time, by their paths.
+    slot_of: BTreeMap<String, usize>,
+    /// The steps to them by each definition that messages have, and those in use.
+    steps: Vec<(Option<Arc<str>>, Vec<Step>)>,
+    selected: usize,
     slots: Vec<Taken>,
     /// In the order of the layout.
     quantizers: Vec<Quantizer>,
-    /// The slot of the time in the message, where that is used.
-    stamp: Option<usize>,
+    /// The slots of the time in the message, where that is used: of its parts, with the nanoseconds
+    /// of a unit where they are numbers.
+    stamp: Vec<(usize, i64)>,
     pub(super) stamp_source: StampSource,
+    /// What the first messages do not have, with the slots of its numbers.
+    unread: Vec<(UnreadNumbers, Vec<usize>)>,
 }
 
 /// A count is 2^-`bits` of the unit of the message.
@@ -54,6 +65,7 @@ pub(super) enum Absence {
 }
 
 /// A message that ends too early, or has another form.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Unreadable;
 
 /// A channel, the path of its number, and how that is counted.
@@ -79,7 +91,12 @@ impl NumberFields {
                 fields.push(NumberField { place, path, unit: None, unit_scale, zero: 0.0, bits });
             }
         }
-        Self::new(topic, fields, columns)
+        Self::new(topic, fields, columns, &topic.zero_parts)
+    }
+
+    /// The time alone that a map names, of messages of sentences; `None` where it names none.
+    pub(super) fn of_time(topic: &ScannedTopic, map: &ColumnMap) -> Result<Option<Self>, BagError> {
+        map.stamp_columns().next().map(|_| Self::new(topic, Vec::new(), Some(map), &[])).transpose()
     }
 
     /// The numbers that a map names by their paths.
@@ -98,10 +115,15 @@ impl NumberFields {
                 bits: bits(own.quantity, unit_scale),
             }
         });
-        Self::new(topic, fields.collect(), Some(map))
+        Self::new(topic, fields.collect(), Some(map), &[])
     }
 
-    fn new(topic: &ScannedTopic, mut fields: Vec<NumberField>, columns: Option<&ColumnMap>) -> Result<Self, BagError> {
+    fn new(
+        topic: &ScannedTopic,
+        mut fields: Vec<NumberField>,
+        columns: Option<&ColumnMap>,
+        zero_parts: &[(&Part, String)],
+    ) -> Result<Self, BagError> {
         fields.sort_by_key(|field| field.place);
         let Topic { name, type_name, .. } = &topic.topic;
         let definition = |problem| BagError::Definition { type_name: type_name.clone(), problem };
@@ -119,28 +141,55 @@ impl NumberFields {
             let next = slots.len();
             slots.entry(field.path.clone()).or_insert(next);
         }
-        let asked = columns.and_then(ColumnMap::stamp_column).map(ToString::to_string);
-        let (path, stamp_source) = match (asked, &topic.stamp) {
-            (Some(path), _) if !matches!(all.get(&path), Some(PathTarget::Leaf(Leaf::Time))) => {
-                let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
-                return Err(BagError::NoTime {
-                    topic: name.clone(),
-                    type_name: type_name.clone(),
-                    path,
-                    times: times.map(|(path, _)| path.clone()).collect(),
-                });
+        let mut asked: Vec<(String, i64)> = Vec::new();
+        for (column, in_unit) in columns.iter().flat_map(|map| map.stamp_columns()) {
+            let path = column.to_string();
+            let in_unit = match (all.get(&path), in_unit) {
+                (Some(PathTarget::Leaf(Leaf::Time)), _) => 1,
+                (Some(PathTarget::Leaf(Leaf::Number(_))), Some(in_unit)) => in_unit,
+                (Some(PathTarget::Leaf(Leaf::Number(_))), None) => {
+                    return Err(BagError::TimeAsText { topic: name.clone(), path });
+                }
+                _ => {
+                    let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
+                    return Err(BagError::NoTime {
+                        topic: name.clone(),
+                        type_name: type_name.clone(),
+                        path,
+                        times: times.map(|(path, _)| path.clone()).collect(),
+                    });
+                }
+            };
+            asked.push((path, in_unit));
+        }
+        let (stamp, stamp_source) = match (&*asked, &topic.stamp) {
+            ([_, ..], _) => {
+                let paths: Vec<&str> = asked.iter().map(|(path, _)| &**path).collect();
+                let source = StampSource::Field(paths.join(" + "));
+                (asked, source)
             }
-            (Some(path), _) => (Some(path.clone()), StampSource::Field(path)),
-            (None, Ok(path)) => (Some(path.clone()), StampSource::Field(path.clone())),
-            (None, Err(StampProblem::None)) => (None, StampSource::Recorded),
-            (None, Err(StampProblem::Zero)) => (None, StampSource::RecordedAsZero),
-            (None, Err(StampProblem::Constant)) => (None, StampSource::RecordedAsConstant),
-            (None, Err(StampProblem::Backwards)) => (None, StampSource::RecordedAsBackwards),
+            ([], Ok(path)) => (vec![(path.clone(), 1)], StampSource::Field(path.clone())),
+            ([], Err(problem)) => (
+                Vec::new(),
+                match problem {
+                    StampProblem::None => StampSource::Recorded,
+                    StampProblem::Zero => StampSource::RecordedAsZero,
+                    StampProblem::Constant => StampSource::RecordedAsConstant,
+                    StampProblem::Backwards => StampSource::RecordedAsBackwards,
+                },
+            ),
         };
-        let stamp = path.map(|path| {
+        let mut slot = |path: String| {
             let next = slots.len();
             *slots.entry(path).or_insert(next)
+        };
+        let stamp = stamp.into_iter().map(|(path, in_unit)| (slot(path), in_unit)).collect();
+        let unread = zero_parts.iter().map(|(part, prefix)| {
+            let numbers = part.channels.iter().map(|(_, path)| slot(format!("{prefix}{path}"))).collect();
+            let path = format!("{prefix}{}", part.field());
+            (UnreadNumbers { path, zero_messages: topic.probed, nonzero_messages: 0 }, numbers)
         });
+        let unread = unread.collect();
         let steps = steps(definitions, type_name, &slots).map_err(definition)?;
         let channels = fields.iter().map(|field| {
             let own = known(field.place);
@@ -160,12 +209,49 @@ impl NumberFields {
         };
         Ok(Self {
             layout,
-            steps,
+            steps: vec![(topic.topic.definition.clone(), steps)],
+            selected: 0,
             slots: vec![Taken::Number(f64::NAN); slots.len()],
             quantizers: fields.iter().map(quantizer).collect(),
+            slot_of: slots,
             stamp,
             stamp_source,
+            unread,
         })
+    }
+
+    /// Reads the messages that follow by the definition of this topic.
+    ///
+    /// # Errors
+    /// [`BagError::OtherDefinition`] where that lacks one of the numbers.
+    pub(super) fn select(&mut self, topic: &Topic) -> Result<(), BagError> {
+        let known = self.steps.iter().position(|(definition, _)| *definition == topic.definition);
+        self.selected = known.unwrap_or(self.steps.len());
+        if known.is_none() {
+            let steps = self.steps_by(topic).map_err(|problem| BagError::OtherDefinition {
+                topic: topic.name.clone(),
+                type_name: topic.type_name.clone(),
+                problem,
+            })?;
+            self.steps.push((topic.definition.clone(), steps));
+        }
+        Ok(())
+    }
+
+    fn steps_by(&self, topic: &Topic) -> Result<Vec<Step>, String> {
+        let definitions = Definitions::of(topic)?.ok_or("the bag does not have it")?;
+        let all: BTreeMap<_, _> = places(&definitions, &topic.type_name).into_iter().collect();
+        for (path, &slot) in &self.slot_of {
+            let is_there = match all.get(path) {
+                Some(PathTarget::Leaf(Leaf::Time)) => self.stamp.iter().any(|(stamp, _)| *stamp == slot),
+                Some(PathTarget::Leaf(Leaf::Number(_))) => true,
+                _ => false,
+            };
+            if !is_there {
+                return Err(format!("it lacks {path}"));
+            }
+        }
+        steps(&definitions, &topic.type_name, &self.slot_of)
     }
 
     /// Fits the scales of series to their largest value in the bag: nothing is known of these
@@ -178,17 +264,21 @@ impl NumberFields {
         }
         let mut largest = vec![0.0_f64; is_series.len()];
         let mut messages = bag.messages(&Arc::default())?;
-        let mut is_read: Vec<bool> = Vec::new();
+        let (mut is_read, mut selected) = (Vec::<bool>::new(), None);
         // an error is reported where the messages are read again
         while let Ok(Some(head)) = messages.next_head() {
             is_read.extend(messages.topics()[is_read.len()..].iter().map(|other| other.is(topic)));
             if !is_read[head.topic] {
                 continue;
             }
+            if selected != Some(head.topic) && self.select(&messages.topics()[head.topic]).is_err() {
+                break;
+            }
+            selected = Some(head.topic);
             let Ok(data) = messages.read_data() else { break };
-            if take(&self.steps, &topic.encoding, data, &mut self.slots).is_some() {
+            if take(&self.steps[self.selected].1, &topic.encoding, data, &mut self.slots).is_some() {
                 for (largest, quantizer) in largest.iter_mut().zip(&self.quantizers) {
-                    if let Taken::Number(number) = self.slots[quantizer.slot]
+                    if let Some(number) = self.slots[quantizer.slot].number()
                         && number.is_finite()
                     {
                         *largest = largest.max(number.abs());
@@ -208,13 +298,19 @@ impl NumberFields {
         Ok(())
     }
 
-    /// Reads the numbers of a message and, where it has one that is used, its time.
+    /// What is not read, and whether it should have been.
+    pub(super) fn unread(&self) -> Vec<UnreadNumbers> {
+        self.unread.iter().map(|(unread, _)| unread.clone()).collect()
+    }
+
+    /// Reads the numbers of a message by the definition selected and, where it has one that is
+    /// used, its time.
     pub(super) fn read(&mut self, topic: &Topic, data: &[u8], row: &mut Row) -> Result<Option<i64>, Unreadable> {
-        take(&self.steps, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
+        take(&self.steps[self.selected].1, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
         row.counts.clear();
         row.absent.clear();
         for (channel, quantizer) in self.quantizers.iter().enumerate() {
-            let Taken::Number(number) = self.slots[quantizer.slot] else { return Err(Unreadable) };
+            let number = self.slots[quantizer.slot].number().ok_or(Unreadable)?;
             let count = ((number - quantizer.zero) * quantizer.counts_per_unit).round_ties_even();
             if (f64::from(-i32::MAX)..=f64::from(i32::MAX)).contains(&count) {
                 row.counts.push(count as i32);
@@ -223,10 +319,16 @@ impl NumberFields {
                 row.absent.push((channel, if count.is_finite() { Absence::OutOfRange } else { Absence::NotANumber }));
             }
         }
-        Ok(self.stamp.and_then(|slot| match self.slots[slot] {
-            Taken::Time(at_ns) => Some(at_ns),
-            Taken::Number(_) => None,
-        }))
+        for (unread, slots) in &mut self.unread {
+            let is_zero = slots.iter().all(|&slot| self.slots[slot].number() == Some(0.0));
+            unread.nonzero_messages += u64::from(!is_zero);
+        }
+        if self.stamp.is_empty() {
+            return Ok(None);
+        }
+        let parts = self.stamp.iter().map(|&(slot, in_unit)| self.slots[slot].nanoseconds(in_unit));
+        let at_ns = parts.into_iter().try_fold(0_i64, |sum, part| sum.checked_add(part?));
+        at_ns.map(Some).ok_or(Unreadable)
     }
 }
 

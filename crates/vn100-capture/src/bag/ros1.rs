@@ -148,7 +148,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let text = |name| field(&self.data, name).map(|text| String::from_utf8_lossy(text).into_owned());
         let type_name = text(b"type").unwrap_or_default();
         let new = Topic::new(&name, &type_name, Encoding::Ros1, text(b"message_definition").as_deref());
-        let place = self.topics.iter().position(|topic| topic.is(&new)).unwrap_or_else(|| {
+        let place = self.topics.iter().position(|topic| *topic == new).unwrap_or_else(|| {
             self.topics.push(new);
             self.topics.len() - 1
         });

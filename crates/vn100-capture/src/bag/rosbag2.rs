@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    sqlite::{Database, Row, SqlValue, Table, TableScan},
+    sqlite::{Database, Row, SqlValue, SqliteTable, TableScan},
     topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
 
@@ -25,7 +25,7 @@ pub(super) struct Rosbag2<R> {
 
 /// Where the fields of a message stand.
 struct MessageTable {
-    table: Table,
+    table: SqliteTable,
     topic_id: usize,
     timestamp: usize,
     data: usize,
@@ -82,7 +82,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
 }
 
 impl MessageTable {
-    fn of(table: &Table) -> Option<Self> {
+    fn of(table: &SqliteTable) -> Option<Self> {
         let place = |name: &str| table.columns.iter().position(|column| column == name);
         Some(Self {
             topic_id: place("topic_id")?,
@@ -104,7 +104,10 @@ impl MessageTable {
 }
 
 /// The definitions by the name of their type.
-fn definitions<R: Read + Seek>(database: &mut Database<R>, table: &Table) -> io::Result<BTreeMap<String, String>> {
+fn definitions<R: Read + Seek>(
+    database: &mut Database<R>,
+    table: &SqliteTable,
+) -> io::Result<BTreeMap<String, String>> {
     let place = |name: &str| table.columns.iter().position(|column| column == name);
     let places = (place("topic_type"), place("encoding"), place("encoded_message_definition"));
     let (Some(name), Some(encoding), Some(text)) = places else { return Ok(BTreeMap::new()) };
@@ -129,7 +132,7 @@ type Topics = (Vec<Topic>, BTreeMap<i64, usize>);
 
 fn read_topics<R: Read + Seek>(
     database: &mut Database<R>,
-    table: &Table,
+    table: &SqliteTable,
     definitions: &BTreeMap<String, String>,
 ) -> io::Result<Topics> {
     let place = |name: &str| table.columns.iter().position(|column| column == name);

@@ -15,7 +15,7 @@ use vn100_protocol::{
 
 use super::{
     files::{Bag, Messages},
-    numbers::{Absence, NumberFields, Row},
+    numbers::{Absence, NumberFields, Row, Unreadable},
     sentences::sentences,
     streams::{Content, TopicStream},
     time_order::TimeOrder,
@@ -35,6 +35,8 @@ pub(crate) struct BagSamples {
     topic: Topic,
     /// Whether the topics at these places are the one that is read.
     is_read: Vec<bool>,
+    /// The place of the last message's topic: those of one name may have several definitions.
+    selected: Option<usize>,
     content: OpenContent,
     line_by_line: bool,
     report: BagReport,
@@ -50,6 +52,8 @@ pub(crate) struct BagSamples {
 enum OpenContent {
     Sentences {
         reader: SampleReader,
+        /// What reads the time, where that of the recorder is not used.
+        time: Option<NumberFields>,
         order: TimeOrder<Vec<u8>>,
     },
     Numbers {
@@ -72,10 +76,11 @@ impl BagSamples {
     ) -> Result<Self, BagError> {
         let TopicStream { topic, content } = stream;
         let (content, stamps) = match content {
-            Content::Sentences => (
-                OpenContent::Sentences { reader: SampleReader::new(options), order: TimeOrder::new() },
-                StampSource::Recorded,
-            ),
+            Content::Sentences(time) => {
+                let stamps = time.as_ref().map_or(StampSource::Recorded, |time| time.stamp_source.clone());
+                let reader = SampleReader::new(options);
+                (OpenContent::Sentences { reader, time, order: TimeOrder::new() }, stamps)
+            }
             Content::Numbers(fields) => {
                 let (layout, stamps) = (Arc::new(fields.layout.clone()), fields.stamp_source.clone());
                 (
@@ -92,6 +97,7 @@ impl BagSamples {
             without_sample: 0,
             unreadable: 0,
             absent: Vec::new(),
+            unread: Vec::new(),
             reordered: 0,
             late: 0,
             other_messages: 0,
@@ -103,6 +109,7 @@ impl BagSamples {
             messages: bag.messages(read)?,
             topic,
             is_read: Vec::new(),
+            selected: None,
             content,
             line_by_line: options.line_by_line,
             report,
@@ -121,6 +128,10 @@ impl BagSamples {
                 self.is_read.push(topic.is(&self.topic));
             }
             if self.is_read[head.topic] {
+                if self.selected != Some(head.topic) {
+                    self.content.select(&self.messages.topics()[head.topic])?;
+                    self.selected = Some(head.topic);
+                }
                 let data = self.messages.read_data()?;
                 self.report.messages += 1;
                 let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
@@ -200,11 +211,14 @@ impl FileReader for BagSamples {
         self.seal();
         let mut last = Vec::new();
         (self.report.reordered, self.report.late) = match &mut self.content {
-            OpenContent::Sentences { reader, order } => {
+            OpenContent::Sentences { reader, order, .. } => {
                 last = reader.finish();
                 (order.moved, order.late)
             }
-            OpenContent::Numbers { order, .. } => (order.moved, order.late),
+            OpenContent::Numbers { fields, order, .. } => {
+                self.report.unread = fields.unread();
+                (order.moved, order.late)
+            }
         };
         let mut batches = mem::take(&mut self.sealed);
         batches.extend(self.with_counts(last));
@@ -244,10 +258,33 @@ fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
     }
 }
 
+/// When a message was, by its own time where it has one; one that cannot be read goes behind those
+/// before it.
+fn at_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64, latest_ns: Option<i64>) -> i64 {
+    match stamp_ns {
+        Ok(stamp_ns) => stamp_ns.unwrap_or(record_ns),
+        Err(Unreadable) => latest_ns.unwrap_or(record_ns),
+    }
+}
+
 impl OpenContent {
+    /// Reads the messages that follow by the definition of this topic.
+    fn select(&mut self, topic: &Topic) -> io::Result<()> {
+        let fields = match self {
+            Self::Sentences { time, .. } => time.as_mut(),
+            Self::Numbers { fields, .. } => Some(fields),
+        };
+        let selected = fields.map_or(Ok(()), |fields| fields.select(topic));
+        selected.map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))
+    }
+
     fn push(&mut self, topic: &Topic, record_ns: i64, data: &[u8], report: &mut BagReport) -> Option<Problem> {
         match self {
-            Self::Sentences { order, .. } => {
+            Self::Sentences { order, time, .. } => {
+                let stamp_ns = match time {
+                    Some(time) => time.read(topic, data, &mut Row::default()),
+                    None => Ok(None),
+                };
                 let mut lines = order.spare();
                 lines.clear();
                 for sentence in sentences(data) {
@@ -255,6 +292,10 @@ impl OpenContent {
                     lines.extend_from_slice(b"\r\n");
                 }
                 let problem = match lines.len() {
+                    _ if stamp_ns.is_err() => {
+                        lines.clear();
+                        Some(Problem::Unreadable)
+                    }
                     0 => Some(Problem::WithoutSample),
                     1..=SENTENCE_BYTES => None,
                     _ => {
@@ -262,7 +303,7 @@ impl OpenContent {
                         Some(Problem::Unreadable)
                     }
                 };
-                order.push(record_ns, lines);
+                order.push(at_ns(stamp_ns, record_ns, order.latest_ns()), record_ns, lines);
                 problem
             }
             Self::Numbers { fields, layout, order, .. } => {
@@ -277,12 +318,7 @@ impl OpenContent {
                 if !held.is_rejected {
                     count_absent(report, layout, &held.row);
                 }
-                let at_ns = match stamp_ns {
-                    Ok(stamp_ns) => stamp_ns.unwrap_or(record_ns),
-                    // its own time is not known
-                    Err(_) => order.latest_ns().unwrap_or(record_ns),
-                };
-                order.push(at_ns, held);
+                order.push(at_ns(stamp_ns, record_ns, order.latest_ns()), record_ns, held);
                 problem
             }
         }
@@ -291,7 +327,7 @@ impl OpenContent {
     /// Passes the next message on, if its place is certain.
     fn pass_on(&mut self, at_end: bool) -> bool {
         match self {
-            Self::Sentences { reader, order } => {
+            Self::Sentences { reader, order, .. } => {
                 let Some((at_ns, lines)) = order.pop(at_end) else { return false };
                 reader.push(lines, Some(at_ns));
             }

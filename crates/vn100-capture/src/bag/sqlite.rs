@@ -38,7 +38,7 @@ pub(super) struct Database<R> {
 
 /// A table, as the schema names it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Table {
+pub(super) struct SqliteTable {
     pub(super) name: String,
     pub(super) columns: Vec<String>,
     root: u32,
@@ -104,7 +104,7 @@ impl<R: Read + Seek> Database<R> {
     }
 
     /// The tables of the schema.
-    pub(super) fn tables(&mut self) -> io::Result<Vec<Table>> {
+    pub(super) fn tables(&mut self) -> io::Result<Vec<SqliteTable>> {
         const MOST_TABLES: usize = 10_000;
         let mut scan = self.scan_root(1)?;
         let (mut tables, mut row) = (Vec::new(), Row::default());
@@ -117,7 +117,7 @@ impl<R: Read + Seek> Database<R> {
                 && let Ok(root) = u32::try_from(root)
             {
                 let columns = column_names(&text(field(4)));
-                tables.push(Table { name: text(field(1)).into_owned(), columns, root });
+                tables.push(SqliteTable { name: text(field(1)).into_owned(), columns, root });
             }
             if tables.len() > MOST_TABLES {
                 return Err(damaged(&format!("more than {MOST_TABLES} tables")));
@@ -127,7 +127,7 @@ impl<R: Read + Seek> Database<R> {
     }
 
     /// A scan of the table from its first row on.
-    pub(super) fn scan(&mut self, table: &Table) -> io::Result<TableScan> {
+    pub(super) fn scan(&mut self, table: &SqliteTable) -> io::Result<TableScan> {
         self.scan_root(table.root)
     }
 

@@ -25,6 +25,14 @@ pub(super) struct Part {
     pub(super) bits: u8,
 }
 
+impl Part {
+    /// The path of the field that holds its numbers.
+    pub(super) fn field(&self) -> &'static str {
+        let (_, path) = self.channels[0];
+        path.split_once('.').map_or(path, |(field, _)| field)
+    }
+}
+
 pub(super) const PARTS: [Part; 6] = [
     Part {
         message: IMU,

@@ -18,8 +18,9 @@ pub(crate) struct TopicStream {
 
 #[derive(Debug)]
 pub(super) enum Content {
-    /// The VectorNav sentences inside the messages, at the times they were recorded.
-    Sentences,
+    /// The VectorNav sentences inside the messages, at the times they were recorded or at those in
+    /// the messages.
+    Sentences(Option<NumberFields>),
     Numbers(NumberFields),
 }
 
@@ -113,7 +114,7 @@ impl TopicStream {
     /// Fits what only the whole bag shows.
     pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), BagError> {
         match &mut self.content {
-            Content::Sentences => Ok(()),
+            Content::Sentences(_) => Ok(()),
             Content::Numbers(fields) => fields.fit(bag, &self.topic),
         }
     }
@@ -130,8 +131,9 @@ fn has(topic: &ScannedTopic, is: impl Fn(&Part) -> bool) -> bool {
 
 fn no_sensor(scan: &TopicScan) -> BagError {
     let form = scan.form.words();
-    match &*scan.topics {
-        [topic] => no_sensor_in(topic),
+    let only_zero = scan.topics.iter().find(|topic| !topic.zero_parts.is_empty());
+    match (&*scan.topics, only_zero) {
+        ([topic], _) | (_, Some(topic)) => no_sensor_in(topic),
         _ => BagError::NoSensor { form, topics: scan.summaries() },
     }
 }
@@ -139,6 +141,12 @@ fn no_sensor(scan: &TopicScan) -> BagError {
 fn no_sensor_in(topic: &ScannedTopic) -> BagError {
     let (name, type_name) = (topic.topic.name.clone(), topic.topic.type_name.clone());
     match &topic.definitions {
+        _ if !topic.zero_parts.is_empty() => BagError::OnlyZero {
+            topic: name,
+            type_name,
+            messages: topic.probed,
+            paths: topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field())).collect(),
+        },
         Ok(Some(_)) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
         Ok(None) => BagError::NoDefinition { topic: name, type_name },
         Err(problem) => BagError::Definition { type_name, problem: problem.clone() },
@@ -148,7 +156,8 @@ fn no_sensor_in(topic: &ScannedTopic) -> BagError {
 fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, BagError> {
     let content = match columns {
         Some(map) if map.has_channels() => Content::Numbers(NumberFields::mapped(topic, map)?),
-        _ if topic.has_sentences() => Content::Sentences,
+        Some(map) if topic.has_sentences() => Content::Sentences(NumberFields::of_time(topic, map)?),
+        None if topic.has_sentences() => Content::Sentences(None),
         _ if topic.parts.is_empty() => return Err(no_sensor_in(topic)),
         map => Content::Numbers(NumberFields::standard(topic, map)?),
     };

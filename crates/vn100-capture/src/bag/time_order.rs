@@ -1,36 +1,69 @@
-//! Puts messages in the order of their times, within a bounded window.
+//! Puts messages in the order of their times, within a bounded window, but for those of a clock
+//! that was set back.
 
 use std::collections::VecDeque;
 
-/// Messages that are held at most: more than threads of a driver put out of order, and fewer than a
-/// clock that is set back repeats.
+/// Messages that are held at most: more than threads of a driver put out of order. As many behind
+/// them show whether a clock was set back.
 const WINDOW: usize = 32;
 
+/// As many messages on each side show that a clock was set back.
+const EVIDENCE: usize = 8;
+
 /// Messages in the order of their times; those of one time in the order they came.
+///
+/// Where a clock is set back by less than the window, the order of the times would mix what came
+/// before with what came after. The times of recording decide: behind such a step every message is
+/// recorded later, after its own time, by the length of the step; behind a message out of order
+/// none is.
 #[derive(Debug)]
 pub(super) struct TimeOrder<T> {
+    /// As they came.
+    ahead: VecDeque<Coming<T>>,
+    /// In order.
     held: VecDeque<Held<T>>,
     /// Storage of those that were taken.
     spare: Vec<T>,
     last: Option<(u64, i64)>,
+    /// The delays of those last taken, in this stretch.
+    delays_ns: VecDeque<i64>,
     /// How often a message came too late for its place: what follows keeps behind what came before.
     stretch: u64,
     /// How many came behind one of a later time, and found their place.
     pub(super) moved: u64,
-    /// How many came so late that those of later times had been taken.
+    /// How many came so late that those of later times had been taken, or from a clock that was set
+    /// back.
     pub(super) late: u64,
+}
+
+#[derive(Debug)]
+struct Coming<T> {
+    at_ns: i64,
+    /// From its time to that of its recording.
+    delay_ns: i64,
+    message: T,
 }
 
 #[derive(Debug)]
 struct Held<T> {
     /// Its stretch, and its time.
     place: (u64, i64),
+    delay_ns: i64,
     message: T,
 }
 
 impl<T: Default> TimeOrder<T> {
     pub(super) fn new() -> Self {
-        Self { held: VecDeque::new(), spare: Vec::new(), last: None, stretch: 0, moved: 0, late: 0 }
+        Self {
+            ahead: VecDeque::new(),
+            held: VecDeque::new(),
+            spare: Vec::new(),
+            last: None,
+            delays_ns: VecDeque::new(),
+            stretch: 0,
+            moved: 0,
+            late: 0,
+        }
     }
 
     /// Room for one more, which holds what one taken before did.
@@ -38,31 +71,63 @@ impl<T: Default> TimeOrder<T> {
         self.spare.pop().unwrap_or_default()
     }
 
-    pub(super) fn push(&mut self, at_ns: i64, message: T) {
-        if self.last.is_some_and(|last| (self.stretch, at_ns) < last) {
-            self.late += 1;
-            self.stretch += 1;
-        }
-        let place = (self.stretch, at_ns);
-        let index = self.held.iter().rposition(|before| before.place <= place).map_or(0, |before| before + 1);
-        self.moved += u64::from(index < self.held.len());
-        self.held.insert(index, Held { place, message });
+    pub(super) fn push(&mut self, at_ns: i64, record_ns: i64, message: T) {
+        self.ahead.push_back(Coming { at_ns, delay_ns: record_ns.saturating_sub(at_ns), message });
     }
 
     /// The first of those held, once there are enough behind it; any at the `end`.
     pub(super) fn pop(&mut self, end: bool) -> Option<(i64, &T)> {
-        if self.held.len() <= if end { 0 } else { WINDOW } {
+        let kept = if end { 0 } else { WINDOW };
+        while self.held.len() <= WINDOW && self.ahead.len() > kept {
+            self.hold_next();
+        }
+        if self.held.len() <= kept {
             return None;
         }
         let first = self.held.pop_front()?;
         self.last = Some(first.place);
+        if self.delays_ns.len() == WINDOW {
+            self.delays_ns.pop_front();
+        }
+        self.delays_ns.push_back(first.delay_ns);
         self.spare.push(first.message);
         self.spare.last().map(|message| (first.place.1, message))
     }
 
-    /// The latest time of those held.
+    /// The time of the last one that came, of those held.
     pub(super) fn latest_ns(&self) -> Option<i64> {
-        self.held.back().map(|last| last.place.1)
+        let held = || self.held.back().map(|last| last.place.1);
+        self.ahead.back().map(|last| last.at_ns).or_else(held)
+    }
+
+    fn hold_next(&mut self) {
+        let Some(next) = self.ahead.pop_front() else { return };
+        let is_too_late = self.last.is_some_and(|last| (self.stretch, next.at_ns) < last);
+        if is_too_late || self.is_set_back(&next) {
+            self.late += 1;
+            self.stretch += 1;
+            self.delays_ns.clear();
+        }
+        let place = (self.stretch, next.at_ns);
+        let index = self.held.iter().rposition(|before| before.place <= place).map_or(0, |before| before + 1);
+        self.moved += u64::from(index < self.held.len());
+        self.held.insert(index, Held { place, delay_ns: next.delay_ns, message: next.message });
+    }
+
+    /// Whether the clock of the messages was set back before this one: it and all that follow are
+    /// delayed by most of the way back, and more than any before.
+    fn is_set_back(&self, next: &Coming<T>) -> bool {
+        let latest_ns = self.held.back().filter(|last| last.place > (self.stretch, next.at_ns));
+        let Some(Held { place: (_, latest_ns), .. }) = latest_ns else { return false };
+        let held = self.held.iter().filter(|held| held.place.0 == self.stretch).map(|held| held.delay_ns);
+        let before = || self.delays_ns.iter().copied().chain(held.clone());
+        let after = || self.ahead.iter().map(|message| message.delay_ns).chain([next.delay_ns]);
+        if before().count() < EVIDENCE || after().count() < EVIDENCE {
+            return false;
+        }
+        let (Some(longest), Some(shortest)) = (before().max(), after().min()) else { return false };
+        let back_ns = i128::from(*latest_ns) - i128::from(next.at_ns);
+        4 * (i128::from(shortest) - i128::from(longest)) > 3 * back_ns
     }
 }
 
@@ -72,11 +137,16 @@ mod tests {
 
     use super::*;
 
+    /// Messages that are recorded one a tick.
     fn ordered(times: &[i64]) -> (Vec<i64>, u64, u64) {
+        ordered_by(times, 1)
+    }
+
+    fn ordered_by(times: &[i64], tick: i64) -> (Vec<i64>, u64, u64) {
         let mut order = TimeOrder::<usize>::new();
         let mut out = Vec::new();
         for (place, &at_ns) in times.iter().enumerate() {
-            order.push(at_ns, place);
+            order.push(at_ns, place as i64 * tick, place);
             out.extend(order.pop(false).map(|(at_ns, _)| at_ns));
         }
         while let Some((at_ns, _)) = order.pop(true) {
@@ -95,6 +165,30 @@ mod tests {
         // a clock set back for good: the one stretch behind the other
         let set_back: Vec<i64> = (0..500).chain(100..600).collect();
         assert_eq!(ordered(&set_back), (set_back.clone(), 0, 1));
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_a_little_mixes_nothing() {
+        for back in 2..100 {
+            let set_back: Vec<i64> = (0..500).chain(500 - back..1000).collect();
+            assert_eq!(ordered(&set_back), (set_back.clone(), 0, 1), "{back}");
+        }
+        // blocks that changed places, and one message that is late, of a clock that drifts
+        for late in 1..WINDOW as i64 {
+            for first in [0, 1, 40, 470 - 2 * late] {
+                let end = 500;
+                let blocks = (0..first).chain(first + late..first + 2 * late).chain(first..first + late);
+                let blocks: Vec<i64> = blocks.chain(first + 2 * late..end).collect();
+                let one = (0..first).chain(first + 1..=first + late).chain([first]).chain(first + late + 1..end);
+                for times in [blocks, one.collect()] {
+                    let drifting: Vec<i64> = times.iter().map(|time| time * 999).collect();
+                    let sorted: Vec<i64> = (0..end).map(|time| time * 999).collect();
+                    let (out, moved, late_ones) = ordered_by(&drifting, 1000);
+                    assert_eq!((out, late_ones), (sorted, 0), "{late} at {first}");
+                    assert!(moved >= 1);
+                }
+            }
+        }
     }
 
     proptest! {

@@ -29,7 +29,7 @@ pub(crate) trait BagFile: Send {
     /// The bytes of that message; once for each.
     fn read_data(&mut self) -> io::Result<&[u8]>;
 
-    /// The topics seen so far.
+    /// The topics seen so far; one for each definition that its messages have.
     fn topics(&self) -> &[Topic];
 
     /// The topics, where an index lists them and the file need not be read whole. No message can be
@@ -98,7 +98,8 @@ impl Topic {
         Self { name: name.into(), type_name: short_type(type_name), encoding, definition }
     }
 
-    /// Whether it is the same in another file, or in another pass.
+    /// Whether it is the same in another file, or in another pass. Its messages may be of another
+    /// definition there, as in bags that were merged.
     pub(super) fn is(&self, other: &Self) -> bool {
         (&self.name, &self.type_name, &self.encoding) == (&other.name, &other.type_name, &other.encoding)
     }
@@ -232,6 +233,22 @@ pub enum BagError {
         /// Paths of their numbers.
         fields: Vec<String>,
     },
+    /// All numbers of a sensor are zero, as those are that it does not have.
+    #[error(
+        "messages of topic {topic:?} ({type_name}) have {}, and all of it is zero in the first {messages} messages: is the \
+         sensor read? Name their numbers as columns if they are not zero later",
+        paths.join(", ")
+    )]
+    OnlyZero {
+        /// The topic.
+        topic: String,
+        /// The type of its messages.
+        type_name: String,
+        /// Messages that were looked at.
+        messages: usize,
+        /// What is zero.
+        paths: Vec<String>,
+    },
     /// A field that was asked for is not there.
     #[error(
         "messages of topic {topic:?} ({type_name}) have no number {path:?}; they have {}",
@@ -261,6 +278,27 @@ pub enum BagError {
         path: String,
         /// Paths of their times.
         times: Vec<String>,
+    },
+    /// A number that shall be read as a date or a time of day.
+    #[error("{path:?} in messages of topic {topic:?} is a number, and no date: say whether it is in s, ms, us or ns")]
+    TimeAsText {
+        /// The topic.
+        topic: String,
+        /// What was asked for.
+        path: String,
+    },
+    /// Messages of one topic by definitions of which one does not fit.
+    #[error(
+        "topic {topic:?} has messages by several definitions of {type_name}, as in bags that were merged, and one of \
+         them cannot be used: {problem}. Read the bags one by one"
+    )]
+    OtherDefinition {
+        /// The topic.
+        topic: String,
+        /// The type of its messages.
+        type_name: String,
+        /// What is wrong with it.
+        problem: String,
     },
     /// A definition that cannot be used.
     #[error("the definition of {type_name} cannot be used: {problem}")]

@@ -39,9 +39,12 @@ pub(super) struct ScannedTopic {
     with_sentences: usize,
     /// The standard numbers that its messages have, and the path of the message each is part of.
     pub(super) parts: Vec<(&'static Part, String)>,
+    /// Those that are zero in all that were looked at.
+    pub(super) zero_parts: Vec<(&'static Part, String)>,
     /// The first time in its messages that runs on, by its path.
     pub(super) stamp: Result<String, StampProblem>,
-    probed: usize,
+    /// Messages that were looked at, and their bytes.
+    pub(super) probed: usize,
     probed_bytes: usize,
 }
 
@@ -90,7 +93,8 @@ impl TopicScan {
             // an error is reported where the messages are read
             let Ok(Some(head)) = messages.next_head() else { break };
             for topic in &messages.topics()[places.len()..] {
-                places.push(self.topics.iter().position(|other| other.topic.is(topic)));
+                // of one definition: messages of another have a form of their own
+                places.push(self.topics.iter().position(|other| other.topic == *topic));
             }
             let Some(place) = places[head.topic] else { continue };
             let topic = &mut self.topics[place];
@@ -105,7 +109,7 @@ impl TopicScan {
             probes[place].push(&topic.topic, data);
         }
         for (topic, probe) in self.topics.iter_mut().zip(probes) {
-            (topic.parts, topic.stamp) = probe.finish(topic.probed == 0);
+            probe.finish(topic);
         }
         Ok(())
     }
@@ -114,8 +118,17 @@ impl TopicScan {
 impl ScannedTopic {
     fn new(topic: Topic, count: Option<TopicCount>) -> Self {
         let definitions = Definitions::of(&topic);
-        let (parts, stamp) = (Vec::new(), Err(StampProblem::None));
-        Self { topic, count, definitions, with_sentences: 0, parts, stamp, probed: 0, probed_bytes: 0 }
+        Self {
+            topic,
+            count,
+            definitions,
+            with_sentences: 0,
+            parts: Vec::new(),
+            zero_parts: Vec::new(),
+            stamp: Err(StampProblem::None),
+            probed: 0,
+            probed_bytes: 0,
+        }
     }
 
     pub(super) fn summary(&self) -> TopicSummary {
@@ -173,7 +186,9 @@ struct ProbedPart {
     path: String,
     covariance: Option<usize>,
     numbers: Vec<usize>,
-    /// A message had it: its covariance is not -1, and not all of it is zero.
+    /// A message has it by its covariance, which is not -1.
+    is_known: bool,
+    /// Not all of it is zero in such a message.
     is_there: bool,
 }
 
@@ -210,6 +225,7 @@ impl Probe {
                     covariance: covariance.map(|path| slot(format!("{prefix}{path}"))),
                     numbers: part.channels.iter().map(|(_, path)| slot(format!("{prefix}{path}"))).collect(),
                     path: prefix,
+                    is_known: false,
                     is_there: false,
                 });
             }
@@ -227,10 +243,11 @@ impl Probe {
         if self.steps.is_empty() || take(&self.steps, &topic.encoding, data, &mut self.slots).is_none() {
             return;
         }
-        let number = |slot: usize| if let Taken::Number(number) = self.slots[slot] { number } else { f64::NAN };
+        let number = |slot: usize| self.slots[slot].number().unwrap_or(f64::NAN);
         for part in &mut self.parts {
             let is_known = part.covariance.is_none_or(|slot| number(slot) != -1.0);
             let is_zero = part.numbers.iter().all(|&slot| number(slot) == 0.0);
+            part.is_known |= is_known;
             part.is_there |= is_known && !is_zero;
         }
         for stamp in &mut self.stamps {
@@ -241,17 +258,25 @@ impl Probe {
     }
 
     /// Where no message was looked at the type decides.
-    fn finish(self, unseen: bool) -> (Vec<(&'static Part, String)>, Result<String, StampProblem>) {
-        let there = self.parts.into_iter().filter(|part| part.is_there || unseen);
-        let parts = there.map(|part| (part.part, part.path)).collect();
+    fn finish(self, topic: &mut ScannedTopic) {
+        for part in self.parts {
+            if part.is_there || topic.probed == 0 {
+                topic.parts.push((part.part, part.path));
+            } else if part.is_known {
+                topic.zero_parts.push((part.part, part.path));
+            }
+        }
         let mut first_problem = None;
         for stamp in self.stamps {
             match stamp.problem() {
-                None => return (parts, Ok(stamp.path)),
+                None => {
+                    topic.stamp = Ok(stamp.path);
+                    return;
+                }
                 Some(problem) => first_problem = first_problem.or(Some(problem)),
             }
         }
-        (parts, Err(first_problem.unwrap_or(StampProblem::None)))
+        topic.stamp = Err(first_problem.unwrap_or(StampProblem::None));
     }
 }
 

@@ -190,9 +190,15 @@ impl ColumnMap {
         !self.channels.is_empty()
     }
 
-    /// What holds the times.
-    pub(crate) fn stamp_column(&self) -> Option<&ColumnName> {
-        self.stamp.as_ref().map(|stamp| &stamp.column)
+    /// What holds the times, or the parts of them that are added, with the nanoseconds of a unit;
+    /// `None` for one that is text.
+    pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
+        let whole = self.stamp.iter().map(|stamp| match stamp.form {
+            StampForm::Unit(unit) => (&stamp.column, Some(unit.in_nanoseconds())),
+            StampForm::Clock(_) => (&stamp.column, None),
+        });
+        let parts = self.stamp.iter().filter_map(|stamp| stamp.part.as_ref());
+        whole.chain(parts.map(|(column, unit)| (column, Some(unit.in_nanoseconds()))))
     }
 
     /// Every column with the channel it holds, the stamp last.

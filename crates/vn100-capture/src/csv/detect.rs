@@ -9,9 +9,10 @@ use super::{
     BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
     column_map::{ColumnMap, MappedChannel, RAW, STAMP, known},
     dialect::Dialect,
+    fields::{FieldCutter, LastField},
     guess::guess,
     header::{ColumnPlaces, Header},
-    lines::{Fields, LastField, is_comment_or_blank},
+    lines::is_comment_or_blank,
     number::Number,
     resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
     stamp_columns::{StampColumns, StampSearch},
@@ -134,10 +135,14 @@ impl<'a> HeaderCandidate<'a> {
         rows(self.lines, lines_above).map(|row| self.dialect.tidy(row))
     }
 
+    fn field_reader(&self) -> FieldCutter {
+        FieldCutter::of_head(self.dialect.separator)
+    }
+
     /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A
     /// comment may name a channel in passing.
     fn fits(&self, row: &[u8]) -> bool {
-        let fields = Fields::new(&self.dialect.tidy(row), self.dialect.separator).count();
+        let fields = self.field_reader().cut(&self.dialect.tidy(row)).len();
         fields == self.header.width() || memmem::find(row, b"$VN").is_some()
     }
 
@@ -253,9 +258,10 @@ impl<'a> HeaderCandidate<'a> {
 
     /// The column in which most of the first rows hold a sentence, whatever it is called.
     fn sentence_column(&self, lines_above: usize) -> Option<usize> {
+        let mut reader = self.field_reader();
         let mut found = vec![0_u32; self.header.names.len()];
         for row in self.rows(lines_above) {
-            let place = Fields::new(&row, self.dialect.separator).position(|cell| memmem::find(cell, b"$VN").is_some());
+            let place = reader.cut(&row).iter().position(|cell| memmem::find(cell, b"$VN").is_some());
             if let Some(count) = place.and_then(|place| found.get_mut(place)) {
                 *count += 1;
             }
@@ -266,9 +272,8 @@ impl<'a> HeaderCandidate<'a> {
 
     /// The fields of the first rows, of those of its stream.
     fn cells(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<Vec<Vec<u8>>> {
-        let cut = self
-            .rows(lines_above)
-            .map(|row| Fields::new(&row, self.dialect.separator).map(<[u8]>::to_vec).collect::<Vec<_>>());
+        let mut reader = self.field_reader();
+        let cut = self.rows(lines_above).map(|row| reader.cut(&row).iter().map(<[u8]>::to_vec).collect::<Vec<_>>());
         // a sentence has commas of its own
         cut.filter(|cells| cells.len() == self.header.width() || places.sentence.is_some())
             .filter(|cells| {
@@ -325,10 +330,11 @@ impl<'a> HeaderCandidate<'a> {
         let Some(row) = self.rows(self.index + 1).next() else {
             return false;
         };
-        let fields = || Fields::new(&row, self.dialect.separator);
+        let mut reader = self.field_reader();
+        let fields = reader.cut(&row);
         self.header.names_columns()
-            && fields().count() == self.header.width()
-            && fields().any(|field| Number::parse(field).is_some())
+            && fields.len() == self.header.width()
+            && fields.iter().any(|field| Number::parse(field).is_some())
     }
 
     /// Completes a plan with what the first rows show, the unit of the stamps too if it is not
@@ -369,11 +375,12 @@ impl<'a> HeaderCandidate<'a> {
 
     /// How the first rows end that do have a line end.
     fn last_field(&self, lines_above: usize) -> LastField {
+        let mut reader = self.field_reader();
         let ended = &self.lines[..self.lines.len() - 1];
         let forms = rows(ended, lines_above.min(ended.len())).filter_map(|row| {
             let row = self.dialect.tidy(row);
-            let (count, last) = Fields::new(&row, self.dialect.separator).count_and_last();
-            (count == self.header.width()).then(|| LastField::of(last))
+            let fields = reader.cut(&row);
+            (fields.len() == self.header.width()).then(|| LastField::of(fields.last()))
         });
         forms.reduce(LastField::common).unwrap_or_default()
     }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use memchr::memmem;
 
-use super::{lines::Fields, number::Number};
+use super::{fields::FieldCutter, number::Number};
 
 /// How the rows of a file are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,12 +29,8 @@ impl Dialect {
             return Self { separator: b' ', decimal_comma };
         }
         let separator = separator(names);
-        let fields = || rows.clone().flat_map(|row| Fields::new(row, separator));
         let has_sentence = || rows.clone().any(|row| memmem::find(row, b"$VN").is_some());
-        let decimal_comma = separator != b','
-            && fields().any(is_with_comma)
-            && !fields().any(|field| field.contains(&b'.') && Number::parse(field).is_some())
-            && !has_sentence();
+        let decimal_comma = separator != b',' && has_decimal_commas(rows.clone(), separator) && !has_sentence();
         Self { separator, decimal_comma }
     }
 
@@ -43,7 +39,7 @@ impl Dialect {
     pub(super) fn header<'a>(self, names: &'a [u8]) -> (Cow<'a, [u8]>, u8) {
         let is_spaced = self.separator == b' ' && !names.iter().any(|byte| SEPARATORS.contains(byte));
         let separator = if is_spaced { b' ' } else { separator(names) };
-        let is_row = Fields::new(names, separator).any(is_with_comma) && separator != b',';
+        let is_row = separator != b',' && FieldCutter::of_head(separator).cut(names).iter().any(is_with_comma);
         (if is_spaced || is_row { self.tidy(names) } else { names.into() }, separator)
     }
 
@@ -75,10 +71,25 @@ impl Dialect {
     }
 }
 
+/// Whether decimals follow a comma in the rows, and never a point.
+fn has_decimal_commas<'a>(rows: impl Iterator<Item = &'a [u8]>, separator: u8) -> bool {
+    let mut reader = FieldCutter::of_head(separator);
+    let (mut commas, mut points) = (false, false);
+    for row in rows {
+        for field in reader.cut(row).iter() {
+            commas |= is_with_comma(field);
+            points |= field.contains(&b'.') && Number::parse(field).is_some();
+        }
+    }
+    commas && !points
+}
+
 /// The one of `,` `;` and tab that the line has most of; `;` or tab where the commas are those of
 /// decimals.
 fn separator(line: &[u8]) -> u8 {
-    let are_decimals = |separator: &u8| line.contains(separator) && Fields::new(line, *separator).all(is_with_comma);
+    let are_decimals = |separator: &u8| {
+        line.contains(separator) && FieldCutter::of_head(*separator).cut(line).iter().all(is_with_comma)
+    };
     let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
     let [tab, semicolon, _] = SEPARATORS;
     // of equals the last one counts

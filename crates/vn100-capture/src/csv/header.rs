@@ -8,7 +8,7 @@ use super::{
     CsvError,
     column_map::{ColumnMap, ColumnName, MappedStamp, RAW, STAMP, Unit, known},
     column_name::channel_of,
-    lines::Fields,
+    fields::FieldCutter,
     number::Number,
     shown,
     stamp_columns::StampColumns,
@@ -39,7 +39,7 @@ pub(super) struct ColumnPlaces {
 impl Header {
     /// Cuts `line` at the separators.
     pub(super) fn read(line: &[u8], separator: u8) -> Self {
-        let mut names: Vec<_> = Fields::new(line, separator).map(shown).collect();
+        let mut names: Vec<_> = FieldCutter::of_head(separator).cut(line).iter().map(shown).collect();
         let nameless_end = names.len() > 1 && names.pop_if(|name| name.is_empty()).is_some();
         Self { names, nameless_end }
     }
@@ -47,11 +47,13 @@ impl Header {
     /// Learns from the rows whether they end in a field without a name; the names of the columns
     /// may have a separator too many or too few.
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = Cow<'a, [u8]>>, separator: u8) {
+        let mut reader = FieldCutter::of_head(separator);
         let (mut as_named, mut longer) = (0, 0);
         for row in rows {
-            let (count, last) = Fields::new(&row, separator).count_and_last();
-            as_named += usize::from(count == self.names.len());
-            longer += usize::from(count == self.names.len() + 1 && (self.nameless_end || last.is_empty()));
+            let fields = reader.cut(&row);
+            as_named += usize::from(fields.len() == self.names.len());
+            let is_longer = fields.len() == self.names.len() + 1;
+            longer += usize::from(is_longer && (self.nameless_end || fields.last().is_empty()));
         }
         self.nameless_end = longer > as_named;
     }

@@ -64,7 +64,7 @@ const EXPONENTS: usize = 2048;
 
 /// What a count is worth, in the numbers of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scale {
+pub(super) enum CountScale {
     /// 10^-this.
     Decimal(u8),
     /// 2^-this.
@@ -74,7 +74,7 @@ pub(super) enum Scale {
 /// How a number becomes a count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantizer {
-    pub(super) scale: Scale,
+    pub(super) scale: CountScale,
     /// Digits behind the last one that is kept are rounded away.
     pub(super) is_rounded: bool,
     zero_hundredths: i64,
@@ -119,14 +119,14 @@ impl Quantizer {
     #[inline]
     pub(super) fn count(&self, number: &Number) -> Option<i32> {
         let count = match self.scale {
-            Scale::Decimal(decimals) => {
+            CountScale::Decimal(decimals) => {
                 let count = number.count(decimals)?;
                 match self.zero_hundredths {
                     0 => count,
                     hundredths => count.checked_sub(hundredths * 10_i64.pow(u32::from(decimals) - 2))?,
                 }
             }
-            Scale::Binary(power) => {
+            CountScale::Binary(power) => {
                 let value = number.value() - self.zero_hundredths as f64 / 100.0;
                 // a cast saturates, beyond every limit
                 (value * exp2(power)).round_ties_even() as i64
@@ -141,16 +141,16 @@ impl Quantizer {
     #[inline]
     pub(super) fn rounds(&self, number: &Number) -> bool {
         match self.scale {
-            Scale::Decimal(decimals) if !self.is_rounded => number.decimals() > decimals.into(),
-            Scale::Decimal(_) | Scale::Binary(_) => false,
+            CountScale::Decimal(decimals) if !self.is_rounded => number.decimals() > decimals.into(),
+            CountScale::Decimal(_) | CountScale::Binary(_) => false,
         }
     }
 
     /// The channel in these counts; its scale is that of the file's unit.
     pub(super) fn of_counts(&self, channel: Channel) -> Channel {
         let (decimals, factor) = match self.scale {
-            Scale::Decimal(decimals) => (decimals, 1.0),
-            Scale::Binary(power) => (0, exp2(-power)),
+            CountScale::Decimal(decimals) => (decimals, 1.0),
+            CountScale::Binary(power) => (0, exp2(-power)),
         };
         Channel { decimals, scale: channel.scale * factor, limit_counts: self.limit_counts, ..channel }
     }
@@ -191,12 +191,12 @@ impl ColumnScan {
         let limit = prior.limit.filter(|limit| !self.are_many_beyond(*limit));
         let scale = self.scale(prior, limit, scanned);
         let per_unit = match scale {
-            Scale::Decimal(decimals) => 10_f64.powi(decimals.into()),
-            Scale::Binary(power) => exp2(power),
+            CountScale::Decimal(decimals) => 10_f64.powi(decimals.into()),
+            CountScale::Binary(power) => exp2(power),
         };
         let is_rounded = match scale {
-            Scale::Decimal(decimals) => self.significant > u32::from(decimals),
-            Scale::Binary(_) => true,
+            CountScale::Decimal(decimals) => self.significant > u32::from(decimals),
+            CountScale::Binary(_) => true,
         };
         Quantizer {
             scale,
@@ -210,12 +210,12 @@ impl ColumnScan {
     /// The decimals as they stand where the largest number fits 32 bits with them; else the power
     /// of two with which it just does. Where only the head is known there is room for larger
     /// numbers and for more digits.
-    fn scale(&self, prior: Prior, limit: Option<f64>, scanned: Scanned) -> Scale {
+    fn scale(&self, prior: Prior, limit: Option<f64>, scanned: Scanned) -> CountScale {
         let prior_decimals = u32::from(prior.decimals);
         let zero = prior.zero_hundredths as f64 / 100.0;
         let turns = if prior.turns { TURNS } else { 1.0 };
         if limit.is_some() && self.printed <= prior_decimals {
-            return Scale::Decimal(prior.decimals);
+            return CountScale::Decimal(prior.decimals);
         }
         let held = self.largest_held().min(limit.unwrap_or(f64::INFINITY)) + zero;
         let room = match (scanned, limit) {
@@ -227,15 +227,15 @@ impl ColumnScan {
         for (decimals, have) in [(self.printed, self.have_printed), (self.significant, self.have_significant)] {
             let decimals = decimals.max(prior_decimals);
             if self.nonzero > 0 && enough(have) && decimals <= MOST_DECIMALS && fits(room, decimals) {
-                return Scale::Decimal(decimals as u8);
+                return CountScale::Decimal(decimals as u8);
             }
         }
         if self.nonzero == 0 {
             let (fewest, most) = UNSEEN_DECIMALS;
             let decimals = if scanned == Scanned::Whole { self.printed.clamp(fewest, most) } else { fewest };
-            return Scale::Decimal(decimals.max(prior_decimals) as u8);
+            return CountScale::Decimal(decimals.max(prior_decimals) as u8);
         }
-        Scale::Binary(((MOST_COUNTS / room).log2().floor() as i32).clamp(-900, 900))
+        CountScale::Binary(((MOST_COUNTS / room).log2().floor() as i32).clamp(-900, 900))
     }
 
     /// The largest number, or less where single glitches would cost the resolution of all others.
@@ -307,7 +307,7 @@ fn exp2(power: i32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Scale::*, Scanned::*, *};
+    use super::{CountScale::*, Scanned::*, *};
 
     const ANY: Prior = Prior { decimals: 0, limit: None, zero_hundredths: 0, turns: false };
     const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), ..ANY };
@@ -318,7 +318,7 @@ mod tests {
         scan
     }
 
-    fn scale(fields: &[&str], prior: Prior, of: Scanned) -> Scale {
+    fn scale(fields: &[&str], prior: Prior, of: Scanned) -> CountScale {
         scanned(fields).quantizer(prior, of).scale
     }
 

@@ -37,6 +37,11 @@ impl StampUnit {
         10_f64.powi(i32::from(self.decimals)) / 1e9
     }
 
+    /// One of it in nanoseconds.
+    pub(super) const fn in_nanoseconds(self) -> i64 {
+        10_i64.pow(self.decimals as u32)
+    }
+
     /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
         stamp.count(self.decimals)

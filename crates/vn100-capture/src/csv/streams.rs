@@ -4,7 +4,7 @@ use std::io::Read;
 
 use vn100_protocol::Channel;
 
-use super::{CsvPlan, Kind, lines::Lines, reader::RowParser, resolution::SCANNED_ROWS};
+use super::{CsvPlan, Kind, lines::Lines, resolution::SCANNED_ROWS, row_parser::RowParser};
 
 /// A channel of the same rate as another is in this share of the rows that hold either, at least.
 const SAME_RATE: f64 = 0.75;

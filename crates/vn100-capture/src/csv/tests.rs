@@ -6,7 +6,7 @@ use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
 use vn100_protocol::stream::{AbsentValues, CsvReport, RejectedRow, RejectedRows};
 
-use super::{lines::Lines, reader::RowParser, *};
+use super::{lines::Lines, row_parser::RowParser, *};
 
 mod forms;
 mod mapped;
@@ -92,7 +92,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
             }
         }
     }
-    let tally = &parser.tally;
+    let tally = &parser.counted.tally;
     whole.bytes = [tally.valid_sentence_bytes, tally.rejected_sentence_bytes, tally.skipped_bytes];
     whole.report = parser.report();
     assert_eq!(whole.report.rows, count as u64);

@@ -8,27 +8,18 @@ use std::{
 };
 
 use bytes::Bytes;
-use mcap::{
-    McapError,
-    records::{Channel, Metadata, Record, op},
-    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
-};
+use mcap::records::{Channel, Metadata, Record, op};
 
 use super::{
     BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
     io_error, link_from_json,
 };
 use crate::{
+    mcap_records::{McapRecords, Next},
     read_samples::{Event, FileReader},
     source,
 };
 use vn100_protocol::stream::{Batch, Chunk, FileReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
-
-/// Bytes of one read of the file.
-const READ_BYTES: usize = 64 * 1024;
-
-/// Longest record that is read. Ours hold one read of a port; others may hold images.
-const RECORD_BYTES: usize = 64 * 1024 * 1024;
 
 /// How much of a file is searched for a topic of ours: a tool that merges may put much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
@@ -99,8 +90,7 @@ pub(super) enum Entry<'a> {
 ///
 /// Memory is bounded, whatever the length of the recording.
 pub struct RecordingReader<R> {
-    reader: R,
-    records: LinearReader,
+    records: McapRecords<R>,
     contents: Contents,
     /// All metadata before the first input.
     pub(super) head: Vec<Metadata>,
@@ -115,19 +105,9 @@ impl<R: Read> RecordingReader<R> {
     ///
     /// # Errors
     /// [`RecordingError`] when this is no recording, or cannot be read.
-    pub fn open(mut reader: R) -> Result<Self, RecordingError> {
-        let mut magic = Vec::new();
-        reader.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
-        if !mcap::MAGIC.starts_with(&magic) {
-            return Err(RecordingError::NotMcap);
-        }
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_record_length_limit(RECORD_BYTES);
+    pub fn open(reader: R) -> Result<Self, RecordingError> {
         let mut new = Self {
-            reader,
-            records: LinearReader::new_with_options(options),
+            records: McapRecords::open(reader)?.ok_or(RecordingError::NotMcap)?,
             contents: Contents::default(),
             head: Vec::new(),
             first: None,
@@ -205,28 +185,17 @@ impl<R: Read> RecordingReader<R> {
 
     fn read_to_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
         let complete = loop {
-            match self.records.next_event() {
-                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
-                    let room = self.records.insert(bytes.max(READ_BYTES));
-                    match self.reader.read(room) {
-                        Ok(bytes) => self.records.notify_read(bytes),
-                        Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                        Err(error) => return Err(error),
-                    }
-                }
-                Some(Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. })) => break true,
-                // a file system that lost power leaves zeros in allocated space
-                Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => break false,
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    if let Some(entry) = self.contents.take(opcode, data)? {
+            match self.records.advance()? {
+                Next::Record(opcode) => {
+                    if let Some(entry) = self.contents.take(opcode, self.records.data())? {
                         return Ok(Some(show(entry)));
                     }
                     if self.contents.searched_bytes > SEARCHED_BYTES {
                         return Ok(None);
                     }
                 }
-                Some(Err(McapError::UnexpectedEof)) | None => break false,
-                Some(Err(error)) => return Err(io_error(error)),
+                Next::End => break true,
+                Next::Cut => break false,
             }
         };
         let end = RecordingEnd { ended_ns: self.contents.last_ns, complete, reason: self.contents.reason.take() };

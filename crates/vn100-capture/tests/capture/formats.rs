@@ -173,3 +173,31 @@ fn an_interrupted_read_is_tried_again() {
         assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 50);
     }
 }
+
+#[test]
+fn files_of_other_programs_are_named() {
+    let random: Vec<u8> = (0..4096_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    // scipy.io.savemat(..., {'g': ...}, format='4') of 500 rows of 6
+    let matlab_4 = [&[0, 0, 0, 0, 0xf4, 1, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, b'g', 0][..], &random].concat();
+    for (head, named) in [
+        (&b"MATLAB 5.0 MAT-file, Platform: posix\0\0\0\x01IM"[..], "writematrix"),
+        (&matlab_4, "writematrix"),
+        (b"\x89HDF\r\n\x1a\n\0", "h5py"),
+        (b"\x93NUMPY\x01\0", "numpy.load"),
+        (b"RDX3\nX\n\0\0\0\x03", "write.csv"),
+        (b"X\n\0\0\0\x03", "readRDS"),
+        (b"PAR1", "read_parquet"),
+        (b"ARROW1\0\0", "read_feather"),
+        (b"\x80\x04\x95", "read_pickle"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Microsoft Office"),
+    ] {
+        let refused = open([head, &random].concat()).err().unwrap().to_string();
+        assert!(refused.contains(named), "{refused}");
+    }
+    assert!(open("RDA3\nA\n3\n262146\n").err().unwrap().to_string().contains("write.csv"));
+    // a port at the wrong baud rate sends anything
+    for rows in [0_u8, 9] {
+        let bytes = [&[0, 0, 0, 0, rows, 0, 0, 0, 0, 0, 0, 0][..], &random].concat();
+        assert_eq!(open(bytes).unwrap().format, Format::Raw);
+    }
+}

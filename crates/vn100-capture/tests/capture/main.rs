@@ -8,6 +8,7 @@
 
 mod bags;
 mod formats;
+mod made_bags;
 mod packed;
 mod read_samples;
 mod recorder;

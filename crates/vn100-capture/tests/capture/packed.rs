@@ -117,3 +117,22 @@ fn text_in_utf_16_is_read_in_either_order() {
         assert_eq!(row_count(Capture::open(&path, &CaptureOptions::default()).unwrap()), (2, true));
     }
 }
+
+#[test]
+fn documents_of_other_programs_are_named() {
+    let npy = b"\x93NUMPY\x01\0";
+    for (files, named) in [
+        (&[("x.npy", &npy[..])][..], "NumPy arrays"),
+        (&[("x.npy", npy), ("y.npy", npy)], "NumPy arrays"),
+        (&[("[Content_Types].xml", b"<Types/>"), ("xl/workbook.xml", b"<x/>")], "Microsoft Office"),
+        (&[("mimetype", b"application/vnd.oasis.opendocument.spreadsheet"), ("content.xml", b"<x/>")], "LibreOffice"),
+    ] {
+        let bytes = archive(files);
+        for refused in [of_file(&bytes).err().unwrap(), open(bytes).err().unwrap()] {
+            assert!(refused.to_string().contains(named), "{refused}");
+        }
+    }
+    let both =
+        archive(&[("x.npy", npy), ("a.csv.bz2", BZIP2), ("a.csv", b"t,gyro_x\n0.000,0.5\n0.025,0.5\n0.050,0.25\n")]);
+    assert_eq!(of_file(&both).unwrap(), (3, true));
+}

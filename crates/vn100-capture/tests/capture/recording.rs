@@ -197,22 +197,92 @@ fn the_payloads_are_the_stream_for_any_reader() {
     assert_eq!(extracted, stream(&session()));
 }
 
+const COMPRESSIONS: [Option<mcap::Compression>; 3] =
+    [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)];
+
+/// The session as other tools write it: in chunks.
+fn repacked(compression: Option<mcap::Compression>, chunk_bytes: u64, crcs: bool) -> Vec<u8> {
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(chunk_bytes));
+    let mut repacked = options.calculate_chunk_crcs(crcs).create(Cursor::new(Vec::new())).unwrap();
+    for message in mcap::MessageStream::new(&recording(&session())).unwrap() {
+        repacked.write(&message.unwrap()).unwrap();
+    }
+    repacked.finish().unwrap();
+    repacked.into_inner().into_inner()
+}
+
+/// The inputs up to an error, and what that says.
+fn inputs_to_error(file: &[u8]) -> (Vec<StreamInput>, Option<String>) {
+    let (mut reader, mut inputs) = (RecordingReader::open(file).unwrap(), Vec::new());
+    loop {
+        match reader.next_input() {
+            Ok(Some(input)) => inputs.push(input),
+            Ok(None) => return (inputs, None),
+            Err(error) => return (inputs, Some(error.to_string())),
+        }
+    }
+}
+
 #[test]
 fn what_other_tools_have_compressed_is_read() {
-    for compression in [mcap::Compression::Zstd, mcap::Compression::Lz4] {
-        let options = mcap::WriteOptions::new().compression(Some(compression)).chunk_size(Some(300));
-        let mut repacked = options.create(Cursor::new(Vec::new())).unwrap();
-        for message in mcap::MessageStream::new(&recording(&session())).unwrap() {
-            repacked.write(&message.unwrap()).unwrap();
-        }
-        repacked.finish().unwrap();
-        let repacked = repacked.into_inner().into_inner();
+    for compression in COMPRESSIONS {
+        let repacked = repacked(compression, 300, true);
         assert_eq!(inputs(&repacked).0, session(), "{compression:?}");
         for cut in 8..repacked.len() {
             let left = inputs(&repacked[..cut]).0;
             assert_eq!(left, session()[..left.len()], "{compression:?} cut at {cut}");
         }
     }
+}
+
+#[test]
+fn a_cut_chunk_gives_its_whole_records() {
+    for compression in COMPRESSIONS {
+        // one chunk alone, behind a head without messages
+        let repacked = repacked(compression, 1 << 20, true);
+        let mut most = 0;
+        for cut in 8..repacked.len() {
+            let (left, end) = inputs(&repacked[..cut]);
+            assert_eq!(left, session()[..left.len()], "{compression:?} cut at {cut}");
+            if left.len() < session().len() {
+                assert!(!end.complete, "{compression:?} cut at {cut}");
+                most = most.max(left.len());
+            }
+        }
+        // what is compressed comes in blocks, here one for all
+        assert!(most == session().len() - 1 || compression.is_some(), "{compression:?}: {most}");
+    }
+}
+
+#[test]
+fn a_record_longer_than_its_chunk_is_damage() {
+    let mut file = repacked(None, 300, false);
+    let data_at = file.windows(50).position(|window| window == &LINE.as_bytes()[..50]).unwrap();
+    // kind, length; then channel, number and two times
+    let length_at = data_at - 22 - 8;
+    for length in [5000_u64, 1 << 40, u64::MAX] {
+        file[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
+        let (left, error) = inputs_to_error(&file);
+        assert_eq!(left, session()[..2]);
+        let error = error.unwrap();
+        assert!(error.contains(&format!("a record of {length} bytes")), "{error}");
+    }
+}
+
+#[test]
+fn a_wrong_checksum_of_a_chunk_is_damage() {
+    let whole = repacked(None, 300, true);
+    let mut file = whole.clone();
+    let at = file.windows(9).position(|window| window == b"unplugged").unwrap();
+    file[at] = b'U';
+    let (left, error) = inputs_to_error(&file);
+    assert!(!left.is_empty() && left == session()[..left.len()], "{}", left.len());
+    let error = error.unwrap();
+    assert!(error.contains("checksum 0x") && error.contains("and not 0x"), "{error}");
+    // where there is none it cannot be seen
+    let mut file = repacked(None, 300, false);
+    file[at] = b'U';
+    assert_eq!(inputs_to_error(&file).1, None);
 }
 
 #[test]

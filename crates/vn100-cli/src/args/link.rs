@@ -68,19 +68,20 @@ impl FromStr for Baud {
         match text.parse() {
             _ if text == "auto" => Ok(Self(None)),
             Ok(baud) if baud > 0 => Ok(Self(Some(baud))),
-            _ => Err("not a speed in baud, such as 115200, and not \"auto\"".into()),
+            _ => Err("expected a baud rate, such as 115200, or \"auto\"".into()),
         }
     }
 }
 
 /// How the link is opened.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Link")]
 pub(crate) struct LinkArgs {
     /// Baud rate, or "auto" to probe all nine of the sensor
     #[arg(long, value_name = "N", default_value = "auto")]
     pub(crate) baud: Baud,
 
-    /// Send nothing to the sensor: for shared or one-way cables
+    /// Send nothing to the sensor, for shared or one-way cables
     #[arg(long)]
     pub(crate) listen_only: bool,
 
@@ -93,6 +94,7 @@ pub(crate) struct LinkArgs {
 
 /// The sensor that "sim" emulates.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Emulated sensor")]
 pub(crate) struct SimSensorArgs {
     /// Noise of the emulated sensor: "datasheet" or "lab3"
     #[arg(long, value_parser = Profile::named, default_value = "datasheet")]
@@ -103,7 +105,7 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// Temperature of the emulated sensor from power-up on, and the bias that follows it, as in
+    /// Temperature of the emulated sensor and the bias that follows it, as in
     /// "gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900": deg/s and mg per degC, s, degC; also
     /// heating, warm-up, age
     #[arg(long, value_name = "TRUTH")]
@@ -125,6 +127,7 @@ impl SimSensorArgs {
 
 /// Settings of the sensor during the measurement, restored afterwards.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Sensor settings")]
 pub(crate) struct ChangeArgs {
     /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200
     #[arg(long, value_name = "HZ", conflicts_with = "listen_only", value_parser = |text: &str| output_rate(text).map(AsyncRate::hz))]
@@ -157,7 +160,7 @@ impl ChangeArgs {
         let name = self.set_message.as_ref()?;
         let refusal = || {
             let measured: Vec<_> = MESSAGES.iter().map(|layout| &*layout.message).collect();
-            format!("{name} is not measured here: --set-message can be {}", measured.join(" or "))
+            format!("{name} cannot be measured; --set-message takes {}", measured.join(" or "))
         };
         MESSAGES.iter().all(|layout| layout.message != *name).then(refusal)
     }
@@ -165,6 +168,7 @@ impl ChangeArgs {
 
 /// What goes into a recording beside the bytes.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Recording")]
 pub(crate) struct RecordingArgs {
     /// Append to existing recordings, after a gap
     #[arg(long)]
@@ -177,12 +181,13 @@ pub(crate) struct RecordingArgs {
 
 pub(super) fn output_rate(text: &str) -> Result<AsyncRate, String> {
     let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
-    rate.ok_or_else(|| format!("the sensor's rates are {OUTPUT_RATES_HZ:?} Hz"))
+    let rates = || OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ");
+    rate.ok_or_else(|| format!("the sensor's output rates are {} Hz", rates()))
 }
 
 pub(super) fn baud_rate(text: &str) -> Result<BaudRate, String> {
     let speeds = || BaudRate::ALL.map(|speed| speed.bits_per_s().to_string()).join(", ");
-    text.parse().ok().and_then(BaudRate::new).ok_or_else(|| format!("the sensor's speeds are {}", speeds()))
+    text.parse().ok().and_then(BaudRate::new).ok_or_else(|| format!("the sensor's baud rates are {}", speeds()))
 }
 
 fn message(text: &str) -> Result<String, String> {

@@ -1,9 +1,12 @@
 //! Options of every command that measures, and of those that read captures.
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use clap::{
-    ValueEnum,
+    ColorChoice, ValueEnum,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
 use imu_noise::{Deviation, Estimator};
@@ -11,59 +14,67 @@ use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Detrend, Goal, NoiseFig
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
 use vn100_protocol::stream::ReadOptions;
+use vn100_report::{RosFrame, Stamps};
 
-use super::LogArgs;
+use super::{
+    LogArgs,
+    duration::{duration, length},
+};
 
 /// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {
     /// Nominal sample rate in hertz, where the capture does not contain it [default: 40 for
     /// sentences, with a warning; none for values without times]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(short, long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<f64>,
 
-    /// Windows that enter the deviation
+    /// Overlap of the windows of the deviation
     #[arg(long, value_parser = one_of(&ESTIMATORS), default_value = "strided")]
     pub(crate) estimator: Estimator,
 
-    /// Which deviation
+    /// Kind of deviation
     #[arg(long, value_parser = one_of(&DEVIATIONS), default_value = "allan")]
     pub(crate) deviation: Deviation,
 
-    /// Leave this much data time out at the beginning, for example 10min (warm-up)
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "0s")]
+    /// Exclude this much data time at the beginning (warm-up), for example 10min; a number without
+    /// a unit is seconds
+    #[arg(long, value_name = "T", value_parser = duration, default_value = "0s")]
     pub(crate) skip: Duration,
 
-    /// Stop after this much data time, counted from the first sample, for example 1h
-    #[arg(long, value_name = "T", value_parser = length)]
+    /// Stop after this much data time, counted from the first sample, for example 1h; a number
+    /// without a unit is seconds
+    #[arg(short, long, value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
-    /// Stop when a figure is known so well, as in "gyro N ±5%": a group (gyro, accel, mag) or a
-    /// channel, N, B or K, and half the width of its interval; exit with 4 if the data ends before
-    #[arg(long, value_name = "GOAL")]
+    /// Stop when a parameter reaches the given precision, as in "gyro N ±5%": a group (gyro, accel,
+    /// mag) or a channel, N, B or K, and half the width of its interval; exit with 4 if the data
+    /// ends before
+    #[arg(long, help_heading = TARGETS, value_name = "TARGET")]
     pub(crate) until: Vec<Goal>,
 
-    /// Exit with 4 unless a figure passes the limits of the data sheet, as in "gyro B": a group
+    /// Exit with 4 unless a parameter passes the limits of the data sheet, as in "gyro B": a group
     /// (gyro, accel, mag) or a channel, and N, B or K
-    #[arg(long, value_name = "FIGURE")]
+    #[arg(long, help_heading = TARGETS, value_name = "PARAMETER")]
     pub(crate) fail_on: Vec<NoiseFigure>,
 
-    /// Take the typical figures of the data sheet for limits: they pass and fail too
-    #[arg(long)]
+    /// Treat the typical figures of the data sheet as limits, which pass and fail
+    #[arg(long, help_heading = TARGETS)]
     pub(crate) typical_is_limit: bool,
 
-    /// Compare with the figures of this TOML file instead of the VN-100's, as in
+    /// Compare with this data sheet (TOML) instead of the VN-100's, as in
     /// crates/vn100-report/datasheets/vn-100.toml
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = TARGETS, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
-    /// Remove from each channel before its deviation is taken: a line, and the longest taus read
-    /// low; or what follows the temperature, where the record proves that something does
+    /// Remove from each channel before its deviation is computed: a line, which lowers it at the
+    /// longest tau; or the temperature dependence, where it is significant
     #[arg(long, value_parser = one_of(&DETRENDS))]
     pub(crate) detrend: Option<Detrend>,
 
-    /// Also fit Q, quantisation noise: of sensors that count angle or velocity steps. The rounding
-    /// of a printed rate is white noise, in N
+    /// Also fit Q, quantization noise, of sensors that count steps of angle or velocity; the
+    /// rounding of a printed rate is white noise, in N
     #[arg(long)]
     pub(crate) quantization: bool,
 
@@ -71,8 +82,8 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
 
-    /// Take lines that carry no checksum
-    #[arg(long)]
+    /// Accept sentences without a checksum
+    #[arg(long, help_heading = "Capture")]
     pub(crate) accept_unchecked: bool,
 }
 
@@ -99,19 +110,49 @@ impl MeasureArgs {
 
 /// What the result of one source contains, and in which form.
 #[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Output")]
 pub(crate) struct ResultArgs {
-    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random
-    /// walk that lie above the whole curve
+    /// Also fit models for Kalman filters: a first-order Gauss-Markov process, and a conservative
+    /// N and K that bound the whole Allan curve
     #[arg(long)]
     pub(crate) filter_models: bool,
 
+    /// Print every section as tables, instead of the summary
+    #[arg(long, conflicts_with = "show")]
+    pub(crate) full: bool,
+
+    /// Print these sections as tables, instead of the summary
+    #[arg(long, value_name = "SECTION", value_enum, value_delimiter = ',')]
+    pub(crate) show: Vec<Section>,
+
+    /// Colours of the summary
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    pub(crate) color: ColorChoice,
+
     /// Print one JSON document at the end, and nothing else, on standard output
-    #[arg(long, conflicts_with = "ndjson")]
+    #[arg(long, conflicts_with_all = ["ndjson", "full", "show"])]
     pub(crate) json: bool,
 
     /// Print one JSON document per line, for every second of data time and at the end
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["full", "show"])]
     pub(crate) ndjson: bool,
+}
+
+/// A section of the full text of a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Section {
+    /// Every warning in full: what was found, why it matters, what to do
+    Warnings,
+    /// Mean, standard deviation, minimum and maximum, and the length of each vector
+    Statistics,
+    /// Skewness, kurtosis, whether it is Gaussian; changes along the record, and what would show
+    Distribution,
+    /// The deviation at each averaging time, with its confidence limits
+    Deviations,
+    /// The noise parameters in every unit, with intervals and quality of the fit
+    Noise,
+    /// The comparison with the data sheet
+    Verdicts,
 }
 
 impl ResultArgs {
@@ -119,39 +160,63 @@ impl ResultArgs {
         match (self.json, self.ndjson) {
             (true, _) => OutputFormat::Json,
             (_, true) => OutputFormat::Ndjson,
-            _ => OutputFormat::Text,
+            _ if self.full => OutputFormat::Sections(Section::value_variants().to_vec()),
+            _ if !self.show.is_empty() => OutputFormat::Sections(self.show.clone()),
+            _ => OutputFormat::Summary(self.color),
         }
     }
 }
 
+/// Heading of the options that decide about the end and the exit status.
+const TARGETS: &str = "Targets and limits";
+
 /// How results are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OutputFormat {
-    /// As text, each when it is there.
-    Text,
+    /// As the summary, each when it is there.
+    Summary(ColorChoice),
+    /// As these sections of the full text, each when it is there.
+    Sections(Vec<Section>),
     /// As one JSON document at the end.
     Json,
-    /// As text, without statistics and deviations.
-    Summary,
+    /// As text: the source, and its warnings.
+    Head,
     /// As JSON documents in lines, written during the measurement.
     Ndjson,
+}
+
+impl OutputFormat {
+    /// Whether results are text, so that a view may be shown before.
+    pub(crate) const fn is_text(&self) -> bool {
+        matches!(self, Self::Summary(_) | Self::Sections(_))
+    }
 }
 
 /// The windows of the deviation: name, help, estimator.
 const ESTIMATORS: [(&str, &str, Estimator); 3] = [
     ("strided", "Octave windows at stride tau/16: fully overlapping up to m = 16, bounded memory", Estimator::Strided),
     ("full", "Fully overlapping at every octave (OADEV); memory grows with the record", Estimator::Full),
-    ("plain", "The textbook non-overlapping deviation (ADEV), stride tau", Estimator::Plain),
+    ("plain", "Non-overlapping (ADEV), stride tau", Estimator::Plain),
 ];
 
 const DEVIATIONS: [(&str, &str, Deviation); 2] = [
     ("allan", "Allan deviation", Deviation::Allan),
-    ("hadamard", "Hadamard deviation, blind to a linear drift of the rate", Deviation::Hadamard),
+    ("hadamard", "Hadamard deviation, insensitive to a linear drift of the rate", Deviation::Hadamard),
 ];
 
 const DETRENDS: [(&str, &str, Detrend); 2] = [
     ("linear", "The regression line over the record", Detrend::Line),
-    ("temperature", "What the bias of gyroscope and accelerometer follows of the temperature", Detrend::Temperature),
+    ("temperature", "The temperature dependence of the bias of gyroscope and accelerometer", Detrend::Temperature),
+];
+
+const ROS_FRAMES: [(&str, &str, RosFrame); 2] = [
+    ("ned", "The sensor's own: forwards, right, down, against north, east, down", RosFrame::Ned),
+    ("enu", "As ROS assumes them: forwards, left, up, against east, north, up", RosFrame::Enu),
+];
+
+const STAMPS: [(&str, &str, Stamps); 2] = [
+    ("fitted", "On the even grid of the measured rate, where no sample is missing", Stamps::Fitted),
+    ("arrival", "When each line arrived", Stamps::Arrival),
 ];
 
 /// One of `choices` by its name.
@@ -160,15 +225,6 @@ fn one_of<T: Copy + Send + Sync>(choices: &'static [(&str, &str, T)]) -> impl Ty
     PossibleValuesParser::new(described).try_map(|name| {
         choices.iter().find(|(known, ..)| *known == name).map(|(.., choice)| *choice).ok_or("there is no such choice")
     })
-}
-
-/// A time that something can be measured in.
-pub(super) fn length(text: &str) -> Result<Duration, String> {
-    match humantime::parse_duration(text) {
-        Ok(Duration::ZERO) => Err("no sample comes in no time: give a time such as 10min".into()),
-        Ok(length) => Ok(length),
-        Err(error) => Err(error.to_string()),
-    }
 }
 
 pub(super) fn confidence(text: &str) -> Result<f64, String> {
@@ -183,7 +239,7 @@ fn yes_or_no(text: &str) -> Result<bool, String> {
     match text {
         "yes" => Ok(true),
         "no" => Ok(false),
-        _ => Err("neither \"yes\" nor \"no\"".into()),
+        _ => Err("expected \"yes\" or \"no\"".into()),
     }
 }
 
@@ -209,12 +265,12 @@ pub(crate) struct FileArgs {
     /// decade (1, 2, 4, 10, 20, 40 ...), all (every one up to 1024 samples, then 128 in each
     /// octave), or seconds with commas between them, each a multiple of the sample interval. N, B
     /// and K rest on the octaves whatever is given [default: octave]
-    #[arg(long, value_name = "TAUS")]
+    #[arg(long, help_heading = "Measurement", value_name = "TAUS")]
     pub(crate) taus: Option<AveragingTimes>,
 
     /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
-    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns; value=NAME:UNIT, in any unit, is a series of no
-    /// sensor: its deviation is that of the numbers as rate data
+    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns; value=NAME:UNIT, in any unit, is a neutral series,
+    /// whose deviation is that of the numbers as rate data
     ///
     /// OURS: gyro_ accel_ mag_ with x y z, yaw pitch roll, quat_ with x y z w, temperature,
     /// pressure, value, t for the times, raw for a column of sentences (raw=NAME, without a unit).
@@ -227,23 +283,24 @@ pub(crate) struct FileArgs {
     ///
     /// Times: s ms us ns since any moment; iso for dates with the year first
     /// (2023-03-06T02:25:02.45Z, 2023/03/06/02:25:02.45); dmy, mdy; clock for a time of day; two
-    /// columns that are added, as in t=secs:s+nsecs:ns.
-    #[arg(long, value_name = "MAP")]
+    /// columns that are added, as in t=secs:s+nsecs:ns. In a bag THEIRS is the path of a number in
+    /// the messages, as in gyro_x=imu.angular_velocity.x:rad/s, and a time may be such a number.
+    #[arg(long, help_heading = "Capture", value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 
     /// Stream to measure, where a file has several: the topic of a bag, or a group of columns of
     /// one rate in a CSV file, such as "gyro accel" or mag
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, help_heading = "Capture", value_name = "NAME")]
     pub(crate) topic: Option<String>,
 
     /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
     /// where the capture does not contain the register
-    #[arg(long, value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]
+    #[arg(long, help_heading = "Capture", value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 
-    /// Whether a filter has taken the bias out of the angular rates, which a CSV file of values
-    /// does not say. With yes, B, K and R of the gyroscope are not measurable
-    #[arg(long, value_name = "yes|no", value_parser = yes_or_no)]
+    /// Whether a filter has removed the bias of the angular rates, which a CSV file of values does
+    /// not contain. With yes, B, K and R of the gyroscope are not measurable
+    #[arg(long, help_heading = "Capture", value_name = "yes|no", value_parser = yes_or_no)]
     pub(crate) compensated: Option<bool>,
 
     #[command(flatten)]
@@ -280,31 +337,29 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) result: ResultArgs,
 
-    /// Also take the recordings as of one sensor: one curve, N, B and K with the spread between
-    /// recordings and an interval for the next one, and which of them is an outlier
-    #[arg(long, conflicts_with = "speed")]
+    /// Also pool the recordings of one sensor: one curve, N, B and K with the spread between
+    /// recordings, a prediction interval for the next one, and outliers
+    #[arg(long, help_heading = "Measurement", conflicts_with = "speed")]
     pub(crate) pool: bool,
 
     /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or
     /// "max" for as fast as the machine can
-    #[arg(long, value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
+    #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
     pub(crate) speed: Option<Speed>,
 }
 
-/// At least two files; one alone is a wrong command line.
 #[derive(Debug, clap::Args)]
-#[command(mut_arg("files", |files| files.num_args(2..)))]
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// The sensor was not switched off between the recordings, which they do not say: differences
-    /// of means are then tested against its noise over the time between
-    #[arg(long)]
+    /// The sensor stayed on between the recordings: differences of means are then tested against
+    /// its noise over the time between
+    #[arg(long, help_heading = "Measurement")]
     pub(crate) stayed_on: bool,
 
     /// Print one JSON document, and nothing else, on standard output
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
 }
 
@@ -314,39 +369,120 @@ pub(crate) struct ReportArgs {
     pub(crate) files: FileArgs,
 
     /// The page to write, ending in .html; another name begins the names of what is exported, and
-    /// no page is written
+    /// no page is written [default: NAME.html in the working folder, of the capture NAME]
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: Option<PathBuf>,
+
+    /// Open the page with the program that shows such pages
+    #[arg(long)]
+    pub(crate) open: bool,
 
     /// Write the numbers for other programs beside it: once for each form, or with commas between
     /// them
     #[arg(long, value_name = "FORM", value_enum, value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
-    /// Also give the models for filters: in the export as JSON, and to Kalibr a bound where the
-    /// random walk is not estimated
+    /// Also give the models for filters, in the export as JSON
     #[arg(long)]
     pub(crate) filter_models: bool,
+
+    /// Figures of the exports svg and png, by kind, channel or name: allan, gyro_y,
+    /// spectrum-accel [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) figures: Vec<String>,
+
+    /// Axes of the export mcap
+    #[arg(long, value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
+    pub(crate) ros_frame: RosFrame,
+
+    /// Times of the messages of the export mcap
+    #[arg(long, value_parser = one_of(&STAMPS), default_value = "fitted")]
+    pub(crate) stamps: Stamps,
+
+    /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
+    /// does
+    #[arg(long, value_name = "T", value_parser = length, default_value = "60s")]
+    pub(crate) kalibr_span: Duration,
+
+    /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
+    #[arg(long)]
+    pub(crate) require_estimated: bool,
 
     /// Replace existing files
     #[arg(long)]
     pub(crate) force: bool,
 }
 
+impl ExportForm {
+    /// A folder of figures.
+    pub(crate) const fn is_figures(self) -> bool {
+        matches!(self, Self::Svg | Self::Png)
+    }
+}
+
+impl ReportArgs {
+    /// The page, or the beginning of the names where no page is wanted.
+    pub(crate) fn output(&self) -> PathBuf {
+        self.output.clone().unwrap_or_else(|| match &self.files.files[..] {
+            [only] if only == Path::new("-") => "stdin.html".into(),
+            [only] => page_of(only),
+            _ => "report.html".into(),
+        })
+    }
+
+    /// What the options ask for together, and cannot have.
+    pub(super) fn refused(&self) -> Option<String> {
+        let output = self.output();
+        let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
+        let has_figures = self.export.iter().any(|form| form.is_figures());
+        if !self.figures.is_empty() && !has_figures {
+            return Some("--figures chooses what --export svg or png writes: add one of them".into());
+        }
+        if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
+            return self.files.refused_taus();
+        }
+        let advice = match is_pdf {
+            true => "name a page, and print it to PDF in a browser",
+            false if self.open => "name a page to open",
+            false => "and nothing is exported: name a page, or --export something",
+        };
+        Some(format!("{} does not end in .html, {advice}", output.display()))
+    }
+}
+
+/// Whether that is the name of a page.
+pub(crate) fn is_page(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"))
+}
+
+/// The page of a capture: its name, in the working folder.
+fn page_of(capture: &Path) -> PathBuf {
+    const COMPRESSED: [&str; 5] = ["gz", "zst", "bz2", "xz", "zip"];
+    let name = Path::new(capture.file_name().unwrap_or("report".as_ref()));
+    let is_compressed =
+        name.extension().is_some_and(|end| COMPRESSED.iter().any(|form| end.eq_ignore_ascii_case(form)));
+    let name = if is_compressed { name.with_extension("") } else { name.to_owned() };
+    name.with_extension("html")
+}
+
 /// What a report is exported as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExportForm {
-    /// Curves, statistics, parameters, spectrum, segments and histograms as tables
+    /// Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum,
+    /// segments and histograms as tables
     Csv,
+    /// One table of all captures for incoming inspection: a row each with identity, N, B and K in
+    /// the units of data sheets, verdicts and warnings
+    Lot,
     /// The document of `vn100 replay --json`
     Json,
-    /// imu.yaml for Kalibr; refused where the random walk is not estimated, unless --filter-models
-    /// gives a bound
+    /// imu.yaml for Kalibr: N as estimated, and the larger of K and 1.15 B/√span as random walk;
+    /// an upper bound, marked in a comment, where there is no estimate
     Kalibr,
     /// Each figure as SVG, in a folder
     Svg,
     /// Each figure as PNG, in a folder
     Png,
-    /// The samples as ROS 2 messages, Imu and MagneticField
+    /// The samples as ROS 2 messages: Imu, MagneticField, Temperature and FluidPressure
     Mcap,
 }

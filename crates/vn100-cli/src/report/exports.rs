@@ -5,16 +5,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event};
-use vn100_report::{CsvTable, Document, Figures, KalibrError, KalibrYaml, Record, Ros2Messages, json_line};
+use vn100_report::{
+    Completion, CsvTable, Document, Figure, Figures, KalibrError, KalibrYaml, Record, Ros2Messages, json_line,
+    lot_table, printable,
+};
 
-use super::{PROGRAM, output::Output};
+use super::{PROGRAM, output::Output, print_written};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
+    exit::{is_broken_pipe, report as complain},
     inputs::FileStream,
+    log::takes_terminal,
     words::remedy_words,
 };
 
@@ -48,58 +54,87 @@ impl<'a> Exports<'a> {
                 }
             }
         }
+        if exports.forms.contains(&ExportForm::Lot) {
+            output.check(&output.beside(LOT), files)?;
+        }
         if args.export.contains(&ExportForm::Mcap) && files.iter().any(|file| file == Path::new("-")) {
             bail!("--export mcap reads the capture again: give a file instead of standard input");
         }
         Ok(exports)
     }
 
-    /// Writes all of them. A form that a record does not allow is an error; the others are written
-    /// before it is reported.
+    /// Writes all of them. A form that a record does not allow is reported and fails the command;
+    /// the others are written.
     ///
     /// `together` are the figures of several records, which only SVG and PNG hold.
-    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<()> {
-        let mut refused = None;
-        for form in &self.forms {
+    ///
+    /// # Errors
+    /// Where nothing more can be printed.
+    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<Completion> {
+        let mut completion = Completion::Complete;
+        let mut check = |written: Result<()>| match written {
+            Err(error) if !is_broken_pipe(&error) => {
+                complain(&format!("{error:#}"));
+                completion = Completion::Failed;
+                Ok(())
+            }
+            other => other,
+        };
+        let all_figures = || figures.iter().chain([together]).flat_map(Figures::all);
+        let unknown = self.args.figures.iter().find(|name| !all_figures().any(|figure| is_named(figure, name)));
+        if let Some(unknown) = unknown {
+            let names: Vec<&str> = all_figures().map(|figure| figure.id.as_str()).collect();
+            check(Err(anyhow!("no figure is called {unknown}; there are {}", names.join(", "))))?;
+        }
+        let forms = self.forms.iter().filter(|form| unknown.is_none() || !form.is_figures());
+        for form in forms.clone() {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
                 if record.measured.snapshot.timing.samples == 0 {
                     continue;
                 }
-                if let Err(error) = self.write_one(*form, index, record, figures) {
-                    refused.get_or_insert(error);
-                }
+                check(self.write_one(*form, index, record, figures))?;
             }
+        }
+        if self.forms.contains(&ExportForm::Lot) {
+            check(self.text(&self.output.beside(LOT), &lot_table(records)))?;
         }
         if records.len() > 1 {
-            let forms = self.forms.iter().filter(|form| matches!(form, ExportForm::Svg | ExportForm::Png));
-            for form in forms {
-                self.write_figures(*form, |ending| self.output.beside(ending), together)?;
+            for form in forms.filter(|form| form.is_figures()) {
+                check(self.write_figures(*form, |ending| self.output.beside(ending), together))?;
             }
         }
-        refused.map_or(Ok(()), Err)
+        Ok(completion)
     }
 
     fn write_one(&self, form: ExportForm, index: usize, record: &Record<'_>, figures: &Figures) -> Result<()> {
         let path = |ending: &str| self.path(index, ending);
         match form {
-            ExportForm::Csv => {
-                CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &(table.text)(record)))
-            }
+            ExportForm::Csv => (CsvTable::ALL.iter())
+                .try_for_each(|table| self.text(&path(table.ending), &(table.text)(record, remedy_words))),
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&Document::new(record.measured, true, remedy_words))?;
+                let document = serde_json::to_string(&Document::new(record.measured, true, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
             ExportForm::Kalibr => {
-                let yaml = KalibrYaml::of(record, self.args.filter_models);
-                yaml.complete().map_err(|error| anyhow!(refused(&error)))?;
-                self.text(&path(KALIBR), &yaml.text())
+                let yaml = KalibrYaml::of(record, self.args.kalibr_span.as_secs_f64());
+                let path = path(KALIBR);
+                yaml.check(self.args.require_estimated).map_err(|error| not_written(&path, &error))?;
+                self.text(&path, &yaml.text())?;
+                yaml.missing().iter().for_each(|missing| complain(&format!("{} lacks {missing}", path.display())));
+                Ok(())
             }
             ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
+            // one file of all captures
+            ExportForm::Lot => Ok(()),
             ExportForm::Mcap => {
                 let files = &self.args.files;
                 let input = self.inputs.get(index).context("no such capture")?;
-                self.output.write(&path(MCAP), |file| write_samples(file, input, files, record))
+                let path = path(MCAP);
+                let progress = progress(&path, record.measured.snapshot.timing.samples, files);
+                self.output.write(&path, |file| write_samples(file, input, self.args, record, &progress))?;
+                progress.finish_and_clear();
+                print_written(&path)
             }
         }
     }
@@ -108,16 +143,23 @@ impl<'a> Exports<'a> {
     fn write_figures(&self, form: ExportForm, path: impl Fn(&str) -> PathBuf, figures: &Figures) -> Result<()> {
         let (folder, ending) = if form == ExportForm::Svg { (path(SVG), "svg") } else { (path(PNG), "png") };
         self.output.make_folder(&folder)?;
-        for figure in figures.all() {
+        let chosen = &self.args.figures;
+        let is_chosen = |figure: &&Figure| chosen.is_empty() || chosen.iter().any(|name| is_named(figure, name));
+        let figures: Vec<&Figure> = figures.all().filter(is_chosen).collect();
+        let progress = progress(&folder, figures.len() as u64, &self.args.files);
+        for figure in figures {
             let bytes = if form == ExportForm::Svg { figure.svg_file().into_bytes() } else { figure.png_file()? };
             let path = folder.join(format!("{}.{ending}", figure.id));
             self.output.write(&path, |file| Ok(file.write_all(&bytes)?))?;
+            progress.inc(1);
         }
-        Ok(())
+        progress.finish_and_clear();
+        print_written(&folder)
     }
 
     fn text(&self, path: &Path, text: &str) -> Result<()> {
-        self.output.write(path, |file| Ok(file.write_all(text.as_bytes())?))
+        self.output.write(path, |file| Ok(file.write_all(text.as_bytes())?))?;
+        print_written(path)
     }
 
     /// Captures are numbered from 1 where there are several.
@@ -129,11 +171,18 @@ impl<'a> Exports<'a> {
     }
 }
 
+/// Whether a figure is of that kind, channel or sensor, or has that name: `allan`, `gyro_y` and
+/// `allan-gyro_y` are all names of one.
+fn is_named(figure: &Figure, name: &str) -> bool {
+    format!("-{}-", figure.id).contains(&format!("-{name}-"))
+}
+
 const JSON: &str = ".json";
 const KALIBR: &str = ".imu.yaml";
 // folders, for there are many figures
 const SVG: &str = ".svg-figures";
 const PNG: &str = ".png-figures";
+const LOT: &str = ".lot.csv";
 const MCAP: &str = ".ros2.mcap";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
@@ -144,19 +193,37 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
         ExportForm::Svg => vec![SVG],
         ExportForm::Png => vec![PNG],
         ExportForm::Mcap => vec![MCAP],
+        ExportForm::Lot => Vec::new(),
     }
 }
 
+/// A bar for the parts of a file or folder.
+fn progress(path: &Path, parts: u64, files: &FileArgs) -> ProgressBar {
+    let target = if takes_terminal(&files.log) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    // the default style stands in for a template it does not understand
+    let style = ProgressStyle::with_template("writing {prefix} {wide_bar} {percent} % {eta}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let name = path.file_name().map_or_else(String::new, |name| printable(&name.to_string_lossy()));
+    ProgressBar::with_draw_target(Some(parts), target).with_style(style).with_prefix(name)
+}
+
 /// Reads the capture again, with the time base that is now known.
-fn write_samples(out: impl Write, input: &FileStream, files: &FileArgs, record: &Record<'_>) -> Result<()> {
-    let mut messages = Ros2Messages::new(out, record, PROGRAM.name)?;
+fn write_samples(
+    out: impl Write,
+    input: &FileStream,
+    args: &ReportArgs,
+    record: &Record<'_>,
+    progress: &ProgressBar,
+) -> Result<()> {
+    let mut messages = Ros2Messages::new(out, record, PROGRAM.name, args.ros_frame, args.stamps)?;
     let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;
     runtime.block_on(async {
         let capture = Capture::open(&input.path, &input.options)?;
-        let mut events = capture.read(files.measure.read_options(), CancellationToken::new())?;
+        let mut events = capture.read(args.files.measure.read_options(), CancellationToken::new())?;
         while let Some(event) = events.recv().await {
             if let Event::Batch(batch) = event {
                 messages.push(&batch)?;
+                progress.inc(batch.rows().count() as u64);
             }
         }
         anyhow::Ok(())
@@ -165,11 +232,11 @@ fn write_samples(out: impl Write, input: &FileStream, files: &FileArgs, record: 
     Ok(())
 }
 
-fn refused(error: &KalibrError) -> String {
-    match error {
-        KalibrError::Moved => format!("no imu.yaml for Kalibr: {error}. Record it at rest"),
-        KalibrError::Lacks(_) => format!(
-            "no imu.yaml for Kalibr: {error}. --filter-models gives a white noise and a random walk that lie above the whole curve instead"
-        ),
-    }
+fn not_written(path: &Path, error: &KalibrError) -> Error {
+    let advice = match error {
+        KalibrError::Moved => ". Record it at rest",
+        KalibrError::Nothing(_) => "",
+        KalibrError::NotEstimated(_) => ". Record longer, or remove --require-estimated",
+    };
+    anyhow!("{} not written: {error}{advice}", path.display())
 }

@@ -9,6 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
+use crate::args::is_page;
+
 #[derive(Debug, Clone)]
 pub(crate) struct Output {
     /// The folder and the beginning of every name.
@@ -21,8 +23,7 @@ pub(crate) struct Output {
 impl Output {
     /// A name in `.html` is that of a page; any name without it begins those of what is exported.
     pub(crate) fn new(path: &Path, force: bool) -> Self {
-        let is_page =
-            path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"));
+        let is_page = is_page(path);
         let stem = if is_page { path.with_extension("") } else { path.to_owned() };
         Self { stem, page: is_page.then(|| path.to_owned()), force }
     }

@@ -14,7 +14,8 @@ use vn100_analysis::{
 };
 use vn100_report::{
     names::{
-        WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of, sentence, shown_in, verdict_name,
+        ParameterNames, WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of, parameter_names,
+        sentence, shown_in, verdict_name,
     },
     numbers::plain::{digits, four_digits, p_value, short},
     temperature::{coefficient_parameter, lag_text, share_text},
@@ -24,14 +25,21 @@ use vn100_report::{
 use super::{fill, row};
 use crate::words::remedy_words;
 
-/// In the order in which results are given.
-pub(super) const TERMS: [(Term, &str); 5] = [
-    (Term::Quantization, "Q, quantisation"),
-    (Term::White, "N, white noise"),
-    (Term::BiasInstability, "B, bias instability"),
-    (Term::RateRandomWalk, "K, rate random walk"),
-    (Term::RateRamp, "R, ramp"),
-];
+/// In the order in which results are given, from short averaging times to long ones.
+pub(super) const TERMS: [Term; 5] =
+    [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
+
+/// Name, short name and symbol: `Angle Random Walk (ARW) N`.
+pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
+    let ParameterNames { name, short, symbol, .. } = parameter_names(sensor, term);
+    let short = if short.is_empty() { String::new() } else { format!(" ({short})") };
+    format!("{name}{short} {symbol}")
+}
+
+/// The same with its slope: `Angle Random Walk (ARW) N, slope -1/2`.
+pub(super) fn title(sensor: Sensor, term: Term) -> String {
+    format!("{}, slope {}", parameter_name(sensor, term), parameter_names(sensor, term).slope)
+}
 
 /// Everything known of the noise of all axes; nothing for a stream without one.
 pub(super) fn write_noise(
@@ -49,13 +57,14 @@ pub(super) fn write_noise(
         let level = short(100.0 * assessment.confidence);
         writeln!(
             out,
-            "\nnoise of the {}, {level} % intervals; * counts positive frequencies only",
-            names_of(group[0].0.quantity).quantity
+            "\n{}: noise parameters, {level} % confidence intervals; * one-sided",
+            names_of(group[0].0.quantity).title
         )?;
         row(out, "", group, |(channel, _)| channel.name.clone())?;
-        for (term, name) in TERMS {
+        for term in TERMS {
             if group.iter().any(|(_, noise)| noise.parameter(term).is_some()) {
-                write_parameter(out, group, term, name)?;
+                writeln!(out, "{}", title(group[0].1.sensor, term))?;
+                write_parameter(out, group, term)?;
             }
             match term {
                 Term::White => write_budget(out, group, rate_hz)?,
@@ -81,9 +90,9 @@ pub(super) fn write_noise(
 
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
-fn write_parameter(out: &mut String, group: &[AxisNoise<'_>], term: Term, name: &str) -> fmt::Result {
+fn write_parameter(out: &mut String, group: &[AxisNoise<'_>], term: Term) -> fmt::Result {
     let parameters: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.parameter(term)).collect();
-    write_in_units(out, &parameters, conventions(group[0].1.sensor, term), name)
+    write_in_units(out, &parameters, conventions(group[0].1.sensor, term), "  status")
 }
 
 fn write_in_units(out: &mut String, parameters: &[Option<Parameter>], units: &[Convention], name: &str) -> fmt::Result {
@@ -125,7 +134,7 @@ fn write_budget(out: &mut String, group: &[AxisNoise<'_>], rate_hz: f64) -> fmt:
     if group.iter().all(|(_, noise)| noise.white_budget.sampling.is_none()) {
         return Ok(());
     }
-    row(out, "  N is uncertain by, in %", group, |_| String::new())?;
+    row(out, "  uncertainty of N, %", group, |_| String::new())?;
     row(out, "    sampling", group, |(_, noise)| {
         noise
             .white_budget
@@ -146,8 +155,8 @@ fn write_interval(out: &mut String, parameters: &[Option<Parameter>]) -> fmt::Re
         return Ok(());
     }
     let end = |value: Option<f64>| value.map_or("-".into(), four_digits);
-    row(out, "    from", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.lower)))?;
-    row(out, "    to", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.upper)))
+    row(out, "    lower", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.lower)))?;
+    row(out, "    upper", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.upper)))
 }
 
 /// In-run bias stability, as data sheets have it.
@@ -163,7 +172,7 @@ fn write_visible(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     if group.iter().all(|(_, noise)| noise.detectable_rrw.is_none()) {
         return Ok(());
     }
-    let label = format!("  {} h more show", short(DetectableRrw::MORE_S / 3600.0));
+    let label = format!("  visible, {} h more", short(DetectableRrw::MORE_S / 3600.0));
     row(out, &label, group, |(_, noise)| {
         noise.detectable_rrw.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
     })
@@ -197,7 +206,7 @@ fn write_quality(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
         ("fitted from tau (s)", |quality| short(quality.tau_min_s)),
         ("  to tau (s)", |quality| short(quality.tau_max_s)),
         ("  chi2 / dof", |quality| format!("{:.1} / {}", quality.chi2, quality.dof)),
-        ("  p", |quality| format!("{:.2}", quality.p)),
+        ("  goodness of fit, p", |quality| format!("{:.2}", quality.p)),
     ];
     cells.into_iter().try_for_each(|(label, cell)| {
         row(out, label, group, |(_, noise)| noise.fit.quality.as_ref().map_or("-".into(), cell))
@@ -211,10 +220,10 @@ fn write_classical(out: &mut String, group: &[AxisNoise<'_>], deviation: Deviati
         return Ok(());
     }
     if deviation == Deviation::Hadamard {
-        let text = "N, B and K are not read by rule: the rules are those of the Allan deviation.";
+        let text = "No values by the graphical method: it is one of the Allan deviation.";
         return writeln!(out, "{}", fill(text, "  ", "  "));
     }
-    row(out, "read by rule, not fitted:", group, |_| String::new())?;
+    row(out, "graphical method", group, |_| String::new())?;
     type Rule = fn(&ChannelNoise) -> Option<f64>;
     let rules: [(Term, &str, Rule); 3] = [
         (Term::White, "  N, slope -1/2 at 1 s", |noise| noise.classical.white),
@@ -238,16 +247,18 @@ fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
         LongTauValidity::Sensor => None,
         LongTauValidity::Compensated => Some(
-            "B, K and R of the sensor are not in this message: its attitude filter takes the bias out. The minimum of the curve, and the \
-             shoulder before it, are the filter's. The message VNIMU carries the sensor's own rates.",
+            "B, K and R are not measurable in this message: the attitude filter removes the bias. The minimum of the curve and the shoulder \
+             before it are the filter's. VNIMU is not compensated.",
         ),
         LongTauValidity::LooksCompensated => Some(
-            "B, K and R are not given: at long tau the curve falls below its own white noise, so that something takes the bias out.",
+            "B, K and R are not measurable: at long tau the curve falls below its own white noise, because a filter removes the bias.",
         ),
         LongTauValidity::Surroundings => {
-            Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
+            Some("Only N is the sensor's: at long tau the ambient magnetic field dominates the curve.")
         }
-        LongTauValidity::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+        LongTauValidity::Motion => {
+            Some("The sensor was moved: B, K and R are not measurable, and N is that of the motion.")
+        }
     }
 }
 
@@ -262,13 +273,13 @@ pub(super) fn write_filter_models(
     for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
         let Some(noise) = group[0].0.noise.as_ref() else { continue };
         let unit = |term| si_unit(noise.sensor, term);
-        writeln!(out, "\n{}, for filters", names_of(group[0].0.quantity).quantity)?;
+        writeln!(out, "\n{}: models for Kalman filters", names_of(group[0].0.quantity).title)?;
         row(out, "", group, |(channel, _)| channel.name.clone())?;
-        writeln!(out, "white + Gauss-Markov")?;
+        writeln!(out, "white noise + first-order Gauss-Markov")?;
         write_fitted(out, &format!("  N {}", unit(Term::White)), group, |fit| fit.white)?;
         write_fitted(out, &format!("  sigma {}", group[0].0.unit), group, |fit| fit.sigma)?;
         write_fitted(out, "  correlation time s", group, |fit| fit.correlation_time_s)?;
-        writeln!(out, "above all bounds")?;
+        writeln!(out, "conservative bound of the whole curve")?;
         row(out, &format!("  N {}", unit(Term::White)), group, bound(|bound| bound.white))?;
         row(out, &format!("  K {}", unit(Term::RateRandomWalk)), group, bound(|bound| bound.rate_random_walk))?;
     }
@@ -341,12 +352,11 @@ pub(super) fn write_verdicts(
     }
     if any(|figure| figure.unknown == Some(StreamUnknown::Window) && figure.figure.sensor != Sensor::Magnetometer) {
         let option = remedy_words(&Remedy::GiveWindow);
-        let text = format!("{option} N says what register 85 was, where the capture does not: N can be judged then");
+        let text = format!("Set {option} N to what register 85 was: noise densities are decidable then");
         writeln!(out, "{}", fill(&text, "", "  "))?;
     }
     if any(|figure| matches!(figure.figure.claim, Claim::Typical { .. })) {
-        let text = "typically: what many sensors read, and no guarantee, so that nothing passes or fails by it. A single figure stands for all \
-                    that round to it, half a unit of its last place either way";
+        let text = "typically: typical values are not guaranteed, and nothing passes or fails by them; 0.14 means 0.135 to 0.145";
         writeln!(out, "{}", fill(text, "", "  "))?;
     }
     write_grades(out, channels)

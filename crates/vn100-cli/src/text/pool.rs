@@ -11,7 +11,11 @@ use vn100_report::{
     units::si_unit,
 };
 
-use super::{COLUMN, fill, noise::TERMS, row};
+use super::{
+    COLUMN, fill,
+    noise::{TERMS, title},
+    row,
+};
 
 pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
     let used: Vec<&str> = pool.parts.iter().filter(|part| part.refused.is_none()).map(|part| &*part.name).collect();
@@ -29,10 +33,10 @@ pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
         return writeln!(out);
     }
     let legend = format!(
-        "\nThe deviations rest on the squares of all recordings, their bounds (in percent, at {}) on sampling alone. The parameters are those of \
-         the median recording; \"next\" is where one more recording, as long, will read. Recordings vary by the spread beyond what their own \
-         intervals explain.",
-        short(pool.confidence)
+        "\nThe deviations pool the squared differences of all recordings; their limits (in percent, {} % confidence) cover sampling alone. The \
+         parameters are the medians over recordings; \"next\" is the prediction interval of one more recording as long. The spread is the \
+         variation between recordings beyond their own intervals.",
+        short(100.0 * pool.confidence)
     );
     writeln!(out, "{}", fill(&legend, "", ""))?;
     for group in pool.channels.chunk_by(|a, b| a.quantity() == b.quantity()) {
@@ -43,7 +47,7 @@ pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
 }
 
 fn write_curve(out: &mut String, group: &[PooledChannel]) -> fmt::Result {
-    writeln!(out, "\n{}, {}", names_of(group[0].quantity()).quantity, group[0].channel.unit)?;
+    writeln!(out, "\n{}, {}", names_of(group[0].quantity()).title, group[0].channel.unit)?;
     write!(out, "{:>8} {:>7} {:>7}", "tau (s)", "m", "terms")?;
     for pooled in group {
         write!(out, " {:>COLUMN$}", pooled.channel.name)?;
@@ -56,7 +60,7 @@ fn write_curve(out: &mut String, group: &[PooledChannel]) -> fmt::Result {
         for pooled in group {
             let cell = pooled.octaves.get(index).and_then(|octave| {
                 let deviation = octave.deviation?;
-                let bounds = octave.relative.map_or("few".into(), |relative| {
+                let bounds = octave.relative.map_or("n/a".into(), |relative| {
                     let [above, below] = [relative.upper, relative.lower].map(|bound| 100.0 * (bound - 1.0));
                     let decimals = usize::from(above < 9.95);
                     format!("{above:+.decimals$}{below:+.decimals$}")
@@ -76,22 +80,22 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
         let found = |pooled: &PooledChannel| pooled.parameters.iter().position(|parameter| parameter.term == term);
         group.iter().map(|pooled| Some(&pooled.parameters[found(pooled)?])).collect()
     };
-    for (term, name) in TERMS {
+    for term in TERMS {
         let axes = of(term);
         if axes.iter().all(Option::is_none) {
             continue;
         }
-        row(out, &format!("{name}, {}", si_unit(sensor, term)), &[(); 0], |()| String::new())?;
+        row(out, &format!("{}, {}", title(sensor, term), si_unit(sensor, term)), &[(); 0], |()| String::new())?;
         let pooled: Vec<_> = axes.iter().map(|axis| axis.and_then(|parameter| parameter.pooled)).collect();
         if pooled.iter().any(Option::is_some) {
             type CellText = fn(&vn100_analysis::noise::RandomEffects) -> String;
             let cells: [(&str, CellText); 6] = [
                 ("  median", |found| four_digits(found.value)),
-                ("    from", |found| four_digits(found.lower)),
-                ("    to", |found| four_digits(found.upper)),
+                ("    lower", |found| four_digits(found.lower)),
+                ("    upper", |found| four_digits(found.upper)),
                 ("  spread, %", |found| format!("{:.1}", 100.0 * found.spread)),
-                ("  next, from", |found| four_digits(found.next_lower)),
-                ("    to", |found| four_digits(found.next_upper)),
+                ("  next, lower", |found| four_digits(found.next_lower)),
+                ("    upper", |found| four_digits(found.next_upper)),
             ];
             for (label, cell) in cells {
                 row(out, label, &pooled, |found| found.as_ref().map_or("-".into(), cell))?;
@@ -114,7 +118,7 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
         let common: Vec<Option<f64>> =
             axes.iter().map(|axis| axis.and_then(|parameter| parameter.common_bound)).collect();
         if common.iter().any(Option::is_some) {
-            row(out, "  all, if alike", &common, |bound| {
+            row(out, "  common bound", &common, |bound| {
                 bound.map_or("-".into(), |bound| format!("<= {}", four_digits(bound)))
             })?;
         }
@@ -122,7 +126,7 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
             let farthest = parameter.pooled.and_then(|found| found.farthest);
             if let Some((part, farthest)) = parameter.outlier().zip(farthest) {
                 let text = format!(
-                    "{}: {} is an outlier, {:.2} times what the others foretell (p {:.1e}, {:.1e} for all parameters together)",
+                    "{}: {} is an outlier, {:.2} times the prediction from the others (p = {:.1e}; {:.1e} corrected for all parameters)",
                     pooled.channel.name,
                     printable(&pool.parts[part].name),
                     farthest.ratio,

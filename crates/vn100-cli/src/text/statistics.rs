@@ -47,14 +47,19 @@ pub(super) fn write_statistics(out: &mut String, snapshot: &Snapshot, channels: 
 /// What the length of the mean vector, in SI units or gauss, says if the sensor rested.
 fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
     match quantity {
-        Quantity::MagneticField => Some(format!("mean field {of_mean:.4} gauss; the Earth's is 0.22 to 0.67")),
-        Quantity::Acceleration => Some(format!(
-            "mean acceleration {of_mean:.4} m/s^2, {:+.4} from standard gravity: bias and scale, if the sensor rested",
-            of_mean - STANDARD_GRAVITY_M_S2
-        )),
+        Quantity::MagneticField => {
+            Some(format!("Mean magnetic field: |B| = {of_mean:.4} gauss (the Earth's: 0.22 to 0.67)"))
+        }
+        Quantity::Acceleration => {
+            let off = of_mean - STANDARD_GRAVITY_M_S2;
+            let (side, percent) = (if off < 0.0 { "below" } else { "above" }, 100.0 * off / STANDARD_GRAVITY_M_S2);
+            Some(format!(
+                "Mean specific force: |a| = {of_mean:.4} m/s^2, {:.4} m/s^2 {side} standard gravity ({percent:+.2} %)",
+                off.abs()
+            ))
+        }
         Quantity::AngularRate => Some(format!(
-            "mean rate {of_mean:.2e} rad/s; the Earth turns at {EARTH_RATE_RAD_S:.2e} rad/s: the mean of a resting gyroscope is not its bias \
-             alone"
+            "Magnitude of the mean rate: {of_mean:.2e} rad/s. It contains the Earth rate, {EARTH_RATE_RAD_S:.2e} rad/s, beside the bias"
         )),
         Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => None,
     }
@@ -70,18 +75,18 @@ const PARTS: usize = 8;
 
 /// Skewness and excess kurtosis, and whether the values may be normal.
 pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
-    writeln!(out, "\n{:<13}{:>8}{:>9}  normally distributed?", "distribution", "skew", "kurtosis")?;
+    writeln!(out, "\n{:<13}{:>8}{:>9}  Gaussian?", "distribution", "skew", "kurtosis")?;
     for channel in channels {
         let shape =
             |value: Option<f64>, decimals: usize| value.map_or("-".into(), |value| format!("{value:+.decimals$}"));
         let normal = match channel.signal.as_ref().and_then(|signal| signal.normality) {
-            Some(Ok(normality)) if normality.is_consistent() => "may be".into(),
+            Some(Ok(normality)) if normality.is_consistent() => "consistent".into(),
             Some(Ok(normality)) => format!(
-                "no: {:.0} and {:.0} standard errors off",
+                "rejected (skewness {:.0}σ, kurtosis {:.0}σ)",
                 (normality.skewness / normality.skewness_error).abs(),
                 (normality.excess_kurtosis / normality.excess_kurtosis_error).abs()
             ),
-            Some(Err(reason)) => format!("? {reason}"),
+            Some(Err(reason)) => format!("not tested: {reason}"),
             None => "-".into(),
         };
         let row = format!(
@@ -99,7 +104,7 @@ pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -
 pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     let blocks = |channel: &ChannelValues| channel.signal.as_ref().map(|signal| parts(&signal.blocks));
     let Some(first) = channels.iter().find_map(blocks).filter(|parts| parts.len() == PARTS) else { return Ok(()) };
-    writeln!(out, "\nstandard deviation along the record, in percent of the whole; parts begin at (s)")?;
+    writeln!(out, "\nstandard deviation over time, % of that of the record; parts start at (s)")?;
     write!(out, "{:<13}", "")?;
     for part in &first {
         write!(out, "{:>8}", short((part.start_s * 10.0).round() / 10.0))?;
@@ -127,7 +132,7 @@ pub(super) fn write_detectable(out: &mut String, channels: &[ChannelValues]) -> 
     if rows.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nsmallest changes in the middle that nine of ten such records show: noise, step")?;
+    writeln!(out, "\nsmallest detectable change in mid-record (power 90 %): noise, step")?;
     for (channel, (noise, step)) in rows {
         let noise = noise.map_or("-".into(), |factor| format!("x{factor:.3}"));
         let step = step.map_or("-".into(), |step| format!("{step:.2e} {}", channel.unit));
@@ -180,26 +185,25 @@ pub(super) fn write_deviations(
 ) -> fmt::Result {
     let deviation = deviation_name(snapshot.deviation);
     let windows = match snapshot.estimator {
-        Estimator::Strided => "windows at stride tau/16, all overlaps up to m = 16",
-        Estimator::Full => "all overlaps",
-        Estimator::Plain => "no overlap",
+        Estimator::Strided => "windows at stride tau/16, fully overlapping up to m = 16",
+        Estimator::Full => "fully overlapping",
+        Estimator::Plain => "non-overlapping",
     };
     let detrended = match snapshot.detrended {
         None => "",
-        Some(Detrend::Line) => ", a line removed from each channel",
-        Some(Detrend::Temperature) => ", what proves to follow the temperature removed from gyro and accel",
+        Some(Detrend::Line) => ", linear trend removed from each channel",
+        Some(Detrend::Temperature) => ", temperature dependence removed from gyro and accel",
     };
     writeln!(out, "\n{deviation}, {windows}{detrended}")?;
     let legend = format!(
-        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: averaging times share samples, \
-         and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",
-        short(confidence)
+        "+ - columns: {} % confidence limits in percent, pointwise, not simultaneous. n/a: fewer than {LEAST_EDF} degrees of freedom.",
+        short(100.0 * confidence)
     );
     writeln!(out, "{}", fill(&legend, "", ""))?;
     // what was asked for between the lines has no deviation
     let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
     for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
-        writeln!(out, "\n{}, {}", names_of(group[0].quantity).quantity, group[0].unit)?;
+        writeln!(out, "\n{}, {}", names_of(group[0].quantity).title, group[0].unit)?;
         if group[0].quantity == Quantity::Value {
             writeln!(out, "{}", fill(NEUTRAL_SERIES, "", ""))?;
         }
@@ -232,7 +236,7 @@ fn with_bounds(point: &Point) -> String {
             let decimals = usize::from(above < 9.95);
             format!("{deviation:.3e} {:>7}", format!("{above:+.decimals$}{below:+.decimals$}"))
         }
-        _ => format!("{deviation:.3e} {:>7}", "few"),
+        _ => format!("{deviation:.3e} {:>7}", "n/a"),
     }
 }
 

@@ -27,7 +27,7 @@ use super::{
     theme::Theme,
     warnings::shortened,
 };
-use crate::{status::link_name, words::remedy_words};
+use crate::status::link_name;
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
@@ -298,7 +298,7 @@ fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec
     };
     warned.extend(source.errors());
     let broken = !warned.is_empty();
-    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.in_words(remedy_words))));
+    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.title())));
     let more = warned.len().saturating_sub(1);
     let warned = warned.into_iter().next();
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };

@@ -26,7 +26,7 @@ pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessmen
     let document = Document::new(&evaluation.complete(measured), true, remedy_words);
     let (folder, stem) = (Path::new("."), stem(source));
     let write = || -> io::Result<String> {
-        let json = new_file(folder, &stem, "json", &json_line(&serde_json::to_string_pretty(&document)?))?;
+        let json = new_file(folder, &stem, "json", &json_line(&serde_json::to_string(&document)?))?;
         let Some(figure) = picture(state, source) else { return Ok(json) };
         Ok(format!("{json} and {}", new_file(folder, &stem, "svg", &figure.svg_file())?))
     };

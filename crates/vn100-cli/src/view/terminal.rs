@@ -11,6 +11,7 @@ use std::{
 
 use ratatui::{
     Terminal,
+    backend::Backend as _,
     backend::CrosstermBackend,
     buffer::Buffer,
     crossterm::{
@@ -60,6 +61,14 @@ impl Screen {
         is_raw_mode_enabled().unwrap_or(false)
     }
 
+    /// Clears the screen, and has the next picture drawn whole. `Terminal::clear` would ask for the
+    /// cursor, which not every terminal answers.
+    fn draw_anew(&mut self) -> io::Result<()> {
+        self.terminal.backend_mut().clear()?;
+        self.terminal.swap_buffers();
+        Ok(())
+    }
+
     pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<Buffer> {
         execute!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
         let drawn = self.terminal.draw(draw).map(|drawn| drawn.buffer.clone());
@@ -75,7 +84,7 @@ impl Screen {
         // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
         thread::sleep(Duration::from_millis(100));
         enter()?;
-        self.terminal.clear()
+        self.draw_anew()
     }
 
     #[cfg(not(unix))]
@@ -87,7 +96,7 @@ impl Screen {
     pub(crate) fn take_again(&mut self) -> io::Result<()> {
         give_back();
         enter()?;
-        self.terminal.clear()
+        self.draw_anew()
     }
 }
 

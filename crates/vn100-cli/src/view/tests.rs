@@ -161,10 +161,9 @@ fn every_warning_is_listed_and_read_in_full() {
         ]
     };
     // the words of the real ones are tested where they are made
-    let warning = |kind: WarningKind| Warning {
-        kind,
-        channels: vec!["accel_x".into(), "accel_y".into()],
-        text: format!("of {}, {}and this is its end", kind.name(), "with much to be said about it, ".repeat(5)).into(),
+    let warning = |kind: WarningKind| {
+        let details = format!("{}and this is its end", "with much to be said about it, ".repeat(5));
+        Warning::new(kind, vec!["accel_x".into(), "accel_y".into()], format!("of {}", kind.name()), details)
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
     check("warning-first", &ViewState { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));
@@ -348,7 +347,7 @@ fn a_picture_has_all_that_the_screen_has() {
     let points = plot.curves[0].points.len();
     let discs = |svg: &str| svg.matches("<circle").count();
     assert!(discs(&svg) > points, "the points, and one in the legend");
-    assert!(svg.contains(">N</text>") && svg.contains("gyro_y") && svg.contains("°/s"));
+    assert!(svg.contains(">N: ") && svg.contains("gyro_y") && svg.contains("°/s"));
     let svg_of_all = picture(&one());
     assert_eq!(discs(&svg_of_all), points + 1, "no two axes have the same sign");
     assert!(["gyro_x", "gyro_y", "gyro_z"].iter().all(|name| svg_of_all.contains(name)));

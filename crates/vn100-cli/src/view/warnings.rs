@@ -29,8 +29,7 @@ pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     const PRESS: &str = " press !";
     let Scene { source, theme, .. } = scene;
     let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.bad())).collect();
-    texts
-        .extend(source.warnings.iter().map(|warning| (theme.spelled(warning.in_words(remedy_words)), theme.warning())));
+    texts.extend(source.warnings.iter().map(|warning| (theme.spelled(warning.title()), theme.warning())));
     if texts.is_empty() {
         let samples = source.snapshot.timing.samples > 0;
         let text = if samples { " no warnings" } else { " no warnings yet" };
@@ -116,7 +115,7 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     frame.render_widget(Paragraph::new(lost).style(scene.theme.warning()), counts);
     frame.render_widget(Paragraph::new(lines), list);
     frame.render_widget(
-        Paragraph::new(scene.theme.spelled(warnings[chosen].text.in_words(remedy_words))).wrap(Wrap { trim: true }),
+        Paragraph::new(scene.theme.spelled(warnings[chosen].in_words(remedy_words))).wrap(Wrap { trim: true }),
         text,
     );
 }

@@ -31,6 +31,8 @@ pub struct BagReport {
     pub unreadable: u64,
     /// The numbers that are absent in messages that are used, by channel.
     pub absent: Vec<AbsentValues>,
+    /// The numbers of a sensor that are not read, as its first messages do not have them.
+    pub unread: Vec<UnreadNumbers>,
     /// Messages that came behind one of a later time, and were put in their place.
     pub reordered: u64,
     /// Messages that came so late that they were left where they came.
@@ -44,6 +46,29 @@ pub struct BagReport {
     pub recorded_ns: Option<(i64, i64)>,
     /// Which times are used.
     pub stamps: StampSource,
+}
+
+/// Numbers of a standard message that are zero in the first messages, as those are that a sensor
+/// does not have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnreadNumbers {
+    /// Their path, such as `linear_acceleration`.
+    pub path: String,
+    /// In how many of the first messages they are zero.
+    pub zero_messages: usize,
+    /// In how many messages they are not zero after all.
+    pub nonzero_messages: u64,
+}
+
+impl fmt::Display for UnreadNumbers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, zero_messages, nonzero_messages } = self;
+        write!(f, "{path}: zero in the first {zero_messages} messages, not read")?;
+        if *nonzero_messages > 0 {
+            write!(f, "; not zero in {nonzero_messages} later ones")?;
+        }
+        Ok(())
+    }
 }
 
 /// Which times of the messages of a bag are used.

@@ -35,6 +35,9 @@ pub struct CsvReport {
     pub other_stream_rows: Option<u64>,
     /// The columns of the stamps and their forms, as a column map names them; `None` without any.
     pub times: Option<String>,
+    /// The stamp from which those of the rows are counted, in nanoseconds as written; `None`
+    /// without any.
+    pub first_stamp_ns: Option<i64>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.

@@ -10,7 +10,11 @@ use vn100_analysis::{
     Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Ranking, RemedyWords, Untested, axes_name, sensor_of,
 };
 
-use crate::{measured::Measured, names::recommendation, units::tests_by_channel};
+use crate::{
+    measured::{Measured, run_name},
+    names::recommendation,
+    units::tests_by_channel,
+};
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
@@ -219,7 +223,7 @@ impl ComparisonDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),
-            text: disturbance.warning.text.in_words(words),
+            text: disturbance.warning.in_words(words),
         });
         let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
             kind: caveat.kind.name(),
@@ -257,7 +261,7 @@ fn record(measured: &Measured) -> RecordDocument {
         rate_hz: snapshot.timing.rate_hz,
         duration_s: snapshot.timing.duration_s(),
         samples: snapshot.timing.samples,
-        warnings: measured.warnings().map(|warning| warning.kind.name()).collect(),
+        warnings: measured.warnings().into_iter().map(|warning| warning.kind.name()).collect(),
     }
 }
 
@@ -289,7 +293,7 @@ fn recommended(comparison: &Comparison) -> RecommendationDocument {
         Ok(recommended) => (Some(recommended.record), recommended.why.name()),
         Err(why) => (None, why.name()),
     };
-    RecommendationDocument { record, why, text: recommendation(comparison.recommended) }
+    RecommendationDocument { record, why, text: recommendation(comparison.recommended, run_name) }
 }
 
 fn of_difference(difference: &MeanDifference, comparison: &Comparison) -> DifferenceDocument {

@@ -7,7 +7,7 @@ use std::{
 };
 
 use serde::Serialize;
-use vn100_analysis::protocol::stream::{AbsentValues, BagReport, CsvReport, StampSource};
+use vn100_analysis::protocol::stream::{AbsentValues, BagReport, CsvReport, StampSource, UnreadNumbers};
 use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
 
 #[derive(Debug, Serialize)]
@@ -152,12 +152,28 @@ struct Bag {
     without_sample: u64,
     unreadable: u64,
     absent: Vec<AbsentDocument>,
+    unread: Vec<UnreadDocument>,
     reordered: u64,
     late: u64,
     other_messages: u64,
     stamps: &'static str,
     stamp_field: Option<String>,
     unpacked_bytes: u64,
+}
+
+/// Numbers that are zero in the first `zero_messages`, and so not read.
+#[derive(Debug, Serialize)]
+struct UnreadDocument {
+    path: String,
+    zero_messages: usize,
+    nonzero_messages: u64,
+}
+
+impl UnreadDocument {
+    fn new(unread: &UnreadNumbers) -> Self {
+        let UnreadNumbers { path, zero_messages, nonzero_messages } = unread.clone();
+        Self { path, zero_messages, nonzero_messages }
+    }
 }
 
 impl Bag {
@@ -174,6 +190,7 @@ impl Bag {
             without_sample: report.without_sample,
             unreadable: report.unreadable,
             absent: report.absent.iter().map(AbsentDocument::new).collect(),
+            unread: report.unread.iter().map(UnreadDocument::new).collect(),
             reordered: report.reordered,
             late: report.late,
             other_messages: report.other_messages,

@@ -1,62 +1,83 @@
-//! The file that Kalibr takes: white noise and random walk of each sensor, in continuous time and
+//! The file that Kalibr takes: noise density and random walk of each sensor, in continuous time and
 //! SI units.
 //!
 //! Names and units as in the page "Yaml formats" of its documentation.
 
 use thiserror::Error;
-use vn100_analysis::noise::{Sensor, Status, Term, over_bound};
-use vn100_analysis::protocol::Quantity;
+use vn100_analysis::LongTauValidity;
+use vn100_analysis::noise::{Parameter, Sensor, Status, Term};
 
 use crate::{
-    findings::{Findings, Largest, SensorFindings},
+    findings::{AxisFindings, Findings, SensorFindings},
     measured::Record,
-    units::{ChannelValues, si_unit},
+    printable,
+    units::si_unit,
 };
 
-/// No file for Kalibr: it needs every figure, and a guess would pass for a measurement.
+/// How long Kalibr integrates, in seconds, where the user does not say.
+pub const DEFAULT_KALIBR_SPAN_S: f64 = 60.0;
+
+/// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
+const WALK_OF_FLICKER: f64 = 1.15;
+
+/// No file for Kalibr.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KalibrError {
     /// The sensor was moved.
-    #[error("the sensor was moved in this record, and its noise is not seen")]
+    #[error("the sensor was moved in this record, which shows none of its noise")]
     Moved,
-    /// A figure is not known; why, for each.
+    /// Nothing of an accelerometer or a gyroscope is known.
     #[error("{}", .0.join("; "))]
-    Lacks(Vec<String>),
+    Nothing(Vec<String>),
+    /// Only estimates were asked for; what is none, for each.
+    #[error("not every value is estimated: {}", .0.join("; "))]
+    NotEstimated(Vec<String>),
 }
 
-/// The lines of the file, and what it lacks.
+/// The lines of the file, and which of its values are no estimates or missing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KalibrYaml {
     lines: Vec<String>,
-    lacks: Vec<String>,
+    values: usize,
+    bounds: Vec<String>,
+    missing: Vec<String>,
     was_moved: bool,
 }
 
+/// A value of the file.
+struct Value {
+    value: f64,
+    is_estimated: bool,
+    /// What it is, with its axis.
+    label: String,
+}
+
 impl KalibrYaml {
-    /// Of each sensor the worst axis. Where its random walk is not estimated, `with_over_bound` the
-    /// white noise and the random walk that together lie above the whole curve of every axis.
+    /// Of each sensor the noisiest axis: N, and as the random walk the larger of K and the walk
+    /// that drifts over `span_s` seconds as the bias instability does, 1.15 B/√span. An upper bound
+    /// where there is no estimate; where there is neither, the value is missing, with the reason.
     #[must_use]
-    pub fn of(record: &Record<'_>, with_over_bound: bool) -> Self {
+    pub fn of(record: &Record<'_>, span_s: f64) -> Self {
         let snapshot = &record.measured.snapshot;
         let mut yaml = Self::default();
         let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
         yaml.comment(&format!(
-            "{} samples of {message} at {} Hz; intervals at {}",
+            "{} samples of {message} at {} Hz; upper bounds at a confidence of {}",
             snapshot.timing.samples, snapshot.timing.rate_hz, record.measured.assessment.confidence
         ));
         let findings = Findings::of(record);
         if findings.motion.is_some() {
             yaml.was_moved = true;
-            yaml.comment("nothing for a filter: the sensor was moved, and its noise is not seen");
+            yaml.comment("no values: the sensor was moved in this record, which shows none of its noise");
             return yaml;
         }
-        yaml.comment("continuous-time densities of this stream at this rate, as measured: nothing is divided out");
-        for (quantity, sensor, name) in [
-            (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
-            (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
-        ] {
-            let axes = record.of(quantity);
-            yaml.sensor(&axes, findings.sensor(sensor), (sensor, name), with_over_bound);
+        yaml.comment("continuous-time densities of the noisiest axis, as measured in this stream at this rate");
+        yaml.comment(&format!("random walk: the larger of K and 1.15 B/sqrt({span_s} s)"));
+        if findings.compensated.is_none() {
+            yaml.comment("whether the rates are bias-compensated is unknown; if they are, B and K are too small");
+        }
+        for (sensor, name) in [(Sensor::Accelerometer, "accelerometer"), (Sensor::Gyroscope, "gyroscope")] {
+            yaml.sensor(findings.sensor(sensor), (sensor, name), span_s);
         }
         yaml.lines.push("rostopic: /imu/data".into());
         yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));
@@ -69,86 +90,109 @@ impl KalibrYaml {
         self.lines.join("\n") + "\n"
     }
 
-    /// Whether it can be used.
+    /// The missing values, each with the reason: Kalibr needs all four.
+    #[must_use]
+    pub fn missing(&self) -> &[String] {
+        &self.missing
+    }
+
+    /// Whether it may be written; `only_estimates` if all values must be estimated.
     ///
     /// # Errors
-    /// Where a figure is not known.
-    pub fn complete(&self) -> Result<(), KalibrError> {
+    /// Where it may not.
+    pub fn check(&self, only_estimates: bool) -> Result<(), KalibrError> {
         if self.was_moved {
             return Err(KalibrError::Moved);
         }
-        if self.lacks.is_empty() { Ok(()) } else { Err(KalibrError::Lacks(self.lacks.clone())) }
+        if self.values == 0 {
+            return Err(KalibrError::Nothing(self.missing.clone()));
+        }
+        let doubtful: Vec<String> = self.bounds.iter().chain(&self.missing).cloned().collect();
+        if only_estimates && !doubtful.is_empty() { Err(KalibrError::NotEstimated(doubtful)) } else { Ok(()) }
     }
 
     fn comment(&mut self, text: &str) {
-        self.lines.push(format!("# {text}"));
+        // the name of a message comes from a file
+        self.lines.push(format!("# {}", printable(text)));
     }
 
-    fn figure(&mut self, name: &str, value: f64) {
-        self.lines.push(format!("{name}: {}", decimal(value)));
-    }
-
-    fn sensor(
-        &mut self,
-        axes: &[&ChannelValues],
-        found: Option<&SensorFindings>,
-        (sensor, name): (Sensor, &str),
-        with_over_bound: bool,
-    ) {
-        let (white_name, walk_name) = (format!("{name}_noise_density"), format!("{name}_random_walk"));
-        let white = found.and_then(|found| found.largest(|axis| axis.white));
-        let walk = found.and_then(|found| found.largest(|axis| axis.random_walk));
-        let estimated = |yaml: &mut Self, what: &str, worst: &Largest<'_>, term, figure: &str| {
-            yaml.comment(&format!("{name}: {what} of {}, in {}", worst.named(), si_unit(sensor, term)));
-            yaml.figure(figure, worst.value);
-        };
-        if let (Some(white), Some(walk)) = (&white, &walk) {
-            estimated(self, "white noise", white, Term::White, &white_name);
-            estimated(self, "random walk", walk, Term::RateRandomWalk, &walk_name);
-            return;
-        }
-        let reason = match white {
-            None => format!("the white noise of the {name} is not estimated"),
-            Some(_) => format!("the random walk of the {name} is {} in this record", why_no_walk(axes)),
-        };
-        if let Some((white_bound, walk_bound)) = with_over_bound.then(|| above_all(axes)).flatten() {
-            self.comment(&format!("{name}: {reason}. The next two are no estimates: together they"));
-            self.comment("lie above the upper bounds of the whole curve of every axis, and make a filter careful");
-            if let Some(worst) = white {
-                let value = decimal(worst.value);
-                self.comment(&format!("({}, has an estimated white noise of {value} alone)", worst.named()));
+    fn sensor(&mut self, found: Option<&SensorFindings>, (sensor, name): (Sensor, &str), span_s: f64) {
+        let axes = found.map_or(&[][..], |found| &found.axes);
+        let no_walk = found.and_then(|found| match found.long_taus {
+            LongTauValidity::Sensor => None,
+            LongTauValidity::Compensated => {
+                Some("the message is bias-compensated, B and K are not in it; record VNIMU for them")
             }
-            self.figure(&white_name, white_bound);
-            self.figure(&walk_name, walk_bound);
+            LongTauValidity::LooksCompensated => {
+                Some("a filter removes the bias from this stream, and B and K with it")
+            }
+            LongTauValidity::Surroundings | LongTauValidity::Motion => Some("B and K are not the sensor's"),
+        });
+        let absent = found.is_none().then_some("not in this capture");
+        let unknown = "neither an estimate nor an upper bound; the record is too short";
+        let key = format!("{name}_noise_density");
+        self.value(&key, si_unit(sensor, Term::White), noisiest(axes, density), absent.unwrap_or(unknown));
+        let walk = noisiest(axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
+        let why = absent.or(no_walk).unwrap_or(unknown);
+        self.value(&format!("{name}_random_walk"), si_unit(sensor, Term::RateRandomWalk), walk, why);
+    }
+
+    fn value(&mut self, key: &str, unit: &str, value: Option<Value>, why_not: &str) {
+        let Some(Value { value, is_estimated, label }) = value else {
+            self.comment(&format!("{key}: missing, and Kalibr needs it:"));
+            self.comment(&format!("  {why_not}"));
+            self.missing.push(format!("{key}: {why_not}"));
             return;
+        };
+        self.comment(&format!("{key} in {unit}:"));
+        self.comment(&format!("  {label}"));
+        self.lines.push(format!("{key}: {}", decimal(value)));
+        self.values += 1;
+        if !is_estimated {
+            self.bounds.push(format!("{key} is {label}"));
         }
-        match white {
-            Some(white) => estimated(self, "white noise", &white, Term::White, &white_name),
-            None => self.comment(&format!("{white_name}: not known")),
-        }
-        self.comment(&format!("{walk_name}: not known, {reason}"));
-        self.lacks.push(reason);
     }
 }
 
-fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
-    let first = axes.iter().find_map(|axis| axis.noise.as_ref()?.parameter(Term::RateRandomWalk));
-    match first.map(|parameter| parameter.status) {
-        Some(Status::Bounded) => "only bounded from above",
-        Some(Status::NotMeasurable) => "not measurable",
-        Some(Status::ModelRejected) => "not estimated, no model fits",
-        Some(Status::Estimated | Status::NotObservable) => "not observable",
-        None => "not known",
-    }
+/// The largest value of the axes; an axis without a value is named.
+fn noisiest(axes: &[AxisFindings], of: impl Fn(&AxisFindings) -> Option<Value>) -> Option<Value> {
+    let unknown: Vec<&str> = axes.iter().filter(|axis| of(axis).is_none()).map(|axis| axis.name.as_str()).collect();
+    let known = axes.iter().filter_map(of).max_by(|a, b| a.value.total_cmp(&b.value))?;
+    let except = if unknown.is_empty() { String::new() } else { format!("; not known: {}", unknown.join(", ")) };
+    Some(Value { label: known.label + &except, ..known })
 }
 
-fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
-    let bounds = axes.iter().filter_map(|axis| {
-        let known = axis.octaves.iter().filter(|point| point.is_known());
-        let (tau_s, upper): (Vec<f64>, Vec<f64>) = known.filter_map(|point| Some((point.tau_s, point.upper?))).unzip();
-        over_bound(&tau_s, &upper)
-    });
-    bounds.map(|bound| (bound.white, bound.rate_random_walk)).reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))
+/// The estimate, or else the upper bound, and whether it is the first.
+fn known(parameter: Option<Parameter>) -> Option<(f64, bool)> {
+    let parameter = parameter?;
+    let estimate = parameter.value.filter(|_| parameter.status == Status::Estimated);
+    estimate.map(|value| (value, true)).or_else(|| Some((parameter.upper?, false)))
+}
+
+fn density(axis: &AxisFindings) -> Option<Value> {
+    let (value, is_estimated) = known(axis.white)?;
+    let status = if is_estimated { "estimated" } else { "upper bound, N is not estimated" };
+    Some(Value { value, is_estimated, label: format!("N of {}: {status}", axis.name) })
+}
+
+/// Bias instability that was not detected says nothing beside a K that was.
+fn random_walk(axis: &AxisFindings, span_s: f64) -> Option<Value> {
+    let walk = known(axis.random_walk);
+    let flicker =
+        known(axis.bias_instability).map(|(b, is_estimated)| (WALK_OF_FLICKER * b / span_s.sqrt(), is_estimated));
+    let flicker = flicker.filter(|(_, is_estimated)| *is_estimated || !walk.is_some_and(|(_, estimated)| estimated));
+    let by_flicker = match (walk, flicker) {
+        (Some((walk, _)), Some((flicker, _))) => flicker > walk,
+        (walk, _) => walk.is_none(),
+    };
+    let (value, is_estimated) = if by_flicker { flicker? } else { walk? };
+    let source = match (by_flicker, is_estimated) {
+        (false, true) => "K of AXIS: estimated".to_owned(),
+        (false, false) => "K of AXIS: random walk not detected; upper bound".to_owned(),
+        (true, true) => format!("by bias instability of AXIS over {span_s} s: B estimated"),
+        (true, false) => format!("by bias instability of AXIS over {span_s} s: B not detected; upper bound"),
+    };
+    Some(Value { value, is_estimated, label: source.replace("AXIS", &axis.name) })
 }
 
 /// As every YAML reader takes it for a number: with a point, and a sign in the exponent.

@@ -1,8 +1,8 @@
-//! The samples as ROS 2 messages in an MCAP file: `sensor_msgs/msg/Imu` and
-//! `sensor_msgs/msg/MagneticField`, in plain CDR.
+//! The samples as ROS 2 messages in an MCAP file: `Imu`, `MagneticField`, `Temperature` and
+//! `FluidPressure` of `sensor_msgs/msg`, in plain CDR.
 //!
-//! Axes and frame are the sensor's own: x forwards, y to the right, z down; the orientation is
-//! against north, east, down.
+//! Axes and frame are the sensor's own, x forwards, y to the right, z down, and the orientation is
+//! against north, east, down; or both are turned to what ROS assumes (REP 103).
 
 use std::{collections::BTreeMap, io::Write};
 
@@ -12,12 +12,62 @@ use mcap::{
     write::NoSeek,
 };
 use thiserror::Error;
+use vn100_analysis::noise::{Status, Term};
 use vn100_analysis::protocol::{Layout, Quantity, stream::Batch};
 
 use crate::measured::Record;
 
-const FRAME: &str = "vn100";
 const TESLA_PER_GAUSS: f64 = 1e-4;
+const PASCAL_PER_KILOPASCAL: f64 = 1e3;
+
+/// The axes of vectors, and what the orientation is against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RosFrame {
+    /// The sensor's own: forwards, right, down, against north, east, down.
+    #[default]
+    Ned,
+    /// Forwards, left, up, against east, north, up: level at rest +9.8 m/s² on z, and 90° of yaw
+    /// where the sensor says 0°.
+    Enu,
+}
+
+impl RosFrame {
+    /// Names the body's axes.
+    const fn id(self) -> &'static str {
+        match self {
+            Self::Ned => "vn100_frd",
+            Self::Enu => "vn100_flu",
+        }
+    }
+
+    /// A diagonal covariance is the same in both.
+    fn vector(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Ned => [x, y, z],
+            Self::Enu => [x, -y, -z],
+        }
+    }
+
+    /// Of x, y, z, w. Half turns: of the world about the axis between north and east, of the body
+    /// about its own x.
+    fn quaternion(self, [x, y, z, w]: [f64; 4]) -> [f64; 4] {
+        match self {
+            Self::Ned => [x, y, z, w],
+            Self::Enu => [x + y, x - y, w - z, w + z].map(|part| part * std::f64::consts::FRAC_1_SQRT_2),
+        }
+    }
+}
+
+/// The times of the messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stamps {
+    /// On the even grid of the measured rate from the first arrival on, without the jitter of the
+    /// transport; the arrival times where samples are missing or no rate was measured.
+    #[default]
+    Fitted,
+    /// When each line arrived.
+    Arrival,
+}
 
 /// As the public interface packages define them.
 const HEADER: &str = "
@@ -48,6 +98,12 @@ float64 x 0
 float64 y 0
 float64 z 0
 float64 w 1";
+const TEMPERATURE: &str = "std_msgs/Header header
+float64 temperature
+float64 variance";
+const PRESSURE: &str = "std_msgs/Header header
+float64 fluid_pressure
+float64 variance";
 const MAGNETIC_FIELD: &str = "std_msgs/Header header
 geometry_msgs/Vector3 magnetic_field
 float64[9] magnetic_field_covariance";
@@ -69,11 +125,14 @@ pub struct Ros2Messages<W: Write> {
     mcap: Writer<NoSeek<W>>,
     imu: u16,
     magnetic_field: u16,
-    rate_hz: f64,
+    temperature: Option<u16>,
+    pressure: Option<u16>,
+    frame: RosFrame,
+    clock: Clock,
     samples: u64,
-    /// Of the first row; the stamps of a capture may begin anywhere, before 1970 too.
-    origin_ns: Option<i64>,
-    stamped: bool,
+    rate_covariance: [f64; 9],
+    acceleration_covariance: [f64; 9],
+    metadata: BTreeMap<String, String>,
 }
 
 type MeasuredVector = Option<[f64; 3]>;
@@ -83,46 +142,57 @@ impl<W: Write> Ros2Messages<W> {
     ///
     /// # Errors
     /// When `out` cannot be written to.
-    pub fn new(out: W, record: &Record<'_>, program: &str) -> Result<Self, Ros2Error> {
+    pub fn new(out: W, record: &Record<'_>, program: &str, frame: RosFrame, stamps: Stamps) -> Result<Self, Ros2Error> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(program)
             .compression(Some(Compression::Zstd))
             .disable_seeking(true);
         let mut mcap = options.create(NoSeek::new(out))?;
-        let stamped = record.measured.snapshot.arrivals.is_some();
-        let rate_hz = record.measured.snapshot.timing.rate_hz;
-        let imu = mcap.add_schema("sensor_msgs/msg/Imu", "ros2msg", format!("{IMU}{HEADER}").as_bytes())?;
-        let field = mcap.add_schema(
-            "sensor_msgs/msg/MagneticField",
-            "ros2msg",
-            format!("{MAGNETIC_FIELD}{HEADER}").as_bytes(),
-        )?;
-        let imu = mcap.add_channel(imu, "/imu/data", "cdr", &BTreeMap::new())?;
-        let magnetic_field = mcap.add_channel(field, "/imu/mag", "cdr", &BTreeMap::new())?;
-        let stamps = if stamped {
-            "when the read that completed the line arrived, as the capture has it".to_owned()
-        } else {
-            format!("number of the sample / {rate_hz} Hz from 0: the capture has no arrival times")
+        let mut channel = |name: &str, schema: &str, topic: &str| {
+            let schema = mcap.add_schema(name, "ros2msg", format!("{schema}{HEADER}").as_bytes())?;
+            mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())
         };
+        let imu = channel("sensor_msgs/msg/Imu", IMU, "/imu/data")?;
+        let magnetic_field = channel("sensor_msgs/msg/MagneticField", MAGNETIC_FIELD, "/imu/mag")?;
+        let has = |quantity| !record.of(quantity).is_empty();
+        let mut where_measured = |quantity, name, schema, topic| {
+            if has(quantity) { channel(name, schema, topic).map(Some) } else { Ok(None) }
+        };
+        let temperature =
+            where_measured(Quantity::Temperature, "sensor_msgs/msg/Temperature", TEMPERATURE, "/imu/temperature")?;
+        let pressure = where_measured(Quantity::Pressure, "sensor_msgs/msg/FluidPressure", PRESSURE, "/imu/pressure")?;
+        let frame_text = match frame {
+            RosFrame::Ned => "body forwards, right, down; orientation against north, east, down",
+            RosFrame::Enu => "body forwards, left, up; orientation against east, north, up (REP 103)",
+        };
+        let measured = record.measured;
+        let unknown = || "not recorded".to_owned();
         let entries = [
-            ("capture", record.measured.facts.name.clone()),
+            ("capture", measured.facts.name.clone()),
+            ("sha256", measured.facts.file.as_ref().map_or_else(unknown, |file| file.sha256.clone())),
+            ("message", measured.snapshot.layout.as_ref().map_or_else(unknown, |layout| layout.message.to_string())),
+            ("frame", frame_text.into()),
+            ("units", "rad/s, m/s^2, tesla, degrees Celsius, pascal".into()),
             (
-                "sha256",
-                record.measured.facts.file.as_ref().map_or_else(|| "not recorded".into(), |file| file.sha256.clone()),
+                "covariances",
+                "rate and acceleration: N^2 * rate per axis; zero where N is not estimated on each; orientation and field unknown (zero); -1 first where there is no such quantity"
+                    .into(),
             ),
-            (
-                "message",
-                record.measured.snapshot.layout.as_ref().map_or_else(String::new, |layout| layout.message.to_string()),
-            ),
-            ("stamps", stamps),
-            ("frame", "axes of the sensor: x forwards, y right, z down; orientation against north, east, down".into()),
-            ("units", "rad/s, m/s^2, tesla".into()),
-            ("covariances", "zero where unknown (REP 145), -1 first where there is no orientation".into()),
         ];
-        let metadata = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        mcap.write_metadata(&Metadata { name: "vn100.decoded".into(), metadata })?;
-        Ok(Self { mcap, imu, magnetic_field, rate_hz, samples: 0, origin_ns: None, stamped })
+        Ok(Self {
+            mcap,
+            imu,
+            magnetic_field,
+            temperature,
+            pressure,
+            frame,
+            clock: Clock::new(record, stamps),
+            samples: 0,
+            rate_covariance: covariance(record, Quantity::AngularRate),
+            acceleration_covariance: covariance(record, Quantity::Acceleration),
+            metadata: entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
+        })
     }
 
     /// Takes the next batch of the capture.
@@ -134,20 +204,11 @@ impl<W: Write> Ros2Messages<W> {
         for (row, counts) in batch.rows().enumerate() {
             let arrival =
                 batch.arrivals.iter().rev().find(|arrival| arrival.from_row <= row).map(|arrival| arrival.at_ns);
-            let at_ns = self.stamp(arrival);
+            let at_ns = self.clock.stamp(self.samples, arrival);
             self.sample(layout, counts, |channel| batch.is_absent(row, channel), at_ns)?;
             self.samples += 1;
         }
         Ok(())
-    }
-
-    /// Stamps before 1970 are those of a capture without a date: they begin at 0.
-    fn stamp(&mut self, arrival_ns: Option<i64>) -> u64 {
-        let by_number = (self.samples as f64 / self.rate_hz * 1e9).round() as u64;
-        let Some(arrival_ns) = arrival_ns.filter(|_| self.stamped) else { return by_number };
-        let origin_ns = *self.origin_ns.get_or_insert(arrival_ns);
-        let from = if origin_ns < 0 { origin_ns } else { 0 };
-        u64::try_from(arrival_ns.saturating_sub(from)).unwrap_or(0)
     }
 
     /// A vector that lacks a component is not written.
@@ -158,30 +219,39 @@ impl<W: Write> Ros2Messages<W> {
         is_absent: impl Fn(usize) -> bool,
         at_ns: u64,
     ) -> Result<(), Ros2Error> {
-        let of = |quantity: Quantity| -> MeasuredVector {
-            let cells = layout.channels.iter().zip(counts).enumerate();
-            let axes = cells.filter(|(_, (channel, _))| channel.quantity == quantity).take(3);
-            let values: Option<Vec<f64>> =
-                axes.map(|(place, (channel, count))| (!is_absent(place)).then(|| channel.value(*count))).collect();
-            values?.try_into().ok()
-        };
-        let (rate, acceleration) = (of(Quantity::AngularRate), of(Quantity::Acceleration));
+        let frame = self.frame;
+        let vector = |quantity| -> MeasuredVector { values(layout, counts, &is_absent, quantity) };
+        let turned = |quantity| vector(quantity).map(|axes| frame.vector(axes));
+        let (rate, acceleration) = (turned(Quantity::AngularRate), turned(Quantity::Acceleration));
         if rate.is_some() || acceleration.is_some() {
-            let mut message = Cdr::new(at_ns, FRAME);
-            let orientation = of(Quantity::Angle).map(quaternion);
+            let mut message = Cdr::new(at_ns, frame.id());
+            let orientation = vector(Quantity::Angle)
+                .map(quaternion)
+                .or_else(|| values(layout, counts, &is_absent, Quantity::Quaternion))
+                .map(|attitude| frame.quaternion(attitude));
             message.floats(&orientation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
             message.floats(if orientation.is_some() { &UNKNOWN } else { &NOT_PROVIDED });
-            for vector in [rate, acceleration] {
+            for (vector, covariance) in [(rate, &self.rate_covariance), (acceleration, &self.acceleration_covariance)] {
                 message.floats(&vector.unwrap_or_default());
-                message.floats(if vector.is_some() { &UNKNOWN } else { &NOT_PROVIDED });
+                message.floats(if vector.is_some() { covariance } else { &NOT_PROVIDED });
             }
             self.write(self.imu, at_ns, &message.bytes)?;
         }
-        if let Some(field) = of(Quantity::MagneticField) {
-            let mut message = Cdr::new(at_ns, FRAME);
+        if let Some(field) = turned(Quantity::MagneticField) {
+            let mut message = Cdr::new(at_ns, frame.id());
             message.floats(&field.map(|gauss| gauss * TESLA_PER_GAUSS));
             message.floats(&UNKNOWN);
             self.write(self.magnetic_field, at_ns, &message.bytes)?;
+        }
+        for (quantity, channel, factor) in
+            [(Quantity::Temperature, self.temperature, 1.0), (Quantity::Pressure, self.pressure, PASCAL_PER_KILOPASCAL)]
+        {
+            if let (Some(channel), Some([value])) = (channel, values(layout, counts, &is_absent, quantity)) {
+                let mut message = Cdr::new(at_ns, frame.id());
+                let unknown_variance = 0.0;
+                message.floats(&[value * factor, unknown_variance]);
+                self.write(channel, at_ns, &message.bytes)?;
+            }
         }
         Ok(())
     }
@@ -197,8 +267,112 @@ impl<W: Write> Ros2Messages<W> {
     /// # Errors
     /// When the file cannot be written.
     pub fn finish(mut self) -> Result<W, Ros2Error> {
+        let mut metadata = std::mem::take(&mut self.metadata);
+        metadata.insert("stamps".into(), self.clock.text());
+        self.mcap.write_metadata(&Metadata { name: "vn100.decoded".into(), metadata })?;
         self.mcap.finish()?;
         Ok(self.mcap.into_inner().into_inner())
+    }
+}
+
+/// The values of a quantity in a row; `None` where one of them is missing.
+fn values<const N: usize>(
+    layout: &Layout,
+    counts: &[i32],
+    is_absent: impl Fn(usize) -> bool,
+    quantity: Quantity,
+) -> Option<[f64; N]> {
+    let cells = layout.channels.iter().zip(counts).enumerate();
+    let axes = cells.filter(|(_, (channel, _))| channel.quantity == quantity).take(N);
+    let values: Option<Vec<f64>> =
+        axes.map(|(place, (channel, count))| (!is_absent(place)).then(|| channel.value(*count))).collect();
+    values?.try_into().ok()
+}
+
+/// The variance of a sample by the white noise of its axis, N² times the rate, on the diagonal;
+/// unknown unless N is estimated on all three.
+fn covariance(record: &Record<'_>, quantity: Quantity) -> [f64; 9] {
+    let rate_hz = record.measured.snapshot.timing.rate_hz;
+    let variances: Option<Vec<f64>> = (record.of(quantity).into_iter())
+        .map(|channel| {
+            let white = channel.noise.as_ref()?.parameter(Term::White)?;
+            Some(white.value.filter(|_| white.status == Status::Estimated)?.powi(2) * rate_hz)
+        })
+        .collect();
+    match variances.as_deref() {
+        Some(&[x, y, z]) => [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z],
+        _ => UNKNOWN,
+    }
+}
+
+/// Gives each sample its time, in nanoseconds since 1970 where the capture has dates, else since
+/// its beginning.
+#[derive(Debug, Clone, Copy)]
+struct Clock {
+    /// Samples a second on an even grid; `None` for arrival times.
+    grid_hz: Option<f64>,
+    has_arrivals: bool,
+    /// Why the grid is none though it was asked for.
+    why_not_fitted: &'static str,
+    /// What the times of arrival are counted from, where that is known.
+    origin_ns: i64,
+    /// Of the first row; the stamps of a capture may begin anywhere, before 1970 too.
+    first_ns: Option<i64>,
+}
+
+impl Clock {
+    fn new(record: &Record<'_>, stamps: Stamps) -> Self {
+        let snapshot = &record.measured.snapshot;
+        let timing = &snapshot.timing;
+        let clock = |grid_hz, why_not_fitted| Self {
+            grid_hz,
+            has_arrivals: snapshot.arrivals.is_some(),
+            why_not_fitted,
+            origin_ns: record.measured.facts.csv.as_ref().and_then(|csv| csv.first_stamp_ns).unwrap_or(0),
+            first_ns: None,
+        };
+        let Some(arrivals) = &snapshot.arrivals else { return clock(Some(timing.rate_hz), "") };
+        match (stamps, arrivals.measured_hz) {
+            (Stamps::Arrival, _) => clock(None, ""),
+            (Stamps::Fitted, _) if timing.missing > 0 || timing.segments > 1 => {
+                clock(None, "; not on an even grid, as samples are missing")
+            }
+            (Stamps::Fitted, None) => clock(None, "; not on an even grid, as no rate was measured"),
+            (Stamps::Fitted, hz) => clock(hz, ""),
+        }
+    }
+
+    /// A time in the first year after 1970 is that of a clock that counts from its start.
+    fn is_dated(&self) -> bool {
+        const YEAR_NS: i64 = 365 * 24 * 3600 * 1_000_000_000;
+        self.first_ns.is_some_and(|first_ns| first_ns >= YEAR_NS)
+    }
+
+    fn stamp(&mut self, sample: u64, arrival_ns: Option<i64>) -> u64 {
+        let arrival_ns = arrival_ns.map(|at_ns| at_ns.saturating_add(self.origin_ns));
+        if let Some(arrival_ns) = arrival_ns.filter(|_| self.has_arrivals) {
+            self.first_ns.get_or_insert(arrival_ns);
+        }
+        let first_ns = self.first_ns.unwrap_or(0);
+        let origin_ns = if self.is_dated() { 0 } else { first_ns };
+        let since_first_ns = match self.grid_hz {
+            Some(hz) => (sample as f64 / hz * 1e9).round() as i64,
+            None => arrival_ns.unwrap_or(first_ns).saturating_sub(first_ns),
+        };
+        u64::try_from(first_ns.saturating_sub(origin_ns).saturating_add(since_first_ns)).unwrap_or(0)
+    }
+
+    fn text(&self) -> String {
+        let times = match self.grid_hz {
+            Some(hz) if self.has_arrivals => {
+                format!("fitted: first arrival + number of the sample / {hz} Hz, the measured rate")
+            }
+            Some(hz) => format!("number of the sample / {hz} Hz: the capture has no arrival times"),
+            None => format!("arrival: when the read that completed the line returned{}", self.why_not_fitted),
+        };
+        let origin =
+            if self.is_dated() { "since 1970" } else { "from 0 at the first sample: the capture has no dates" };
+        format!("{times}; {origin}")
     }
 }
 
@@ -266,6 +440,60 @@ mod tests {
         let [x, y, z, w] = quaternion([90.0, 90.0, 0.0]);
         let forwards = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
         assert!((forwards[2] + 1.0).abs() < 1e-12, "{forwards:?}");
+    }
+
+    fn product([ax, ay, az, aw]: [f64; 4], [bx, by, bz, bw]: [f64; 4]) -> [f64; 4] {
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ]
+    }
+
+    fn rotated(q: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let conjugate = [-q[0], -q[1], -q[2], q[3]];
+        let [x, y, z, _] = product(product(q, [x, y, z, 0.0]), conjugate);
+        [x, y, z]
+    }
+
+    #[test]
+    fn turned_vectors_point_the_same_way_in_the_turned_world() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        assert_eq!(RosFrame::Enu.vector([0.1, 0.2, -9.8]), [0.1, -0.2, 9.8], "level at rest, z up");
+        let north = RosFrame::Enu.quaternion([0.0, 0.0, 0.0, 1.0]);
+        assert!(north.iter().zip([0.0, 0.0, half, half]).all(|(a, b)| (a - b).abs() < 1e-15), "yaw 90: {north:?}");
+        for angles in [[0.0, 0.0, 0.0], [30.0, -20.0, 70.0], [-170.0, 80.0, -120.0]] {
+            let attitude = quaternion(angles);
+            let turned = RosFrame::Enu.quaternion(attitude);
+            assert!((turned.iter().map(|part| part * part).sum::<f64>() - 1.0).abs() < 1e-12);
+            for vector in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.4, 0.5]] {
+                let [north, east, down] = rotated(attitude, vector);
+                let found = rotated(turned, RosFrame::Enu.vector(vector));
+                let expected = [east, north, -down];
+                assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{angles:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn stamps_are_dates_where_the_capture_has_them() {
+        let clock = |grid_hz| Clock { grid_hz, has_arrivals: true, why_not_fitted: "", origin_ns: 0, first_ns: None };
+        let dated = 1_700_000_000_000_000_000;
+        for (first_ns, expected) in [(dated, dated as u64), (5_000_000_000, 0), (-7, 0)] {
+            let mut fitted = clock(Some(40.0));
+            assert_eq!(fitted.stamp(0, Some(first_ns)), expected);
+            assert_eq!(fitted.stamp(4, Some(first_ns + 123)), expected + 100_000_000);
+            assert!(fitted.text().contains(if expected > 0 { "since 1970" } else { "no dates" }));
+            let mut arrival = clock(None);
+            assert_eq!(arrival.stamp(0, Some(first_ns)), expected);
+            assert_eq!(arrival.stamp(1, Some(first_ns + 123)), expected + 123);
+        }
+        let mut counted = Clock { origin_ns: dated, ..clock(None) };
+        assert_eq!((counted.stamp(0, Some(0)), counted.stamp(1, Some(5))), (dated as u64, dated as u64 + 5));
+        let mut without = Clock { has_arrivals: false, ..clock(Some(40.0)) };
+        assert_eq!((without.stamp(0, None), without.stamp(1, None)), (0, 25_000_000));
+        assert!(without.text().contains("no arrival times") && without.text().contains("no dates"));
     }
 
     #[test]

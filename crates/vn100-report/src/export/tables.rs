@@ -2,12 +2,15 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Parameter, Term, temperature_conventions};
+use vn100_analysis::RemedyWords;
+use vn100_analysis::noise::{Claim, Convention, Parameter, Sides, Term, conventions, temperature_conventions};
+use vn100_analysis::protocol::Register;
 
 use crate::{
-    codes::code_of_status,
-    document::noise::term_name,
+    codes::{code_of_rate, code_of_status, code_of_verdict},
+    document::{noise::term_name, source::RecordingDocument},
     measured::Record,
+    names::sentence,
     temperature::coefficient_parameter,
     units::{BlockValues, ChannelValues, Point, si_unit},
 };
@@ -17,30 +20,34 @@ use crate::{
 pub struct CsvTable {
     /// How the name of its file ends.
     pub ending: &'static str,
-    /// A header, and a row for each channel and point.
-    pub text: fn(&Record<'_>) -> String,
+    /// A header, and a row for each channel and point; remedies are in those words.
+    pub text: fn(&Record<'_>, RemedyWords) -> String,
 }
 
 impl CsvTable {
     /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self { ending: ".allan.csv", text: allan },
-        Self { ending: ".statistics.csv", text: statistics },
-        Self { ending: ".parameters.csv", text: parameters },
-        Self { ending: ".spectrum.csv", text: spectrum },
-        Self { ending: ".segments.csv", text: segments },
-        Self { ending: ".histogram.csv", text: histogram },
+    pub const ALL: [Self; 10] = [
+        Self { ending: ".metadata.csv", text: |record, _| metadata(record) },
+        Self { ending: ".allan.csv", text: |record, _| allan(record) },
+        Self { ending: ".statistics.csv", text: |record, _| statistics(record) },
+        Self { ending: ".parameters.csv", text: |record, _| parameters(record) },
+        Self { ending: ".fit.csv", text: |record, _| fit(record) },
+        Self { ending: ".verdicts.csv", text: |record, _| verdicts(record) },
+        Self { ending: ".warnings.csv", text: warnings },
+        Self { ending: ".spectrum.csv", text: |record, _| spectrum(record) },
+        Self { ending: ".segments.csv", text: |record, _| segments(record) },
+        Self { ending: ".histogram.csv", text: |record, _| histogram(record) },
     ];
 }
 
-struct Table(String);
+pub(super) struct Table(pub(super) String);
 
 impl Table {
-    fn new(header: &str) -> Self {
+    pub(super) fn new(header: &str) -> Self {
         Self(format!("{header}\n"))
     }
 
-    fn row(&mut self, cells: &[&str]) {
+    pub(super) fn row(&mut self, cells: &[&str]) {
         let quoted = |cell: &&str| {
             if cell.contains([',', '"', '\n', '\r']) {
                 format!("\"{}\"", cell.replace('"', "\"\""))
@@ -62,7 +69,7 @@ impl Table {
 }
 
 /// The shortest decimal that reads back as the same number.
-fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     match value {
         Some(value) if value == 0.0 || (1e-4..1e15).contains(&value.abs()) => value.to_string(),
         Some(value) => format!("{value:e}"),
@@ -97,28 +104,127 @@ fn statistics(record: &Record<'_>) -> String {
     table.0
 }
 
+/// Each parameter in every unit in use, the SI unit first.
 fn parameters(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit,p");
+    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit,p,sides,is_si");
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
-        let mut row = |name: &str, parameter: Option<Parameter>, unit: &str| {
+        let mut rows = |name: &str, parameter: Option<Parameter>, conventions: &[Convention]| {
             let Some(Parameter { status, value, lower, upper, p }) = parameter else { return };
-            let [value, lower, upper, p] = [value, lower, upper, p].map(number);
-            table.row(&[&channel.name, name, code_of_status(status).code, &value, &lower, &upper, unit, &p]);
+            for (place, convention) in conventions.iter().enumerate() {
+                let [value, lower, upper] = [value, lower, upper].map(|si| number(si.map(|si| si * convention.factor)));
+                let sides = match convention.sides {
+                    Some(Sides::One) => "one",
+                    Some(Sides::Two) => "two",
+                    None => "",
+                };
+                let (status, p) = (code_of_status(status).code, number(p));
+                let is_si = if place == 0 { "true" } else { "false" };
+                table.row(&[&channel.name, name, status, &value, &lower, &upper, convention.unit, &p, sides, is_si]);
+            }
         };
         for term in Term::ALL {
-            row(term_name(term), noise.parameter(term), si_unit(noise.sensor, term));
+            rows(term_name(term), noise.parameter(term), conventions(noise.sensor, term));
         }
         let of_temperature = noise.temperature.as_ref().map(coefficient_parameter);
-        let unit = temperature_conventions(noise.sensor)[0].unit;
-        row("temperature_coefficient", of_temperature, unit);
-        row("curve_minimum", noise.curve_minimum(), si_unit(noise.sensor, Term::BiasInstability));
+        rows("temperature_coefficient", of_temperature, temperature_conventions(noise.sensor));
+        rows("curve_minimum", noise.curve_minimum(), conventions(noise.sensor, Term::BiasInstability));
     }
     table.0
 }
 
+fn fit(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,tau_min_s,tau_max_s,chi2,dof,p");
+    for channel in &record.channels {
+        let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit.quality) else { continue };
+        let values = [quality.tau_min_s, quality.tau_max_s, quality.chi2, quality.dof as f64, quality.p];
+        let values = values.map(|value| number(Some(value)));
+        let cells: Vec<&str> = [&channel.name].into_iter().chain(&values).map(String::as_str).collect();
+        table.row(&cells);
+    }
+    table.0
+}
+
+fn verdicts(record: &Record<'_>) -> String {
+    let mut table = Table::new(
+        "channel,parameter,verdict,datasheet,figure,claim,measured,measured_lower,measured_upper,expected_low,expected_high,unit,text",
+    );
+    let datasheet = record.measured.verdicts.as_ref().map_or("", |verdicts| &verdicts.datasheet);
+    for channel in &record.channels {
+        let Some(noise) = &channel.noise else { continue };
+        for verdict in record.verdicts(channel) {
+            let Parameter { value, lower, upper, .. } = verdict.measured;
+            let (low, high) = verdict.expected;
+            let [value, lower, upper, low, high] = [value, lower, upper, Some(low), Some(high)].map(number);
+            let claim = match verdict.figure.claim {
+                Claim::Limit(_) => "limit",
+                Claim::Typical { .. } => "typical",
+            };
+            table.row(&[
+                &channel.name,
+                term_name(verdict.figure.term),
+                code_of_verdict(verdict.verdict).code,
+                datasheet,
+                &verdict.figure.printed,
+                claim,
+                &value,
+                &lower,
+                &upper,
+                &low,
+                &high,
+                si_unit(noise.sensor, verdict.figure.term),
+                &sentence(noise.sensor, verdict),
+            ]);
+        }
+    }
+    table.0
+}
+
+fn warnings(record: &Record<'_>, words: RemedyWords) -> String {
+    let mut table = Table::new("kind,severity,channels,headline,details");
+    for warning in record.measured.warnings() {
+        let (channels, details) = (warning.channels.join(" "), warning.details.in_words(words));
+        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &warning.headline, &details]);
+    }
+    table.0
+}
+
+/// What a record is, by name; empty where it is not known.
+pub(super) fn identity(record: &Record<'_>) -> Vec<(&'static str, String)> {
+    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
+    let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
+    let started = facts.recording.as_ref().and_then(|recording| RecordingDocument::new(recording).started);
+    let layout = snapshot.layout.as_ref();
+    let optional = [
+        ("stream", facts.stream.clone()),
+        ("sha256", facts.file.as_ref().map(|file| file.sha256.clone())),
+        ("model", register(Register::MODEL)),
+        ("serial_number", register(Register::SERIAL_NUMBER)),
+        ("firmware", register(Register::FIRMWARE)),
+        ("started_utc", started),
+        ("message", layout.map(|layout| layout.message.to_string())),
+        ("compensated", layout.and_then(|layout| layout.compensated).map(|compensated| compensated.to_string())),
+    ];
+    let mut cells = vec![("capture", facts.name.clone())];
+    cells.extend(optional.map(|(name, value)| (name, value.unwrap_or_default())));
+    cells.extend([
+        ("rate_hz", number(Some(snapshot.timing.rate_hz))),
+        ("rate_from", code_of_rate(snapshot.timing.rate_from).code.to_owned()),
+        ("samples", snapshot.timing.samples.to_string()),
+        ("duration_s", number(Some(snapshot.timing.duration_s()))),
+        ("confidence", number(Some(record.measured.assessment.confidence))),
+    ]);
+    cells
+}
+
+fn metadata(record: &Record<'_>) -> String {
+    let mut table = Table::new("name,value");
+    identity(record).iter().for_each(|(name, value)| table.row(&[name, value]));
+    table.0
+}
+
 fn spectrum(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,frequency_hz,density_one_sided");
+    let mut table = Table::new("channel,unit,frequency_hz,psd_one_sided");
     for channel in &record.channels {
         let unit = format!("({})^2/Hz", channel.unit);
         let density = channel.signal.as_ref().and_then(|signal| signal.density.as_ref());

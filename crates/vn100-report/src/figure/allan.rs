@@ -1,27 +1,58 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
 use vn100_analysis::noise::{
-    Deviation, Parameter,
+    Claim, Deviation, Parameter, STANDARD_GRAVITY_M_S2, Sides,
     Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
+    Verdict,
 };
-use vn100_analysis::{ChannelNoise, letter};
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelNoise, FigureVerdict, letter};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value, axes::Scale,
-    pretty_unit, quiet, solid,
+    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value,
+    axes::Scale, pretty_unit, quiet, solid,
 };
 use crate::{
     names::deviation_name,
     numbers::digits,
+    summary::parameter_unit,
     units::{ChannelValues, Point},
 };
 
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
 
-/// One axis: its curve, the fitted model, the lines of its terms, what the graphical rules read.
+/// One axis, in the unit of data sheets: its curve, the fitted model, the lines of its terms, what
+/// the graphical rules read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
-    axis_in(channel, 1.0, deviation)
+    let units = curve_units(channel.quantity);
+    match units.first() {
+        Some((unit, factor)) => axis_in(&in_unit(channel, unit, *factor), *factor, deviation),
+        None => axis_in(channel, 1.0, deviation),
+    }
+}
+
+/// The units of a deviation, each with its value for 1 in the unit of the channel; the one that is
+/// drawn comes first. None for what is no axis of a sensor.
+const fn curve_units(quantity: Quantity) -> &'static [(&'static str, f64)] {
+    const DEG: f64 = 180.0 / std::f64::consts::PI;
+    const MG: f64 = 1e3 / STANDARD_GRAVITY_M_S2;
+    match quantity {
+        Quantity::AngularRate => &[("deg/h", 3600.0 * DEG), ("deg/s", DEG), ("rad/s", 1.0)],
+        Quantity::Acceleration => &[("mg", MG), ("m/s^2", 1.0)],
+        Quantity::MagneticField => &[("mgauss", 1e3), ("gauss", 1.0), ("nT", 1e5)],
+        _ => &[],
+    }
+}
+
+/// The channel with its deviations in a unit of which one of its own is `factor`.
+fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> ChannelValues {
+    ChannelValues {
+        unit: unit.into(),
+        octaves: channel.octaves.iter().map(|point| point.times(factor)).collect(),
+        deviations: channel.deviations.iter().map(|point| point.times(factor)).collect(),
+        ..channel.clone()
+    }
 }
 
 /// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one
@@ -32,17 +63,13 @@ pub fn allan_in_unit(
     (unit, factor): (&str, f64),
     deviation: Deviation,
 ) -> Option<Figure> {
-    let channels: Vec<ChannelValues> = (channels.iter())
-        .map(|channel| ChannelValues {
-            unit: unit.into(),
-            octaves: channel.octaves.iter().map(|point| point.times(factor)).collect(),
-            deviations: channel.deviations.iter().map(|point| point.times(factor)).collect(),
-            ..(*channel).clone()
-        })
-        .collect();
+    let channels: Vec<ChannelValues> = channels.iter().map(|channel| in_unit(channel, unit, factor)).collect();
     match &channels[..] {
         [channel] => axis_in(channel, factor, deviation),
-        all => allan_of_axes("axes", name_of_all, &all.iter().collect::<Vec<_>>(), deviation),
+        all => {
+            let named: Vec<_> = all.iter().map(|channel| (channel.name.clone(), channel)).collect();
+            together("allan-axes".into(), name_of_all, &named, deviation, &[])
+        }
     }
 }
 
@@ -52,7 +79,7 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option
     let model = model.map(|noise| FittedModel { noise, factor });
     let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.octaves));
     let (x, y) = axes(&[channel], &reaches, deviation)?;
-    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured, with interval".to_owned())];
+    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
     }
@@ -69,13 +96,67 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option
         let marks = model.above(&plot, &channel.octaves);
         plot.draw(1, marks);
     }
-    Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))
+    let units = units_of(channel, false);
+    Some(Figure { units, ..plot.done(vec![series(channel.name.clone(), &channel.deviations)]) })
 }
 
-/// The axes of one sensor together.
-pub(crate) fn allan_of_axes(id: &str, title: &str, axes: &[&ChannelValues], deviation: Deviation) -> Option<Figure> {
-    let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), *channel)).collect();
-    together(format!("allan-{id}"), title, &named, deviation)
+/// The axes of one sensor together, in the unit of data sheets, beside the figures of one.
+pub(crate) fn allan_of_axes(
+    id: &str,
+    title: &str,
+    axes: &[&ChannelValues],
+    verdicts: &[FigureVerdict],
+    deviation: Deviation,
+) -> Option<Figure> {
+    let (unit, factor) = *curve_units(axes.first()?.quantity).first()?;
+    let axes: Vec<ChannelValues> = axes.iter().map(|channel| in_unit(channel, unit, factor)).collect();
+    let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), channel)).collect();
+    let sheet: Vec<SheetLine> = (verdicts.iter().filter(|_| deviation == Deviation::Allan))
+        .flat_map(|verdict| SheetLine::of(verdict, factor))
+        .collect();
+    together(format!("allan-{id}"), title, &named, deviation, &sheet)
+}
+
+/// A figure of the data sheet, as it shows in this stream.
+struct SheetLine {
+    /// At 1 s.
+    deviation: f64,
+    slope: f64,
+    text: String,
+}
+
+impl SheetLine {
+    /// White noise falls with the root of the averaging time; what most sheets call bias
+    /// instability is the minimum of the curve. Of a density of unknown sides both readings; none
+    /// of a figure that this stream cannot show.
+    fn of(verdict: &FigureVerdict, factor: f64) -> Vec<Self> {
+        let figure = &verdict.figure;
+        let (kind, is_limit) = match figure.claim {
+            Claim::Limit(_) => ("max", true),
+            Claim::Typical { .. } => ("typ", false),
+        };
+        let (slope, name, level) = match figure.term {
+            White => (-0.5, "N", 1.0),
+            BiasInstability if figure.is_curve_minimum() => (0.0, "B", 1.0),
+            BiasInstability => (0.0, "B", FLAT),
+            Quantization | RateRandomWalk | RateRamp => return Vec::new(),
+        };
+        let line = |(low, high): (f64, f64), sides: &str| Self {
+            deviation: if is_limit { low.min(high) } else { f64::midpoint(low, high) } * level * factor,
+            slope,
+            text: format!("data sheet {name} {kind}{sides}"),
+        };
+        match &verdict.readings[..] {
+            _ if verdict.verdict == Verdict::NotComparable => Vec::new(),
+            [] => vec![line(verdict.expected, "")],
+            readings => (readings.iter())
+                .map(|reading| match reading.sides {
+                    Sides::Two => line(reading.expected, " if two-sided"),
+                    Sides::One => line(reading.expected, " if one-sided"),
+                })
+                .collect(),
+        }
+    }
 }
 
 /// One channel of several records, each under its name.
@@ -84,22 +165,62 @@ pub(crate) fn allan_of_records(
     records: &[(String, &ChannelValues)],
     deviation: Deviation,
 ) -> Option<Figure> {
-    together(format!("records-{}", id_of(channel)), channel, records, deviation)
+    together(format!("records-{}", id_of(channel)), channel, records, deviation, &[])
 }
 
-fn together(id: String, title: &str, curves: &[(String, &ChannelValues)], deviation: Deviation) -> Option<Figure> {
+fn together(
+    id: String,
+    title: &str,
+    curves: &[(String, &ChannelValues)],
+    deviation: Deviation,
+    sheet: &[SheetLine],
+) -> Option<Figure> {
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
     let (x, y) = axes(&channels, &[], deviation)?;
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (name, _))| (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name)))
         .collect();
     let mut plot = Plot::new(id, format!("{title}: {}", deviation_name(deviation)), x, y, &legend);
+    let marks = reference_lines(&plot, sheet);
+    plot.draw(channels.len(), marks);
     for (index, channel) in channels.iter().enumerate() {
         let marks = curve(&plot, index, &channel.deviations);
         plot.draw(index, marks);
     }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.deviations)).collect();
-    Some(plot.done(series))
+    Some(Figure { units: units_of(channels[0], sheet.is_empty()), ..plot.done(series) })
+}
+
+/// The figures of the data sheet, and the slopes of white noise, flicker and random walk.
+fn reference_lines(plot: &Plot, sheet: &[SheetLine]) -> Vec<Primitive> {
+    let Scale { from, to, .. } = plot.place.x;
+    let mut marks = Vec::new();
+    for (place, SheetLine { deviation, slope, text }) in sheet.iter().enumerate() {
+        let at = |tau_s: f64| (tau_s, deviation * tau_s.powf(*slope));
+        marks.push(plot.line([at(from), at(to)], quiet(1.0, Dash::Mixed)));
+        // beside each other, where lines lie close
+        let (x, y) = at(from * (to / from).powf(0.06 + 0.26 * (place % 2) as f64));
+        marks.push(plot.note(x, y, text));
+    }
+    // a fan of slopes in the upper right corner, over a decade or a quarter of the axis
+    let Scale { from: low, to: high, .. } = plot.place.y;
+    let (x, y) = (from * (to / from).powf(0.72), low * (high / low).powf(0.82));
+    let length = (to / from).powf(0.16).min(10.0);
+    for (slope, text) in [(-0.5, "−½"), (0.0, "0"), (0.5, "+½")] {
+        let end = (x * length, y * length.powf(slope));
+        marks.push(plot.line([(x, y), end], quiet(0.9, Dash::Solid)));
+        let (left, top) = plot.place.of(end.0, end.1);
+        marks.push(Primitive::text((left + 4.0, top + 4.0), text, Anchor::Start));
+    }
+    marks
+}
+
+/// The units to choose from where a curve is drawn in the first of them.
+fn units_of(channel: &ChannelValues, is_plain: bool) -> Vec<(String, f64)> {
+    let units = curve_units(channel.quantity);
+    let drawn = units.iter().find(|(unit, _)| *unit == channel.unit);
+    let Some((_, drawn)) = drawn.filter(|_| !is_plain || units.len() > 1) else { return Vec::new() };
+    units.iter().map(|(unit, factor)| (pretty_unit(unit), factor / drawn)).collect()
 }
 
 /// Both sides, around the deviations, their intervals and `more`.
@@ -174,6 +295,12 @@ impl FittedModel<'_> {
         Some(self.noise.parameter(term)?.value? * self.factor)
     }
 
+    /// A parameter in the unit of data sheets.
+    fn number(&self, term: Term, value: f64) -> String {
+        let (unit, factor) = parameter_unit(self.noise.sensor, term);
+        format!("{} {}", digits(value * factor, 3), pretty_unit(unit))
+    }
+
     /// Where its letters stand, and its deviations: all of that is to be seen.
     fn reaches(&self, points: &[Point]) -> Vec<f64> {
         let fitted = points.iter().filter_map(|point| point.fitted);
@@ -190,7 +317,7 @@ impl FittedModel<'_> {
             (begins * ends.max(begins)).sqrt()
         };
         let at = |term, letter, tau_s, deviation, slope| {
-            Some(Reference { dash: dash(term)?, letter, tau_s, deviation, slope })
+            Some(Reference { term, dash: dash(term)?, letter, tau_s, deviation, slope })
         };
         let flat_part = |flicker| at(BiasInstability, "0.664 B", flat(flicker), FLAT * flicker, 0.0);
         [
@@ -206,15 +333,15 @@ impl FittedModel<'_> {
 
     fn legend(&self, legend: &mut Vec<(LegendSample, String)>) {
         if self.noise.fit.quality.is_some() {
-            legend.push((LegendSample::Line(MODEL), "fitted model, all of it".into()));
+            legend.push((LegendSample::Line(MODEL), "fitted model".into()));
         }
         let classical = &self.noise.classical;
         if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
-            legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "read by rule".into()));
+            legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
             let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let number = |value: f64| digits(value * self.factor, 3);
+            let number = |value: f64| self.number(term, value);
             Some(match (value, upper, dash(term)) {
                 (Some(value), _, Some(dash)) => {
                     (LegendSample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
@@ -243,11 +370,14 @@ impl FittedModel<'_> {
         if !fitted.is_empty() {
             marks.push(plot.line(fitted, MODEL));
         }
-        for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
+        for Reference { term, letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Marker::Diamond, Colour::Ink));
+            let value = self.noise.parameter(term).and_then(|parameter| parameter.value);
+            let text =
+                value.map_or_else(|| letter.to_owned(), |value| format!("{letter}: {}", self.number(term, value)));
             marks.push(match slope {
-                0.0 => plot.note_at_edge(deviation, letter),
-                _ => plot.note(tau_s, deviation, letter),
+                0.0 => plot.note_at_edge(deviation, &text),
+                _ => plot.note(tau_s, deviation, text),
             });
         }
         let classical = &self.noise.classical;
@@ -277,6 +407,7 @@ fn dash(term: Term) -> Option<Dash> {
 
 /// The line of one term, through the deviation at the averaging time where its letter is read.
 struct Reference {
+    term: Term,
     dash: Dash,
     letter: &'static str,
     tau_s: f64,
@@ -293,7 +424,7 @@ impl Reference {
 const MODEL: Stroke = Stroke { colour: Colour::Series(1), width: 2.0, dash: Dash::Solid };
 
 /// Letters, digits, `-` and `_` stay.
-pub(super) fn id_of(name: &str) -> String {
+pub(crate) fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }
 

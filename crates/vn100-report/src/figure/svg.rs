@@ -4,26 +4,32 @@ use std::fmt::{self, Write};
 
 use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive};
 
-/// As an element of a page. `id` is unique on it; `title` is read aloud.
-pub(crate) fn element(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
+/// As an element of a page. `id` is unique on it; the texts are read aloud: title and description.
+pub(crate) fn element(drawing: &Drawing, id: &str, texts: [&str; 2], attributes: &str) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_drawing(&mut out, drawing, id, title, attributes);
+    let _ = write_drawing(&mut out, drawing, id, texts, attributes);
     out
 }
 
-pub(crate) fn file(drawing: &Drawing, id: &str, title: &str) -> String {
+pub(crate) fn file(drawing: &Drawing, id: &str, texts: [&str; 2]) -> String {
     let Drawing { width, height, .. } = drawing;
     let more = format!(
         " xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\""
     );
-    element(drawing, id, title, &more)
+    element(drawing, id, texts, &more)
 }
 
-fn write_drawing(out: &mut String, drawing: &Drawing, id: &str, title: &str, attributes: &str) -> fmt::Result {
+fn write_drawing(
+    out: &mut String,
+    drawing: &Drawing,
+    id: &str,
+    [title, description]: [&str; 2],
+    attributes: &str,
+) -> fmt::Result {
     let Drawing { width, height, layers } = drawing;
     write!(out, "<svg{attributes} class=\"figure\" viewBox=\"0 0 {width} {height}\" role=\"img\">")?;
-    write!(out, "<title>{}</title>", escaped(title))?;
+    write!(out, "<title>{}</title><desc>{}</desc>", escaped(title), escaped(description))?;
     let clip = layers.iter().find_map(|layer| match layer.kind {
         LayerKind::Data { clip, .. } => Some(clip),
         LayerKind::Frame | LayerKind::Legend => None,

@@ -9,7 +9,7 @@ use vn100_analysis::protocol::{
 };
 use vn100_analysis::{Detrend, MissingFrom, RateFrom};
 
-use super::{PageOptions, Program};
+use super::{PageOptions, Program, caption::Captions};
 use crate::{
     document::source::RecordingDocument,
     measured::Record,
@@ -43,13 +43,17 @@ const REGISTERS: [Register; 10] = [
     Register::IMU_FILTER,
 ];
 
-pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>) -> Markup {
+pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Captions) -> Markup {
+    let tables = [
+        ("Capture", capture(record, options.program)),
+        ("Sensor", sensor(record)),
+        ("Conditions", conditions(record)),
+        ("Time base and losses", timing(record)),
+        ("Method", method(record, options.asked)),
+        ("Uncertainty and traceability", traceability(record, options)),
+    ];
     html! {
-        h3 { "Capture" } (facts_table(&capture(record, options.program)))
-        h3 { "Sensor" } (facts_table(&sensor(record)))
-        h3 { "Conditions" } (facts_table(&conditions(record)))
-        h3 { "Time base and losses" } (facts_table(&timing(record)))
-        h3 { "Method" } (facts_table(&method(record, options.asked)))
+        @for (name, rows) in &tables { (facts_table(rows, &captions.table(name))) }
     }
 }
 
@@ -85,6 +89,7 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
             fact("Their times", bag.stamps.to_string()),
             fact("Out of order", format!("{} put in their place, {} too late", bag.reordered, bag.late)),
         ]);
+        rows.extend(bag.unread.iter().map(|unread| fact("Not read", unread.to_string())));
     }
     rows
 }
@@ -200,15 +205,15 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
     let snapshot = &record.measured.snapshot;
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     let from = match timing.rate_from {
-        RateFrom::Option => "as the user said",
-        RateFrom::Device => "as the sensor says in register 7",
-        RateFrom::Arrival => "by the arrival of its lines",
-        RateFrom::Assumed => "assumed: nothing in the capture tells it",
+        RateFrom::Option => "as given by the user",
+        RateFrom::Device => "reported by the sensor (register 7)",
+        RateFrom::Arrival => "from arrival times",
+        RateFrom::Assumed => "assumed; the capture does not contain it",
     };
     let by = match timing.missing_from {
         MissingFrom::Counter => "by the counter in each line",
         MissingFrom::Arrival => "by arrival times",
-        MissingFrom::RejectedRows => "by damaged lines only: lines lost whole cannot be seen",
+        MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",
     };
     let measured = arrivals.and_then(|arrivals| {
         Some(format!("{:.4} Hz, {} ppm from nominal", arrivals.measured_hz?, trimmed(arrivals.offset_ppm?, 1)))
@@ -223,10 +228,10 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         fact("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
         or_not_recorded("Measured rate", measured),
         or_not_recorded("Between arrivals", steps),
-        fact("Missing samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
+        fact("Dropped samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
         fact("Segments", timing.segments.to_string()),
         fact(
-            "Left out",
+            "Excluded",
             match (timing.excluded, snapshot.skipped) {
                 (0, _) => "nothing".into(),
                 (count, skipped) if !skipped.is_zero() => format!(
@@ -240,7 +245,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
             },
         ),
         fact(
-            "Damaged lines",
+            "Rejected lines",
             format!(
                 "{} (checksum {}, without checksum {}, grammar {}, range {}, truncated {}, too long {})",
                 bad.total(),
@@ -253,7 +258,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
             ),
         ),
         fact(
-            "Good lines",
+            "Valid sentences",
             format!(
                 "{} ({} replies, {}{} other messages)",
                 grouped(tally.valid_sentences()),
@@ -265,7 +270,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         fact(
             "Bytes",
             format!(
-                "{} ({} in no line, {} lost before this program)",
+                "{} ({} discarded, {} lost before this program)",
                 grouped(link.bytes()),
                 link.skipped_bytes(),
                 link.overrun_bytes
@@ -285,15 +290,18 @@ pub(super) const NOT_RECORDED: &str = "not recorded";
 
 pub(super) type Row = (String, String);
 
-pub(super) fn facts_table(rows: &[Row]) -> Markup {
+/// What is not recorded stands in one line below the table.
+fn facts_table(rows: &[Row], caption: &Markup) -> Markup {
+    let (absent, known): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|(_, value)| value == NOT_RECORDED);
+    let absent: Vec<&str> = absent.iter().map(|(name, _)| name.as_str()).collect();
     html! {
         div.scroll {
             table.facts {
-                @for (name, value) in rows {
-                    tr { th scope="row" { (name) } td.absent[value == NOT_RECORDED] { (value) } }
-                }
+                (caption)
+                tbody { @for (name, value) in known { tr { th scope="row" { (name) } td { (value) } } } }
             }
         }
+        @if !absent.is_empty() { p.absent { "Not recorded: " (absent.join(", ")) "." } }
     }
 }
 
@@ -303,6 +311,44 @@ pub(super) fn fact(name: &str, value: impl Into<String>) -> Row {
 
 pub(super) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
     fact(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
+}
+
+/// What a signed report has to state; what a person fills in is left open.
+fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
+    const OPEN: &str = "............................................";
+    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
+    let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
+    let clock = match (snapshot.timing.rate_from, snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm)) {
+        (RateFrom::Assumed, _) => "sample rate assumed, not traceable".to_owned(),
+        (_, Some(ppm)) => {
+            format!(
+                "clock of the host, {} ppm from the nominal rate; its own tolerance is not verified",
+                trimmed(ppm, 1)
+            )
+        }
+        (_, None) => "nominal rate of the sensor, not verified without arrival times".to_owned(),
+    };
+    let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
+    vec![
+        fact("Time", clock),
+        fact("Scale factor", "not verified: a record at rest does not show it"),
+        fact(
+            "Coverage",
+            format!(
+                "{level} % pointwise confidence intervals of the sampling uncertainty; not unit-to-unit, day-to-day or temperature variation"
+            ),
+        ),
+        fact(
+            "Decision rule",
+            "pass where the whole interval lies below the limit, fail where it lies above, else inconclusive (guard band as ILAC-G8: the half-width of the interval)",
+        ),
+        fact("Method", "IEEE Std 952 and NIST SP 1065; the table above"),
+        fact("Program", format!("{}, commit {}", options.program.name, options.program.commit.unwrap_or(NOT_RECORDED))),
+        or_not_recorded("SHA-256 of the capture", facts.file.as_ref().map(|file| file.sha256.clone())),
+        fact("Operator", meta("operator").unwrap_or_else(|| OPEN.into())),
+        fact("Date", OPEN),
+        fact("Approved by", OPEN),
+    ]
 }
 
 pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
@@ -318,9 +364,7 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
         fact(
             "Averaging times shown",
             match snapshot.channels.iter().any(|channel| !channel.points.is_empty()) {
-                true => {
-                    "those asked for; the model rests on the octaves, and the degrees of freedom between two octaves on both"
-                }
+                true => "those requested; the model is fitted to the octaves",
                 false => "the octaves",
             },
         ),
@@ -338,22 +382,22 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
             "Detrended",
             match snapshot.detrended {
                 None => "no",
-                Some(Detrend::Line) => "a regression line was taken from each channel",
+                Some(Detrend::Line) => "a regression line was removed from each channel",
                 Some(Detrend::Temperature) => {
-                    "what proves to follow the temperature was taken from gyroscopes and accelerometers"
+                    "what proves to follow the temperature was removed from gyroscopes and accelerometers"
                 }
             },
         ),
         fact(
             "Confidence",
             format!(
-                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; each interval holds alone",
+                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; intervals are pointwise",
                 trimmed(100.0 * record.measured.assessment.confidence, 2)
             ),
         ),
         fact(
             "Model",
-            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are left out until p ≥ 0.01",
+            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are excluded until p ≥ 0.01",
         ),
         fact(
             "Conventions",

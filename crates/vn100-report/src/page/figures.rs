@@ -4,7 +4,7 @@ use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use vn100_analysis::noise::Deviation;
 
-use super::table;
+use super::{caption::Captions, table};
 use crate::{
     figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale, pretty_unit},
     measured::Record,
@@ -13,68 +13,75 @@ use crate::{
     units::{ChannelValues, Point},
 };
 
-pub(super) fn allan(record: &Record<'_>, figures: &Figures) -> Markup {
+/// The curves of each sensor, the first one large.
+pub(super) fn together(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
     let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
+    let (first, others) = match &figures.allan_sensors[..] {
+        [first, others @ ..] => (std::slice::from_ref(first), others),
+        [] => (&[][..], &[][..]),
+    };
+    html! {
+        @if first.is_empty() && figures.allan_axes.is_empty() { p.absent { "The record is too short for an Allan deviation." } }
+        @for figure in first { div.large { (one(figure, captions)) } }
+        @if !others.is_empty() { (grid(others, captions)) }
+        p {
+            "Bars are pointwise " (level) " % confidence intervals; points without a bar have fewer than two equivalent degrees of freedom."
+        }
+    }
+}
+
+/// The curve of each axis with its model, and all numbers.
+pub(super) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p {
-            "Bars are " (level) " % intervals, each alone at that level; points with fewer than two degrees of freedom have none. "
             @if record.measured.snapshot.deviation == Deviation::Allan {
-                "The thick line is the whole fitted solution over the averaging times it was fitted to, with terms that are only bounded at their best values, lines and correlated noise; the thin ones are its white noise (dashed), \
-                 flat part (dotted) and random walk (dash-dotted), each only where it is estimated, with a mark where its letter is read: N at 1 s, K at 3 s. A term that is only bounded stands in the legend with ≤. Hollow marks are what the graphical rules read: a ring for N, a square for the minimum, a triangle for K."
+                "Thick line: the fitted model with all its terms. Thin lines: its white noise (dashed), flicker floor 0.664 B (dotted) and random walk (dash-dotted), where they are estimated, each with its value where it is read: N at 1 s, K at 3 s. \
+                 Upper bounds stand in the legend with ≤. Hollow marks: the graphical slope method, a ring for N, a square for the minimum, a triangle for K."
             } @else {
-                "The lines of N, B and K are of the Allan deviation and are not drawn here."
+                "The lines of N, B and K belong to the Allan deviation and are not drawn here."
             }
         }
-        (grid(&figures.allan_sensors))
-        (grid(&figures.allan_axes))
-        (points(record))
+        (grid(&figures.allan_axes, captions))
+        (points(record, captions))
     }
 }
 
-pub(super) fn time(figures: &Figures) -> Markup {
+pub(super) fn spectrum(figures: &Figures, captions: &Captions) -> Markup {
     html! {
-        p { "The record in at most 96 blocks of equal length: the range of the samples in each, one standard deviation on either side of their mean, and the mean. Gaps are left open. Angles are continuous over ±180°." }
-        (grid(&figures.times))
+        p { "Amplitude density by Welch's method with a Hann window [5], one-sided: white noise lies at √2 N. Marked peaks are significant at p < 10⁻⁴; a peak may be the alias of one above half the sample rate." }
+        (grid(&figures.spectra, captions))
+        p { "Standard deviation of the samples within each segment of the record: flat if the noise is stationary." }
+        (grid(&figures.segments, captions))
     }
 }
 
-pub(super) fn histograms(figures: &Figures) -> Markup {
+pub(super) fn grid<'a>(figures: impl IntoIterator<Item = &'a Figure>, captions: &Captions) -> Markup {
+    let mut figures = figures.into_iter().peekable();
     html! {
-        p { "The normal curve has the same mean, standard deviation and area as the bars. Whether the values are normally distributed is judged from skewness and kurtosis, with the errors that correlated and rounded samples have [7]." }
-        (grid(&figures.histograms))
+        @if figures.peek().is_none() { p.absent { "The record is too short for such a figure." } }
+        @else { div.grid { @for figure in figures { (one(figure, captions)) } } }
     }
 }
 
-pub(super) fn spectrum(figures: &Figures) -> Markup {
+fn one(figure: &Figure, captions: &Captions) -> Markup {
     html! {
-        p { "Amplitude density by Welch's method with a Hann window [5], one-sided: white noise lies at √2 N. Marks are lines that a clean record shows with a probability below 10⁻⁴; a line may be the alias of one above half the sample rate." }
-        (grid(&figures.spectra))
-        p { "The standard deviation of the samples within each segment of the record: level where the record is as quiet all the time." }
-        (grid(&figures.segments))
-    }
-}
-
-pub(super) fn grid(figures: &[Figure]) -> Markup {
-    html! {
-        @if figures.is_empty() { p.absent { "Too short a record for such a figure." } }
-        div.grid {
-            @for figure in figures {
-                figure id={ "figure-" (figure.id) } { (PreEscaped(figure.svg_element())) }
-            }
+        figure id={ "figure-" (figure.id) } {
+            (PreEscaped(figure.svg_element()))
+            (captions.figure(&figure.title))
         }
     }
 }
 
-pub(super) fn points(record: &Record<'_>) -> Markup {
+fn points(record: &Record<'_>, captions: &Captions) -> Markup {
     html! {
         details {
-            summary { "The deviations as numbers" }
+            summary { "All deviations as numbers" }
             @for quantity in QUANTITIES {
                 @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
                 @if let Some(first) = channels.first() {
-                    h4 { (names_of(quantity).title) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
+                    @let caption = format!("{}: deviations in {} with their intervals; edf: equivalent degrees of freedom", names_of(quantity).title, pretty_unit(&first.unit));
                     @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
-                    (table(None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
+                    (table(&captions.table(&caption), None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
                 }
             }
         }
@@ -115,6 +122,8 @@ struct FigureReadout<'a> {
     area: [f64; 4],
     x: Side<'a>,
     y: Side<'a>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    units: &'a [(String, f64)],
     series: Vec<CurveReadout<'a>>,
 }
 
@@ -149,6 +158,7 @@ fn reading(figure: &Figure) -> FigureReadout<'_> {
         area: [left, top, width, height].map(six_digits),
         x: side(&figure.x),
         y: side(&figure.y),
+        units: &figure.units,
         series: figure.series.iter().map(curve).collect(),
     }
 }

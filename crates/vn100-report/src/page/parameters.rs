@@ -9,12 +9,15 @@ use vn100_analysis::{
     ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };
 
-use super::table;
+use super::{caption::Captions, table};
 use crate::{
     codes::code_of_verdict,
     figure::pretty_unit,
     measured::Record,
-    names::{QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_words, names_of, shown_in, verdict_name},
+    names::{
+        QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_unit, in_words, names_of, parameter_names,
+        shown_in, verdict_name,
+    },
     numbers::{NOTHING, digits, duration, four_digits, p_value, trimmed, with_interval},
     temperature::{coefficient_parameter, lag_text, share_text},
     units::ChannelValues,
@@ -22,15 +25,15 @@ use crate::{
 
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
-pub(super) fn parameters(record: &Record<'_>) -> Markup {
+pub(super) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
     html! {
         @for (quantity, sensor) in SENSORS {
             @let channels = record.of(quantity);
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
-                h3 { (names_of(quantity).title) }
                 @let snapshot = &record.measured.snapshot;
-                (sensor_table(&axes, sensor, snapshot.deviation))
+                @let caption = captions.table(&format!("{}: noise parameters in all units, fit quality and graphical readings", names_of(quantity).title));
+                (sensor_table(&axes, sensor, snapshot.deviation, &caption))
                 (budget(first, snapshot.timing.rate_hz))
                 @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
             }
@@ -38,27 +41,28 @@ pub(super) fn parameters(record: &Record<'_>) -> Markup {
     }
 }
 
-fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) -> Markup {
+fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, caption: &Markup) -> Markup {
     let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
     html! {
         div.scroll {
             table.parameters {
+                (caption)
                 thead {
                     tr {
                         th scope="col" { "parameter" } th scope="col" { "unit" }
                         @for (channel, _) in axes { th scope="col" { (channel.name) } }
                     }
                 }
-                @for (term, name) in TERMS {
+                @for (term, _) in TERMS {
                     @if given(term) {
                         tbody {
-                            (in_units(axes, conventions(sensor, term), html! { b { (letter(term)) } ", " (name) }, |noise| noise.parameter(term)))
+                            (in_units(axes, conventions(sensor, term), html! { (parameter_names(sensor, term).name) " " b { (letter(term)) } }, |noise| noise.parameter(term)))
                             @match term {
-                                Term::White => (row(axes, "sampling: randomness of this record", "%", sampling)),
+                                Term::White => (row(axes, "sampling uncertainty", "%", sampling)),
                                 Term::Quantization => {}
                                 Term::BiasInstability | Term::RateRandomWalk | Term::RateRamp => {
                                     @if axes.iter().any(|(_, noise)| proved(noise, term).is_some()) {
-                                        (row(axes, &format!("p of as much without {}", letter(term)), "", |noise| proved(noise, term).map(p_value)))
+                                        (row(axes, &format!("p without {}", letter(term)), "", |noise| proved(noise, term).map(p_value)))
                                     }
                                 }
                             }
@@ -70,16 +74,16 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
                 }
                 @if axes.iter().any(|(_, noise)| noise.temperature.is_some()) { (temperature(axes, sensor)) }
                 tbody {
-                    (row(axes, "fitted over τ", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
+                    (row(axes, "fitted τ range", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
                     (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.quality.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
-                    (row(axes, "p of the fit", "", |noise| noise.fit.quality.map(|fit| format!("{:.2}", fit.p))))
+                    (row(axes, "goodness of fit, p", "", |noise| noise.fit.quality.map(|fit| format!("{:.2}", fit.p))))
                     @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
                         @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
                             (row(axes, &format!("correlation of {name}"), "", |noise| noise.fit.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
                         }
                     }
                     @if axes.iter().any(|(_, noise)| noise.detectable_rrw.is_some()) {
-                        @let name = format!("K that {} more would show", duration(DetectableRrw::MORE_S));
+                        @let name = format!("K detectable with {} more", duration(DetectableRrw::MORE_S));
                         (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.detectable_rrw.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
@@ -99,7 +103,7 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
             (in_units(axes, temperature_conventions(sensor), html! { "temperature coefficient of the bias" }, of))
             @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
                 (row(axes, "lag behind the temperature", "s", |noise| found(noise).as_ref().map(lag_text)))
-                (row(axes, "p of as much without it", "", |noise| found(noise).map(|found| p_value(found.p))))
+                (row(axes, "p without it", "", |noise| found(noise).map(|found| p_value(found.p))))
                 (row(axes, "its largest share of the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
             }
             @if let Some(why) = why {
@@ -120,7 +124,7 @@ fn in_units(
     html! {
         @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
             tr.more[index > 0] {
-                @if index == 0 { th scope="row" { (name) } } @else { th {} }
+                @if index == 0 { th scope="row" { (name) } } @else { td {} }
                 td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
                 @for (_, noise) in axes { td { (cell(of(noise), unit.factor, index == 0)) } }
             }
@@ -141,7 +145,7 @@ fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
 /// The uncertainty of N besides that of sampling, the same for all axes.
 fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
     html! {
-        p { "The uncertainty of N, beside the randomness of this record:" }
+        p { "Uncertainty of N beside sampling:" }
         ul { @for (what, amount) in budget_rows(&noise.white_budget, nominal_hz) { li { (what) ": " (amount) "." } } }
     }
 }
@@ -156,16 +160,29 @@ fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     ];
     html! {
         tbody {
-            tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Read by rule off the curve, not fitted: for comparison with older reports only" } }
+            tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Graphical slope method (IEEE 952), for comparison with other reports" } }
             @for (term, name, read) in rules {
                 @let si = &conventions(sensor, term)[0];
                 (row(axes, name, &pretty_unit(si.unit), |noise| read(noise).map(four_digits)))
-                @if term == Term::BiasInstability {
-                    @let (unit, factor) = shown_in(sensor, term);
+                @for unit in graphical_units(sensor, term) {
+                    @let (unit, factor) = in_unit(sensor, term, unit);
                     (row(axes, "", &pretty_unit(unit), |noise| read(noise).map(|value| four_digits(value * factor))))
                 }
             }
         }
+    }
+}
+
+/// The units in which reports of laboratories give what they read off the curve.
+const fn graphical_units(sensor: Sensor, term: Term) -> &'static [&'static str] {
+    match (sensor, term) {
+        (Sensor::Gyroscope, Term::White) => &["deg/sqrt(h)"],
+        (Sensor::Gyroscope, Term::BiasInstability) => &["deg/h"],
+        (Sensor::Gyroscope, Term::RateRandomWalk) => &["deg/h^1.5"],
+        (Sensor::Accelerometer, Term::White) => &["m/s/sqrt(h)"],
+        (Sensor::Accelerometer, Term::BiasInstability) => &["mg"],
+        (Sensor::Accelerometer, Term::RateRandomWalk) => &["m/s/h^1.5"],
+        _ => &[],
     }
 }
 
@@ -200,29 +217,30 @@ fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
         LongTauValidity::Sensor => None,
         LongTauValidity::Compensated => Some(
-            "B, K and R of the gyroscope are not in this message: the sensor's attitude filter takes the bias out before it is sent. The minimum of \
-             the curve, and the shoulder before it, are the filter's, whatever a rule reads there.",
+            "B, K and R of the gyroscope are not in this message: the attitude filter removes the bias. The minimum of the curve and the shoulder before \
+             it are the filter's.",
         ),
         LongTauValidity::LooksCompensated => Some(
-            "B, K and R are not given: at long averaging times the curve falls below its own white noise, so that something takes the bias out.",
+            "B, K and R are not given: at long averaging times the curve falls below its own white noise, because a filter removes the bias.",
         ),
         LongTauValidity::Surroundings => {
-            Some("Only the white noise is the sensor's: at long averaging times the curve shows the field around it.")
+            Some("Only the white noise is the sensor's: at long averaging times the ambient field dominates.")
         }
-        LongTauValidity::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+        LongTauValidity::Motion => {
+            Some("B, K and R are not given, and N is that of the motion, because the sensor was moved.")
+        }
     }
 }
 
-pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
+pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Captions) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {
         return html! {
-            h3 { "Data sheet" }
             p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
         };
     };
     if let Some(motion) = &record.measured.assessment.motion {
         return html! {
-            h3 { "Beside the data sheet: " (verdicts.datasheet) }
+            p { b { (verdicts.datasheet) } }
             p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
         };
     }
@@ -230,7 +248,7 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
         .flat_map(|quantity| record.of(quantity))
         .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
         .collect();
-    let columns = ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"];
+    let columns = ["channel", "parameter", "unit", "data sheet", "expected in this stream", "measured", "verdict"];
     let compared = html! {
         @for (channel, verdict) in &rows {
             @if let Some(noise) = &channel.noise {
@@ -257,21 +275,20 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
         }
     };
     html! {
-        h3 { "Beside the data sheet: " (verdicts.datasheet) }
         @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
-        (table(Some("verdicts"), &columns, &compared))
+        (table(&captions.table(&format!("Comparison with the data sheet: {}", verdicts.datasheet)), Some("verdicts"), &columns, &compared))
         p {
             @for code in Verdict::ALL.into_iter().filter(|verdict| rows.iter().any(|(_, row)| row.verdict == *verdict)).map(code_of_verdict) {
                 b { (code.word) } ": " (code.meaning) ". "
             }
-            "A single typical figure stands for all that round to it. "
+            "Typical values are not guaranteed; a single one stands for all that round to it. Pass: the whole confidence interval lies below the limit. "
             @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
-                "† The sheet does not say whether its densities count both sides of the spectrum or one: both readings are given, and nothing passes by them. "
+                "† The sheet does not say whether its densities are two-sided or one-sided: both are given, and nothing passes by them. "
             }
             @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
-                "* If register 85 is at its factory default; the record does not tell (" code { (words(&Remedy::GiveWindow)) } " does), so that N may be consistent with the figure but cannot pass or fail. "
+                "* With register 85 at its factory default; the record does not contain it (set " code { (words(&Remedy::GiveWindow)) } "), so N can neither pass nor fail. "
             }
-            "In-run bias is compared as data sheets have it, as the minimum of the fitted curve, of N, B and K together."
+            "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }
         (grades(record))
     }

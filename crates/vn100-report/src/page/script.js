@@ -7,11 +7,14 @@
     for (const key in attributes) element.setAttribute(key, attributes[key]);
     return element;
   };
+  const raised = (power) => String(power).replace(/./g, (c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]);
   const number = (value) => {
     if (value === null) return '–';
     if (value === 0) return '0';
     const size = Math.abs(value);
-    return size >= 1e-2 && size < 1e5 ? String(+value.toPrecision(5)) : value.toExponential(3).replace('e', '·10^');
+    if (size >= 1e-2 && size < 1e5) return String(+value.toPrecision(4)).replace('-', '−');
+    const [digits, power] = value.toExponential(2).split('e');
+    return digits.replace('-', '−') + '·10' + raised(+power);
   };
   const share = (side, value) => side.log
     ? Math.log(value / side.from) / Math.log(side.to / side.from)
@@ -19,7 +22,6 @@
   const value = (side, part) => side.log
     ? side.from * Math.pow(side.to / side.from, part)
     : side.from + (side.to - side.from) * part;
-  const raised = (power) => String(power).replace(/./g, (c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]);
 
   // places and labels of ticks, as in the figure without script
   const ticks = (side) => {
@@ -52,6 +54,8 @@
     const whole = { x: reading.x, y: reading.y };
     let shown = { x: { ...reading.x }, y: { ...reading.y } };
     const hidden = new Set();
+    let unit = { name: reading.y.unit, factor: 1 };
+    let drag = null;
     const cross = svg('path', { class: 'l quiet', fill: 'none', 'stroke-width': '0.8', 'stroke-dasharray': '2 2' });
     const readout = document.createElement('div');
     readout.className = 'readout';
@@ -67,36 +71,64 @@
     const toX = (v) => left + width * share(shown.x, v);
     const toY = (v) => top + height * (1 - share(shown.y, v));
 
-    // the nearest value of each series that is shown
-    const hover = (event) => {
-      const at = place(event);
-      if (!inside(at)) { readout.hidden = true; cross.setAttribute('d', ''); return; }
-      let nearest = null;
+    // at the place of the pointer, the nearest averaging time, frequency or time of all series
+    let at = null;
+    const hide = () => { at = null; readout.hidden = true; cross.setAttribute('d', ''); };
+    const nearest = (target) => {
+      let found = null;
       reading.series.forEach((series, index) => {
         if (hidden.has(index)) return;
-        series.x.forEach((x, i) => {
-          const dx = toX(x) - at[0], dy = toY(series.y[i]) - at[1];
-          const far = dx * dx + 0.15 * dy * dy;
-          if (Number.isFinite(far) && (!nearest || far < nearest.far)) nearest = { far, series, i };
-        });
+        for (const x of series.x) {
+          const far = Math.abs(toX(x) - target);
+          if (Number.isFinite(far) && (!found || far < found.far)) found = { far, x };
+        }
       });
-      if (!nearest) return;
-      const { series, i } = nearest, x = series.x[i], y = series.y[i], reach = series.reach && series.reach[i];
+      return found && found.x;
+    };
+    const show = (x) => {
+      if (x === null) return hide();
+      at = x;
       readout.replaceChildren();
-      const lines = [series.name, reading.x.name + ' ' + number(x) + ' ' + reading.x.unit, number(y) + ' ' + reading.y.unit];
-      if (reach) lines.push(number(reach[0]) + ' to ' + number(reach[1]));
-      lines.forEach((text, n) => { if (n) readout.append(document.createElement('br')); readout.append(text); });
+      const line = (text) => { if (readout.childNodes.length) readout.append(document.createElement('br')); readout.append(text); };
+      line(reading.x.name + ' ' + number(x) + ' ' + reading.x.unit);
+      let highest = null;
+      reading.series.forEach((series, index) => {
+        const i = hidden.has(index) ? -1 : series.x.indexOf(x);
+        if (i < 0) return;
+        const y = series.y[i], reach = series.reach && series.reach[i];
+        line((reading.series.length > 1 ? series.name + ': ' : '') + number(y * unit.factor) + ' ' + unit.name
+          + (reach ? ' (' + number(reach[0] * unit.factor) + ' to ' + number(reach[1] * unit.factor) + ')' : ''));
+        if (highest === null || y > highest) highest = y;
+      });
+      if (highest === null) return hide();
       readout.hidden = false;
-      const [px, py] = [toX(x), toY(y)];
-      cross.setAttribute('d', `M${px} ${top}V${top + height}M${left} ${Math.min(Math.max(py, top), top + height)}H${left + width}`);
+      const [px, py] = [toX(x), Math.min(Math.max(toY(highest), top), top + height)];
+      cross.setAttribute('d', `M${px} ${top}V${top + height}M${left} ${py}H${left + width}`);
       const scale = picture.getBoundingClientRect().width / picture.viewBox.baseVal.width;
       const right = px * scale + 12 + readout.offsetWidth > figure.clientWidth;
       readout.style.left = Math.max(0, right ? px * scale - 12 - readout.offsetWidth : px * scale + 12) + 'px';
-      readout.style.top = picture.offsetTop + Math.max(0, py * scale - readout.offsetHeight - 8) + 'px';
+      readout.style.top = Math.max(0, py * scale - readout.offsetHeight - 8) + 'px';
     };
-    picture.addEventListener('pointermove', hover);
-    picture.addEventListener('pointerdown', hover);
-    picture.addEventListener('pointerleave', () => { readout.hidden = true; cross.setAttribute('d', ''); });
+    const hover = (event) => {
+      const place_ = place(event);
+      if (!inside(place_)) { if (event.pointerType === 'mouse') hide(); return; }
+      show(nearest(place_[0]));
+    };
+    picture.addEventListener('pointermove', (event) => { if (!drag) hover(event); });
+    // a finger leaves the values where it pointed
+    picture.addEventListener('pointerleave', (event) => { if (event.pointerType === 'mouse') hide(); });
+    picture.tabIndex = 0;
+    const step = (by) => {
+      const all = [...new Set(reading.series.flatMap((series, index) => hidden.has(index) ? [] : series.x))].sort((a, b) => a - b);
+      if (!all.length) return;
+      const place_ = at === null ? -1 : all.indexOf(at);
+      show(all[Math.min(Math.max(place_ < 0 ? (by > 0 ? 0 : all.length - 1) : place_ + by, 0), all.length - 1)]);
+    };
+    picture.addEventListener('keydown', (event) => {
+      const act = { ArrowRight: () => step(1), ArrowLeft: () => step(-1), '+': () => scaleAround([left + width / 2, top + height / 2], 0.7),
+        '-': () => scaleAround([left + width / 2, top + height / 2], 1.4), '0': restore, Escape: hide }[event.key];
+      if (act) { event.preventDefault(); act(); }
+    });
 
     // zoom: what is drawn is moved, and the frame is drawn anew
     const frame = picture.querySelector('g.frame');
@@ -114,7 +146,7 @@
         if (at) element.setAttribute('transform', `translate(${ax[0] + kx * (at[0] - left)} ${ay[0] + ky * (at[1] - top)})`);
         else element.setAttribute('transform', `matrix(${kx} 0 0 ${ky} ${ax[0] - kx * left} ${ay[0] - ky * top})`);
       }
-      if (same) { frame.innerHTML = original; return; }
+      if (same && unit.factor === 1) { frame.innerHTML = original; return; }
       const texts = [...frame.querySelectorAll('text')].slice(-2).map((text) => text.cloneNode(true));
       frame.replaceChildren();
       const line = (d, kind) => frame.append(svg('path', { class: 'l ' + kind, fill: 'none', 'stroke-width': '0.8', d }));
@@ -128,36 +160,81 @@
         line(`M${toX(at)} ${top}V${top + height}`, text ? 'grid' : 'fine');
         if (text) label(toX(at), top + height + 15.5, text, 'middle');
       }
-      for (const [at, text] of ticks(shown.y)) {
-        line(`M${left} ${toY(at)}H${left + width}`, text ? 'grid' : 'fine');
-        if (text) label(left - 5, toY(at) + 4, text, 'end');
+      for (const [at, text] of ticks({ ...shown.y, from: shown.y.from * unit.factor, to: shown.y.to * unit.factor })) {
+        line(`M${left} ${toY(at / unit.factor)}H${left + width}`, text ? 'grid' : 'fine');
+        if (text) label(left - 5, toY(at / unit.factor) + 4, text, 'end');
       }
       line(`M${left} ${top}h${width}v${height}h${-width}z`, 'axis');
       texts[0].textContent = reading.x.name + ' (' + reading.x.unit + ')';
-      texts[1].textContent = reading.y.name + (reading.y.unit ? ' (' + reading.y.unit + ')' : '');
+      texts[1].textContent = reading.y.name + (unit.name ? ' (' + unit.name + ')' : '');
       frame.append(...texts);
     };
-    const zoom = (event, factor) => {
-      const at = place(event);
-      if (!inside(at)) return;
-      for (const [name, part] of [['x', (at[0] - left) / width], ['y', 1 - (at[1] - top) / height]]) {
+    const bounded = (name, from, to) => {
+      const full = whole[name], side = shown[name];
+      if (from <= full.from || share(full, to) - share(full, from) > 0.98) from = full.from;
+      if (to >= full.to) to = full.to;
+      shown[name] = { ...side, from, to };
+    };
+    const scaleAround = (around, factor) => {
+      for (const [name, part] of [['x', (around[0] - left) / width], ['y', 1 - (around[1] - top) / height]]) {
         const side = shown[name], middle = value(side, part);
         const bound = (end) => side.log ? middle * Math.pow(end / middle, factor) : middle + (end - middle) * factor;
-        let from = bound(side.from), to = bound(side.to);
-        const full = whole[name];
-        if (from <= full.from || share(full, to) - share(full, from) > 0.98) from = full.from;
-        if (to >= full.to) to = full.to;
-        shown[name] = { ...side, from, to };
+        bounded(name, bound(side.from), bound(side.to));
       }
       redraw();
-      hover(event);
+      show(at);
     };
+    const restore = () => { shown = { x: { ...whole.x }, y: { ...whole.y } }; redraw(); show(at); };
     picture.addEventListener('wheel', (event) => {
       if (!(event.ctrlKey || event.shiftKey) || !inside(place(event))) return;
       event.preventDefault();
-      zoom(event, event.deltaY + event.deltaX > 0 ? 1.4 : 1 / 1.4);
+      scaleAround(place(event), event.deltaY + event.deltaX > 0 ? 1.4 : 1 / 1.4);
     }, { passive: false });
-    picture.addEventListener('dblclick', (event) => zoom(event, 0.5));
+    picture.addEventListener('dblclick', (event) => { if (inside(place(event))) scaleAround(place(event), 0.5); });
+
+    // dragging moves what is shown; with Shift it draws the box to zoom to
+    const box = svg('rect', { class: 'l ink', fill: 'none', 'stroke-width': '1', 'stroke-dasharray': '3 2', width: 0, height: 0 });
+    picture.append(box);
+    picture.addEventListener('pointerdown', (event) => {
+      hover(event);
+      if (event.pointerType !== 'mouse' || event.button !== 0 || !inside(place(event))) return;
+      drag = { from: place(event), x: { ...shown.x }, y: { ...shown.y }, boxed: event.shiftKey };
+      picture.setPointerCapture(event.pointerId);
+      event.preventDefault();
+      picture.focus();
+    });
+    picture.addEventListener('pointermove', (event) => {
+      if (!drag) return;
+      const to = place(event);
+      if (drag.boxed) {
+        const [x, y] = [0, 1].map((n) => Math.min(drag.from[n], to[n]));
+        for (const [name, text] of [['x', x], ['y', y], ['width', Math.abs(to[0] - drag.from[0])], ['height', Math.abs(to[1] - drag.from[1])]]) box.setAttribute(name, text);
+        return;
+      }
+      for (const [name, moved] of [['x', (drag.from[0] - to[0]) / width], ['y', (to[1] - drag.from[1]) / height]]) {
+        const side = drag[name], full = whole[name];
+        const low = share(full, value(side, moved)), high = share(full, value(side, 1 + moved));
+        const back = low < 0 ? -low : high > 1 ? 1 - high : 0;
+        shown[name] = { ...side, from: value(full, low + back), to: value(full, high + back) };
+      }
+      redraw();
+    });
+    const drop = (event) => {
+      if (!drag) return;
+      const { boxed, from } = drag, to = place(event);
+      drag = null;
+      box.setAttribute('width', 0);
+      box.setAttribute('height', 0);
+      if (boxed && Math.abs(to[0] - from[0]) > 5 && Math.abs(to[1] - from[1]) > 5) {
+        const at_x = [from[0], to[0]].map((x) => value(shown.x, (x - left) / width)).sort((a, b) => a - b);
+        const at_y = [from[1], to[1]].map((y) => value(shown.y, 1 - (y - top) / height)).sort((a, b) => a - b);
+        bounded('x', ...at_x);
+        bounded('y', ...at_y);
+        redraw();
+      }
+    };
+    picture.addEventListener('pointerup', drop);
+    picture.addEventListener('pointercancel', drop);
 
     const tools = document.createElement('div');
     tools.className = 'tools';
@@ -174,11 +251,44 @@
         tools.append(box);
       });
     }
-    const reset = document.createElement('button');
-    reset.type = 'button';
-    reset.textContent = 'whole figure';
+    const button = (text, act) => {
+      const element = document.createElement('button');
+      element.type = 'button';
+      element.textContent = text;
+      element.addEventListener('click', act);
+      return element;
+    };
+    const save = (name, type, text) => {
+      const link = document.createElement('a');
+      link.href = URL.createObjectURL(new Blob([text], { type }));
+      link.download = name;
+      link.click();
+      URL.revokeObjectURL(link.href);
+    };
+    const reset = button('Reset zoom', restore);
     reset.hidden = true;
-    reset.addEventListener('click', () => { shown = { x: { ...whole.x }, y: { ...whole.y } }; redraw(); });
+    if (reading.units) {
+      const choice = document.createElement('select');
+      choice.setAttribute('aria-label', 'unit of the deviation');
+      for (const [name, factor] of reading.units) choice.append(new Option(name, factor));
+      choice.addEventListener('change', () => { unit = { name: choice.selectedOptions[0].text, factor: +choice.value }; redraw(); show(at); });
+      tools.append(choice);
+    }
+    tools.append(button('Enlarge', () => { figure.classList.toggle('enlarged'); show(at); }));
+    tools.append(button('SVG', () => {
+      const copy = picture.cloneNode(true);
+      copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
+      copy.prepend(Object.assign(svg('style', {}), { textContent: document.querySelector('style').textContent }));
+      save(reading.id + '.svg', 'image/svg+xml', new XMLSerializer().serializeToString(copy));
+    }));
+    tools.append(button('CSV', () => {
+      const rows = [['series', reading.x.name + ' ' + reading.x.unit, reading.y.name + ' ' + unit.name, 'lower', 'upper'].join(',')];
+      for (const series of reading.series) series.x.forEach((x, i) => {
+        const reach = (series.reach && series.reach[i]) || ['', ''];
+        rows.push([series.name, x, series.y[i] * unit.factor, ...reach.map((end) => end === '' ? '' : end * unit.factor)].join(','));
+      });
+      save(reading.id + '.csv', 'text/csv', rows.join('\n') + '\n');
+    }));
     tools.append(reset);
     figure.append(tools);
     alive += 1;
@@ -187,9 +297,24 @@
   if (contents) {
     const hint = document.createElement('p');
     hint.className = 'lead tools';
-    hint.textContent = 'In the figures: point at a value to read it; double-click, or Ctrl and wheel, to zoom.';
+    hint.textContent = 'Figures: point at a value to read it, drag to move, Shift and drag or double-click to zoom; by keyboard: arrows, + − 0.';
     contents.after(hint);
   }
+  // each table can be taken along as Markdown
+  for (const table of document.querySelectorAll('table')) {
+    const copy = document.createElement('button');
+    copy.type = 'button';
+    copy.className = 'copy';
+    copy.textContent = 'Copy as Markdown';
+    copy.addEventListener('click', () => {
+      const rows = [...table.rows].map((row) => [...row.cells].flatMap((cell) => [cell.innerText.replace(/\s+/g, ' ').trim(), ...Array(cell.colSpan - 1).fill('')]));
+      const lines = rows.map((cells) => '| ' + cells.join(' | ') + ' |');
+      lines.splice(1, 0, '|' + ' --- |'.repeat(rows[0].length));
+      navigator.clipboard.writeText(lines.join('\n') + '\n').then(() => { copy.textContent = 'Copied'; }, () => { copy.textContent = 'Not allowed'; });
+    });
+    table.closest('.scroll')?.after(copy);
+  }
+  for (const scroll of document.querySelectorAll('.scroll')) if (scroll.scrollWidth > scroll.clientWidth) scroll.tabIndex = 0;
   // paper has no triangle to click on
   window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
   document.documentElement.dataset.ready = String(alive);

@@ -4,39 +4,44 @@ use maud::{Markup, html};
 use vn100_analysis::noise::Spread;
 use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 
-use super::{PageOptions, figures::grid, row, table};
+use super::{PageOptions, caption::Captions, figures::grid, row, table};
 use crate::{
     figure::{Figures, pretty_unit},
-    measured::{Record, record_letter},
+    measured::{Record, run_name},
     names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
     units::tests_by_channel,
 };
 
-pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
+pub(super) fn several(
+    records: &[Record<'_>],
+    together: &Figures,
+    options: PageOptions<'_>,
+    captions: &Captions,
+) -> Markup {
     let compared: Vec<_> = records.iter().map(|record| record.measured.compared()).collect();
     let comparison = Comparison::of(&compared, false, options.confidence);
     html! {
         section id="comparison" {
             h2 { "Comparison" }
-            (list(records))
-            p { b { "Which record to use" } ": " (recommendation(comparison.recommended)) "." }
+            (list(records, captions))
+            p { b { "Which record to use" } ": " (recommendation(comparison.recommended, run_name)) "." }
             @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.in_words(options.words).trim_end_matches('.')) "." } }
             h3 { "Allan deviation" }
-            (grid(&together.allan_axes))
-            (rankings(&comparison))
-            (octaves(&comparison))
+            (grid(&together.allan_axes, captions))
+            (rankings(&comparison, captions))
+            (octaves(&comparison, captions))
             (disturbances(&comparison, options.words))
-            (means(&comparison))
+            (means(&comparison, captions))
         }
     }
 }
 
-fn list(records: &[Record<'_>]) -> Markup {
+fn list(records: &[Record<'_>], captions: &Captions) -> Markup {
     let rows = html! {
         @for (index, record) in records.iter().enumerate() {
             @let timing = &record.measured.snapshot.timing;
-            (row(record_letter(index), [
+            (row(run_name(index), [
                 record.measured.facts.name.clone(),
                 record.measured.snapshot.layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
                 grouped(timing.samples),
@@ -45,32 +50,37 @@ fn list(records: &[Record<'_>]) -> Markup {
             ]))
         }
     };
-    table(None, &["", "capture", "message", "samples", "length", "rate"], &rows)
+    table(
+        &captions.table("Records compared"),
+        None,
+        &["record", "capture", "message", "samples", "length", "rate"],
+        &rows,
+    )
 }
 
-fn rankings(comparison: &Comparison) -> Markup {
+fn rankings(comparison: &Comparison, captions: &Captions) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
-            h3 { "White noise of the " (names_of(ranking.quantity).quantity) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
+            @let caption = format!("White noise N of the {} in {}, the quietest first", names_of(ranking.quantity).quantity, pretty_unit(ranking.unit));
             @let rows = html! {
                 @for ranked in &ranking.records {
                     @let axes: Vec<_> = ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
-                    (row(record_letter(ranked.record), [with_interval(ranked.white, ranked.lower, ranked.upper), axes.join(", ")]))
+                    (row(run_name(ranked.record), [with_interval(ranked.white, ranked.lower, ranked.upper), axes.join(", ")]))
                 }
             };
-            (table(None, &["record", "N of its axes together", "axes"], &rows))
-            @if !ranking.folds_alike { p { (folding(ranking)) "." } }
+            (table(&captions.table(&caption), None, &["record", "N of its axes together", "axes"], &rows))
+            @if !ranking.folds_alike { p { (folding(ranking, run_name)) "." } }
             @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
                 p {
-                    @if comparison.is_significant(lead) { (record_letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }
-                    @else { "None is the quietest beyond chance: " (record_letter(first.record)) " and " (record_letter(second.record)) " differ as chance makes it (" (chance(lead)) ")." }
+                    @if comparison.is_significant(lead) { (run_name(first.record)) " is significantly quieter (" (chance(lead)) ")." }
+                    @else { "No significant difference between " (run_name(first.record)) " and " (run_name(second.record)) " (" (chance(lead)) ")." }
                 }
             }
         }
     }
 }
 
-fn octaves(comparison: &Comparison) -> Markup {
+fn octaves(comparison: &Comparison, captions: &Captions) -> Markup {
     let channels = tests_by_channel(&comparison.octaves);
     let pairs = channels.iter().flat_map(|channel| channel.chunk_by(|a, b| a.records == b.records));
     let rows: Vec<(usize, Vec<&OctaveTest>)> = pairs
@@ -85,7 +95,7 @@ fn octaves(comparison: &Comparison) -> Markup {
         @for (all, differ) in &rows {
             @if let (Some(first), Some(last), Some(surest)) = (differ.first(), differ.last(), surest(differ)) {
                 (row(&surest.channel, [
-                    format!("{} over {}", record_letter(surest.records[1]), record_letter(surest.records[0])),
+                    format!("{} over {}", run_name(surest.records[1]), run_name(surest.records[0])),
                     format!("{} of {all}", differ.len()),
                     trimmed(first.tau_s, 3),
                     trimmed(last.tau_s, 3),
@@ -96,9 +106,9 @@ fn octaves(comparison: &Comparison) -> Markup {
         }
     };
     html! {
-        h3 { "Deviations that differ beyond chance" }
+        h3 { "Statistically significant differences" }
         p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction err towards no difference." }
-        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else { (table(None, &columns, &differing)) }
+        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else { (table(&captions.table("Octaves with significant differences"), None, &columns, &differing)) }
     }
 }
 
@@ -107,13 +117,13 @@ fn disturbances(comparison: &Comparison, words: RemedyWords) -> Markup {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
             @for disturbance in &comparison.disturbances {
-                p.warning { b { (record_letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text.in_words(words).trim_end_matches('.')) "." }
+                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.in_words(words).trim_end_matches('.')) "." }
             }
         }
     }
 }
 
-fn means(comparison: &Comparison) -> Markup {
+fn means(comparison: &Comparison, captions: &Captions) -> Markup {
     html! {
         @if !comparison.means.is_empty() {
             h3 { "Means" }
@@ -121,7 +131,7 @@ fn means(comparison: &Comparison) -> Markup {
                 "Each with its standard error under the N, B and K of its record: what repeating it at once would show. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor \
                  that was not moved between them."
             }
-            (table(None, &["channel", "unit", "means", "differences", "spread"], &html! { @for channel in &comparison.means { (mean(channel)) } }))
+            (table(&captions.table("Means of the records"), None, &["channel", "unit", "means", "differences", "spread"], &html! { @for channel in &comparison.means { (mean(channel)) } }))
         }
     }
 }
@@ -129,12 +139,12 @@ fn means(comparison: &Comparison) -> Markup {
 fn mean(channel: &ChannelMeans) -> Markup {
     html! {
         tr {
-            th scope="row" { (channel.channel) @if channel.bias_removed { " (bias taken out)" } }
+            th scope="row" { (channel.channel) @if channel.bias_removed { " (bias removed)" } }
             td.unit { (pretty_unit(&channel.unit)) }
             td {
                 @for (index, mean) in channel.means.iter().enumerate() {
                     @if index > 0 { br; }
-                    (record_letter(mean.record)) ": " (four_digits(mean.mean))
+                    (run_name(mean.record)) ": " (four_digits(mean.mean))
                     @if let Some(error) = &mean.error { " ± " (digits(error.standard_error, 2)) }
                 }
             }
@@ -151,7 +161,7 @@ fn mean(channel: &ChannelMeans) -> Markup {
 
 /// One difference; why it is not tested is among the caveats where that holds for all channels.
 fn apart(difference: &MeanDifference) -> String {
-    let [first, second] = difference.records.map(record_letter);
+    let [first, second] = difference.records.map(run_name);
     let apart = format!("{second} − {first}: {}", digits(difference.difference, 3));
     match difference.test {
         Ok(test) => format!("{apart} ± {} ({})", digits(test.standard_error, 2), chance(test.chance)),

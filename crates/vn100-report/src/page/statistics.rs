@@ -8,9 +8,9 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{Remedy, RemedyWords};
 
 use super::EARTH_RATE_RAD_S;
-use super::{row, table};
+use super::{caption::Captions, figures::grid, row, table};
 use crate::{
-    figure::pretty_unit,
+    figure::{Figure, Figures, id_of, pretty_unit},
     findings::shakes,
     measured::Record,
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
@@ -18,16 +18,25 @@ use crate::{
     units::{ChannelValues, NormValues},
 };
 
-pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
+/// A table for each sensor, and below it each channel over time and as a histogram.
+pub(super) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
+    let of_channel = |channel: &ChannelValues| {
+        let ends = |figure: &&Figure, kind: &str| figure.id.ends_with(&format!("{kind}-{}", id_of(&channel.name)));
+        let time = figures.times.iter().find(|figure| ends(figure, "time"));
+        time.into_iter().chain(figures.histograms.iter().find(|figure| ends(figure, "histogram"))).collect::<Vec<_>>()
+    };
     html! {
+        p { "Time plots: the range of the samples in each of at most 96 blocks, one standard deviation on either side of their mean, and the mean; gaps are open. Histograms: the normal curve has the same mean, standard deviation and area [7]." }
         @for quantity in QUANTITIES {
             @let name = names_of(quantity).title;
             @let channels = record.of(quantity);
             @if !channels.is_empty() {
                 @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
                 h3 { (name) ", " (pretty_unit(&channels[0].unit)) }
-                (values(&channels, norm))
+                (values(&channels, norm, &captions.table(&format!("{name}: descriptive statistics"))))
                 @for sentence in sentences(quantity, &channels, norm) { p { (sentence) } }
+                @let drawn: Vec<&Figure> = channels.iter().flat_map(|channel| of_channel(channel)).collect();
+                @if !drawn.is_empty() { (grid(drawn, captions)) }
             } @else if quantity == Quantity::Temperature {
                 h3 { (name) }
                 p { "Not recorded: this message carries no temperature, and none was read between its lines. " code { (words(&Remedy::ReadTemperature)) } " reads it, the message VNIMU carries it." }
@@ -36,8 +45,8 @@ pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
     }
 }
 
-fn values(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
-    let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "normal?"];
+fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, caption: &Markup) -> Markup {
+    let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {
         @for channel in channels {
             @let decimals = channel.decimals;
@@ -60,7 +69,7 @@ fn values(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
             (row(&norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
         }
     };
-    table(None, &columns, &rows)
+    table(caption, None, &columns, &rows)
 }
 
 fn fixed(value: Option<f64>, decimals: usize) -> String {
@@ -72,7 +81,7 @@ fn normality(channel: &ChannelValues) -> &'static str {
         None => NOTHING,
         Some(Ok(normality)) if normality.is_consistent() => "consistent",
         Some(Ok(_)) => "no",
-        Some(Err(_)) => "not judged",
+        Some(Err(_)) => "not tested",
     }
 }
 
@@ -82,25 +91,25 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
     sentences.extend(match quantity {
         Quantity::AngularRate => of_mean.map(|rate| {
             format!(
-                "The mean rate is {} rad/s long ({} °/h); the Earth turns at 7.292·10⁻⁵ rad/s (15.04 °/h). The mean of a resting gyroscope is its bias and the \
-                 turning of the Earth together{}.",
+                "Magnitude of the mean rate: {} rad/s ({} °/h); Earth rate: 7.292·10⁻⁵ rad/s (15.04 °/h). The mean of a resting gyroscope is its bias plus the \
+                 Earth rate{}.",
                 four_digits(rate),
                 digits(rate.to_degrees() * 3600.0, 3),
-                if rate < EARTH_RATE_RAD_S { ": here it is less than the Earth turns, so that part of it has been taken out, by the bias or by a filter" } else { "" }
+                if rate < EARTH_RATE_RAD_S { ": here it is below the Earth rate, so that the bias or a filter has removed part of it" } else { "" }
             )
         }),
         Quantity::Acceleration => of_mean.map(|length| {
             format!(
-                "The mean acceleration is {length:.4} m/s² long, {} m/s² from standard gravity ({} %). If the sensor rested that is bias and scale error; \
-                 local gravity itself is between 9.764 and 9.834 m/s².{}",
+                "Mean specific force: |a| = {length:.4} m/s², {} m/s² from standard gravity ({} %): bias and scale factor error if the sensor was at rest; \
+                 local gravity is between 9.764 and 9.834 m/s².{}",
                 signed(length - STANDARD_GRAVITY_M_S2, 4),
                 signed(100.0 * (length / STANDARD_GRAVITY_M_S2 - 1.0), 2),
                 upright(channels)
             )
         }),
         Quantity::MagneticField => of_mean.map(|length| {
-            let verdict = if (0.22..=0.67).contains(&length) { "within what the Earth's is (0.22 to 0.67 gauss)" } else { "not what the Earth's can be (0.22 to 0.67 gauss): iron or currents are near, or the calibration is off" };
-            format!("The mean field is {length:.4} gauss long, {verdict}.")
+            let verdict = if (0.22..=0.67).contains(&length) { "within the range of the Earth's field (0.22 to 0.67 gauss)" } else { "outside the range of the Earth's field (0.22 to 0.67 gauss): iron or currents are near, or the calibration is off" };
+            format!("Mean field: {length:.4} gauss, {verdict}.")
         }),
         Quantity::Angle => orientation(channels),
         Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
@@ -112,13 +121,13 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
     sentences.extend(loudest(channels));
     sentences.extend(channels.iter().find_map(|channel| {
         let reason = channel.signal.as_ref()?.normality?.err()?;
-        Some(format!("Whether the values are normally distributed is not judged for {}: {reason}.", channel.name))
+        Some(format!("{}: normality not tested: {reason}.", channel.name))
     }));
     let not_normal = channels.iter().filter(|channel| normality(channel) == "no");
     let not_normal: Vec<&str> = not_normal.map(|channel| channel.name.as_str()).collect();
     if !not_normal.is_empty() {
         sentences.push(format!(
-            "Skewness or kurtosis of {} is farther from 0 than in 99 of 100 normal records: vibration, motion or a disturbance, not sensor noise alone.",
+            "Skewness or kurtosis of {} is significantly non-zero (p < 0.01): vibration, motion or a disturbance, not sensor noise alone.",
             not_normal.join(", ")
         ));
     }
@@ -136,7 +145,7 @@ fn upright(channels: &[&ChannelValues]) -> String {
         // at rest an accelerometer reads the force that holds it, upwards
         let axis = channel.name.rsplit('_').next().unwrap_or(&channel.name);
         let way = if mean > 0.0 { "up" } else { "down" };
-        format!(" Its largest part is on {}: the {axis} axis pointed {way}wards.", channel.name)
+        format!(" Largest component: {}, so the {axis} axis pointed {way}.", channel.name)
     })
 }
 

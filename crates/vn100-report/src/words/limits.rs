@@ -16,24 +16,24 @@ use crate::{
 pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let Some(sheet) = &findings.datasheet else {
         return vec![format!(
-            "No data sheet was compared: the record is not known to be of a VN-100, and {} names no other.",
+            "No data sheet was compared: the record is not known to be of a VN-100. Set {} to compare with another.",
             words(&Remedy::GiveDatasheet)
         )];
     };
     if findings.motion.is_some() {
-        return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];
+        return vec![format!("The sensor was moved: nothing is compared with {sheet}.")];
     }
     let mut sentences = verdicts(findings, sheet);
     sentences.extend(findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.timing.rate_hz)));
     if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated) {
         sentences.push(
-            "In-run bias stability of the gyroscope cannot be compared: the message carries rates from which the sensor has taken its own estimate of the bias. A minimum read off \
-             that curve is often ten times lower than the data sheet, and means nothing."
+            "In-run bias stability of the gyroscope cannot be compared: the message carries bias-compensated rates. The minimum of such a curve is often ten times lower than the data \
+             sheet, and is meaningless."
                 .into(),
         );
     }
     sentences.push(
-        "Data sheets quote the in-run bias as the minimum of the Allan deviation, given here beside B, which is the fitted flat part over 0.664. N is two-sided here; a one-sided density is √2 as large, and some makers print that.".into(),
+        "Data sheets quote the in-run bias as the minimum of the Allan deviation, given here beside B (the flicker floor over 0.664). N is two-sided here; a one-sided density is √2 times as large, and some makers print that.".into(),
     );
     sentences
 }
@@ -51,7 +51,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
     let statements: Vec<String> = statements.collect();
     let mut sentences = Vec::new();
     if !statements.is_empty() {
-        sentences.push(format!("Beside the figures of {sheet}, in the table below: {}.", statements.join("; ")));
+        sentences.push(format!("Compared with {sheet}: {}.", statements.join("; ")));
     }
     sentences.extend(findings.sensors.iter().filter_map(|sensor| {
         let worst = sensor.worst(|axis| axis.white)?;
@@ -68,19 +68,19 @@ fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
         return None;
     }
     let known = match onboard.window_from {
-        WindowFrom::Register => "as register 85 says",
-        WindowFrom::Given => "as given for register 85",
-        WindowFrom::Default => "if register 85 is at its factory default, which this record does not tell",
+        WindowFrom::Register => "register 85",
+        WindowFrom::Given => "as given",
+        WindowFrom::Default => "factory default, not in this record",
     };
     let averages = match onboard.window.length {
-        0 | 1 => "averages nothing".to_owned(),
-        length => format!("averages {length} of them"),
+        0 | 1 => "averages none".to_owned(),
+        length => format!("averages {length} samples"),
     };
     let effect = if onboard.window.overlaps() {
-        "neighbouring samples share refreshes, so that short averaging times read low".to_owned()
+        "neighbouring samples share values, so deviations at short averaging times are too low".to_owned()
     } else {
         format!(
-            "noise above half the output rate folds down, and the density reads {} ± {} times the sensor's own",
+            "white noise above half the output rate aliases into the band, so the measured density is {} ± {} times the sensor's own",
             digits(factor, 3),
             digits(factor * Onboard::UNCERTAINTY, 2)
         )
@@ -93,13 +93,13 @@ fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
         String::new()
     } else {
         format!(
-            " Divided by that, the sensor's own densities would be about {} {} (± 10 %): those compare with a data sheet. A filter that uses this stream needs the densities as measured.",
+            " The sensor's own densities, to compare with a data sheet: about {} {} (±10 %). A filter that uses this stream needs the densities as measured.",
             listed(&own),
             pretty_unit(unit)
         )
     };
     Some(format!(
-        "The {} is refreshed {} times a second inside; the sensor {averages} ({known}) and sends {} a second: {effect}.{own}",
+        "The {} samples at {} Hz, {averages} ({known}) and outputs {} Hz: {effect}.{own}",
         sensor.name,
         trimmed(onboard.refresh_hz, 1),
         trimmed(rate_hz, 3),
@@ -121,35 +121,37 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
     let known_to = findings.axes().filter_map(|axis| axis.known_to_s).reduce(f64::max);
     limits.push(match known_to {
         Some(tau_s) => format!(
-            "Its length: {} of data. The longest averaging time whose deviation is known to better than a factor of ten is {}; slower noise than that stays unseen.",
+            "Length: {} of data. The longest averaging time with a usable interval is {}; slower noise is not observable.",
             duration(findings.timing.duration_s()),
             duration(tau_s)
         ),
         None => {
             let are = if findings.timing.samples == 1 { "sample is" } else { "samples are" };
-            format!("Its length: {} {are} too few for any deviation with an interval.", findings.timing.samples)
+            format!("Length: {} {are} too few for any deviation with an interval.", findings.timing.samples)
         }
     });
     if findings.compensated == Some(true) {
-        limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
+        limits.push("Message: bias-compensated values; the gyroscope's bias and its noise are removed.".into());
     }
     if findings.warns(WarningKind::CompensationUnknown) {
-        limits.push("Its origin: whether a filter has taken the bias of the gyroscope out is not known; if one has, B, K and R of the gyroscope are not the sensor's.".into());
+        limits.push("Origin: it is unknown whether a filter has removed the gyroscope bias; if one has, its B, K and R are not the sensor's.".into());
     }
     if findings.sensors.iter().any(|sensor| sensor.onboard.is_some_and(|onboard| onboard.window.white_factor() > 1.02))
     {
-        limits.push("Its rate and averaging window: white noise is folded into the band, see above.".into());
+        limits.push("Rate and averaging window: white noise is aliased into the band, see above.".into());
     }
     if findings.warns(WarningKind::VibrationLine) {
-        limits.push("Its mounting: vibration covers the shortest averaging times.".into());
+        limits.push("Mounting: vibration covers the shortest averaging times.".into());
     }
     if findings.motion.is_some() {
-        limits.push("Its motion: it covers the noise at all averaging times.".into());
+        limits.push("Motion: it covers the noise at all averaging times.".into());
     } else if findings.warns(WarningKind::NotStationary) || findings.warns(WarningKind::WarmUp) {
-        limits.push("Its surroundings: disturbances, or a sensor that was not yet warm, cover the longest.".into());
+        limits.push("Environment: disturbances or warm-up cover the longest averaging times.".into());
     }
     if !findings.has_stamps {
-        limits.push("Its form: without arrival times neither the true rate nor lines lost whole can be seen.".into());
+        limits.push(
+            "Format: without arrival times neither the true rate nor entirely missing lines can be detected.".into(),
+        );
     }
     limits
 }
@@ -160,14 +162,16 @@ pub(super) fn not_tested(findings: &Findings) -> Vec<String> {
         biased.peek().is_some() && biased.flat_map(|sensor| &sensor.axes).all(|axis| axis.has_temperature_coefficient);
     let temperature = if is_temperature_tested { "" } else { "temperature, " };
     let mut texts = vec![
-        format!("Turn-on to turn-on bias, scale factor, misalignment, sensitivity to {temperature}supply and acceleration: one record at rest shows none of them."),
-        "Whether the sensor rested in truth: the record shows disturbances of more than its noise, not slow ones that look like noise.".into(),
+        format!(
+            "Turn-on to turn-on bias, scale factor, misalignment, sensitivity to {temperature}supply and acceleration: not observable in one record at rest."
+        ),
+        "Whether the sensor was truly at rest: slow motion that looks like noise is not detected.".into(),
     ];
     if !findings.has_registers {
-        texts.push("The sensor's settings: its registers are not in the record, so that averaging window, calibration and filter modes are unknown.".into());
+        texts.push("The sensor's settings: the record does not contain its registers, so averaging window, calibration and filter modes are unknown.".into());
     }
     if !findings.has_conditions {
-        texts.push("The conditions: place, mounting, temperature and supply were not written down.".into());
+        texts.push("The conditions: place, mounting, temperature and supply were not recorded.".into());
     }
     texts
 }
@@ -175,13 +179,13 @@ pub(super) fn not_tested(findings: &Findings) -> Vec<String> {
 pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let mut advice = Vec::new();
     if findings.motion.is_some() {
-        advice.push("Let the sensor lie still, and record that.".into());
+        advice.push("Record the sensor at rest.".into());
     }
     let is_ours = findings.message.is_some();
     if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated)
     {
         advice.push(format!(
-            "Send VNIMU instead of a compensated message: it carries the sensor's own rates, and temperature and pressure too ({}). Only then can B and K of the gyroscope be measured.",
+            "Use the uncompensated message VNIMU (`{}`): only it shows B and K of the gyroscope; it also carries temperature and pressure.",
             words(&Remedy::MeasureWith(Setting::Message("VNIMU")))
         ));
     }
@@ -190,7 +194,7 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
     });
     if let Some(onboard) = window {
         advice.push(format!(
-            "Average exactly as many refreshes as are skipped, {} at {} Hz, so that nothing folds and N can be compared with the data sheet ({}).",
+            "Set the averaging window to 800/rate ({} at {} Hz) to avoid aliasing, so that N compares with the data sheet (`{}`).",
             onboard.unaliased_window(),
             trimmed(findings.timing.rate_hz, 3),
             words(&Remedy::MeasureWith(Setting::Window(onboard.unaliased_window())))
@@ -203,20 +207,18 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
             lines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(hz, _)| hz)
         };
         match (strongest_hz(false), strongest_hz(true)) {
-            (Some(hz), _) => advice.push(format!("Stop what shakes at {hz:.1} Hz (or at an alias of it), or decouple the sensor: a heavy base on soft feet, away from fans, motors and footsteps, without a hanging cable.")),
-            (None, Some(hz)) => advice.push(format!("Keep what makes a field at {hz:.1} Hz (or at an alias of it) away: mains cables, power supplies, motors.")),
+            (Some(hz), _) => advice.push(format!("Remove the {hz:.1} Hz vibration source (or its alias), or isolate the sensor on a heavy base with soft feet, without a hanging cable.")),
+            (None, Some(hz)) => advice.push(format!("Remove the source of the {hz:.1} Hz field (or its alias): mains cables, power supplies, motors.")),
             (None, None) => {}
         }
     }
     if findings.warns(WarningKind::NotStationary) && findings.motion.is_none() {
-        advice.push(
-            "Measure where and when nobody walks, closes doors or touches the table; at night if need be.".into(),
-        );
+        advice.push("Measure without footsteps, doors and machines nearby; at night if necessary.".into());
     }
     let warm_up = findings.axes().filter_map(|axis| axis.warm_up_s).reduce(f64::max);
     if let Some(skip_s) = warm_up {
         advice.push(format!(
-            "Let the sensor warm up before, or leave the first {} out ({}).",
+            "Let the sensor warm up first, or exclude the first {} ({}).",
             duration((skip_s / 60.0).ceil() * 60.0),
             words(&Remedy::Skip(None))
         ));
@@ -233,16 +235,19 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
                 .any(|parameter| matches!(parameter.status, Status::Bounded | Status::NotObservable))
         });
     if unseen || findings.timing.duration_s() < 3.0 * 3600.0 {
-        advice.push("Record longer: N is known to a few percent after minutes, B of a sensor like this asks for an hour or more, K for many hours at a steady temperature.".into());
+        advice.push("Record longer: N is known to a few percent after minutes; bias instability needs an hour or more, rate random walk many hours at constant temperature.".into());
     }
     if is_ours && (!findings.has_stamps || !findings.has_registers || !findings.has_conditions) {
-        advice.push(format!("Record with {}: that keeps arrival times, registers, temperature and the conditions, which this record lacks in part.", words(&Remedy::Record)));
+        advice.push(format!("Record with `{}`: it stores arrival times, registers, temperature and conditions, which this record lacks in part.", words(&Remedy::Record)));
     }
     if findings.timing.rate_from == RateFrom::Assumed {
-        advice.push(format!("Say the rate ({}), if it was not as assumed.", words(&Remedy::GiveRate(None))));
+        advice.push(format!("Set {} if the sensor did not run at the assumed rate.", words(&Remedy::GiveRate(None))));
     }
     if advice.is_empty() {
-        advice.push("Nothing in this record calls for another one; repeat it over power cycles and days to see how far the numbers hold.".into());
+        advice.push(
+            "Nothing in this record needs improvement; repeat it over power cycles and days to see the repeatability."
+                .into(),
+        );
     }
     advice
 }

@@ -7,6 +7,7 @@ use super::listed;
 use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
+    names::parameter_names,
     numbers::{digits, four_digits, trimmed, with_interval},
     units::si_unit,
 };
@@ -29,10 +30,10 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
         let slow = [
             (
                 Term::BiasInstability,
-                "bias instability B",
+                "Bias Instability B",
                 (|axis| axis.bias_instability) as fn(&AxisFindings) -> Option<Parameter>,
             ),
-            (Term::RateRandomWalk, "rate random walk K", |axis| axis.random_walk),
+            (Term::RateRandomWalk, "Random Walk K", |axis| axis.random_walk),
         ];
         for (term, name, of) in slow {
             sentences.extend(slow_noise(sensor, term, name, of));
@@ -40,11 +41,11 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
     }
     sentences.extend(match sensor.long_taus {
         LongTauValidity::Compensated => Some(format!(
-            "Bias instability and rate random walk of the {} cannot be given from this message, however long the record: its bias is taken out inside the sensor.",
+            "Bias instability B and rate random walk K of the {} are not measurable in this message, however long the record: the sensor removes its bias.",
             sensor.name
         )),
         LongTauValidity::LooksCompensated => Some(format!(
-            "Bias instability and rate random walk of the {} are not given: the curve falls below its own white noise, so that something takes the bias out.",
+            "Bias instability B and rate random walk K of the {} are not given: the curve falls below its own white noise, because a filter removes the bias.",
             sensor.name
         )),
         LongTauValidity::Sensor | LongTauValidity::Surroundings | LongTauValidity::Motion => None,
@@ -55,6 +56,7 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
 /// N in SI units and in the one that data sheets print.
 fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
     let units = conventions(sensor, Term::White);
+    let name = parameter_names(sensor, Term::White).name;
     let printed = match sensor {
         Sensor::Gyroscope => "deg/sqrt(h)",
         Sensor::Accelerometer => "ug/sqrt(Hz)",
@@ -71,35 +73,44 @@ fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
                 // what white noise of that density alone would give a sample: more, where it was fitted to long times only
                 let alone = value * rate_hz.sqrt();
                 let share = match digits(alone, 3) {
-                    alone_in_digits if alone < 1.01 * std => format!(", of which white noise is {alone_in_digits}"),
+                    alone_in_digits if alone < 1.01 * std => format!(" (white noise alone: {alone_in_digits})"),
                     _ => String::new(),
                 };
-                format!("; one sample at {} Hz varies by {} {unit}{share}", trimmed(rate_hz, 3), digits(std, 3))
+                format!(
+                    "; standard deviation of one {} Hz sample: {} {unit}{share}",
+                    trimmed(rate_hz, 3),
+                    digits(std, 3)
+                )
             });
             format!(
-                "{}: white noise N = {} {}{other}{one}.",
+                "{}: {name} N = {} {}{other}{one}.",
                 axis.name,
                 with_interval(value, lower, upper),
                 pretty_unit(units[0].unit)
             )
         }
         Some(Parameter { upper: Some(upper), .. }) => {
-            format!("{}: white noise N is at most {} {}.", axis.name, four_digits(upper), pretty_unit(units[0].unit))
+            format!(
+                "{}: {name} N not detected, upper bound {} {}.",
+                axis.name,
+                four_digits(upper),
+                pretty_unit(units[0].unit)
+            )
         }
         Some(Parameter { status: Status::ModelRejected, .. }) => {
             format!(
-                "{}: no range of averaging times follows a noise model, so that no N is given{}; see what disturbs it below.",
+                "{}: no noise model fits any range of averaging times, so N is not given{}; see the disturbances below.",
                 axis.name,
                 by_rule(axis, units[0].unit)
             )
         }
         _ if !axis.lines.is_empty() => format!(
-            "{}: white noise is not observable: what shakes the sensor covers the averaging times that would show it{}.",
+            "{}: {name} not observable: vibration covers the averaging times that would show it{}.",
             axis.name,
             by_rule(axis, units[0].unit)
         ),
         _ => {
-            format!("{}: white noise is not observable: the record is too short, or the values do not vary.", axis.name)
+            format!("{}: {name} not observable: the record is too short, or the values do not vary.", axis.name)
         }
     }
 }
@@ -107,7 +118,7 @@ fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
 /// What older reports would have called N.
 fn by_rule(axis: &AxisFindings, unit: &str) -> String {
     axis.white_by_rule.map_or_else(String::new, |read| {
-        format!("; at 1 s the curve reads {} {}, the disturbance included", four_digits(read), pretty_unit(unit))
+        format!("; the curve at 1 s is {} {}, disturbance included", four_digits(read), pretty_unit(unit))
     })
 }
 
@@ -125,7 +136,7 @@ fn slow_noise(
                 (Some(value), Some(lower), Some(upper)) => {
                     format!("{} {}", axis.name, with_interval(value, lower, upper))
                 }
-                (None, _, Some(upper)) => format!("{} at most {}", axis.name, four_digits(upper)),
+                (None, _, Some(upper)) => format!("{} ≤ {}", axis.name, four_digits(upper)),
                 _ => format!("{} not observable", axis.name),
             })
         })
@@ -134,32 +145,22 @@ fn slow_noise(
         return None;
     }
     let any_bounded = sensor.axes.iter().filter_map(of).any(|parameter| parameter.status == Status::Bounded);
-    let meaning =
-        if any_bounded { " \"At most\" means that this record does not show it: it may be absent." } else { "" };
-    Some(format!("The {name} of the {}, in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&values)))
+    let meaning = if any_bounded { " ≤: upper bound; the term was not detected and may be zero." } else { "" };
+    Some(format!("{name} of the {} in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&values)))
 }
 
 pub(super) fn filters(findings: &Findings, words: RemedyWords) -> Vec<String> {
     if findings.motion.is_some() {
-        return vec!["Nothing of this record: the sensor was moved, and its noise is not seen.".into()];
+        return vec!["None from this record: the sensor was moved.".into()];
     }
     let sensors: Vec<&SensorFindings> =
         findings.sensors.iter().filter(|sensor| sensor.sensor != Sensor::Magnetometer).collect();
     let mut sentences: Vec<String> =
         sensors.iter().flat_map(|sensor| [filter_white(sensor), filter_walk(sensor)]).collect();
-    let is_complete = |sensor: &&SensorFindings| {
-        sensor.largest(|axis| axis.white).is_some() && sensor.largest(|axis| axis.random_walk).is_some()
-    };
     if !sensors.is_empty() {
-        let file = match sensors.len() == 2 && sensors.iter().all(is_complete) {
-            true => String::new(),
-            false => {
-                format!(" only together with {}, for not all of them are measured", words(&Remedy::FilterModels))
-            }
-        };
-        let export = words(&Remedy::ExportKalibr);
         sentences.push(format!(
-            "The section on filters has these as the lines of Kalibr's imu.yaml; {export} writes the file{file}."
+            "Kalibr's imu.yaml is in the section on filters, with the status of each value; {} writes the file.",
+            words(&Remedy::ExportKalibr)
         ));
     }
     sentences
@@ -169,13 +170,13 @@ fn filter_white(sensor: &SensorFindings) -> String {
     let unit = si_unit(sensor.sensor, Term::White);
     match sensor.largest(|axis| axis.white) {
         Some(worst) => format!(
-            "{}: the noise density as measured in this stream, {} {} ({}), not divided by anything.",
+            "{}: noise density as measured in this stream, {} {} ({}).",
             sensor.name,
             four_digits(worst.value),
             pretty_unit(unit),
             worst.named()
         ),
-        None => format!("{}: no noise density is known from this record.", sensor.name),
+        None => format!("{}: noise density not known from this record.", sensor.name),
     }
 }
 
@@ -183,20 +184,11 @@ fn filter_walk(sensor: &SensorFindings) -> String {
     let unit = si_unit(sensor.sensor, Term::RateRandomWalk);
     let name = sensor.name;
     if let Some(worst) = sensor.largest(|axis| axis.random_walk) {
-        return format!(
-            "{name}: the random filter_walk, {} {} ({}).",
-            four_digits(worst.value),
-            pretty_unit(unit),
-            worst.named()
-        );
+        return format!("{name}: random walk, {} {} ({}).", four_digits(worst.value), pretty_unit(unit), worst.named());
     }
     let absent = match sensor.long_taus {
-        LongTauValidity::Sensor => "no random walk was seen",
-        _ => "its random walk is not in this stream",
+        LongTauValidity::Sensor => "random walk not detected; Kalibr gets its upper bound, or the walk equivalent to B",
+        _ => "random walk not in this stream, and Kalibr gets none",
     };
-    let instead = match sensor.axes.iter().any(|axis| axis.known_to_s.is_some()) {
-        true => "; below stand a noise density and a random walk that lie above the whole curve instead",
-        false => "",
-    };
-    format!("{name}: {absent}, and none is made up{instead}.")
+    format!("{name}: {absent}.")
 }

@@ -22,26 +22,26 @@ pub(super) fn trust(findings: &Findings) -> Vec<String> {
 /// First of all: noise is measured at rest.
 fn moved(findings: &Findings) -> Option<String> {
     let motion = findings.motion.as_ref()?;
-    Some(format!("No: {}. All figures describe the motion, none of them the noise.", pretty_unit(&motion.to_string())))
+    Some(format!("No: {}. All figures describe the motion, not the noise.", pretty_unit(&motion.to_string())))
 }
 
 fn time_base(findings: &Findings) -> Option<String> {
     Some(if findings.timing.rate_from == RateFrom::Assumed {
         format!(
-            "The sample rate of {} Hz is assumed: nothing in the capture tells it. If the truth is 1 % more, N is 0.5 % less, and every averaging time 1 % shorter.",
+            "The sample rate is assumed to be {} Hz; the capture does not contain it. If the true rate is 1 % higher, N is 0.5 % lower and all averaging times are 1 % shorter.",
             trimmed(findings.timing.rate_hz, 3)
         )
     } else if findings.warns(WarningKind::RateOffNominal) {
-        "The measured rate is not the one taken: see the warnings. Averaging times are wrong by the same share, N by half of it.".into()
+        "The measured rate differs from the one used (see the cautions): averaging times are wrong by the same share, N by half of it.".into()
     } else {
         let from = match findings.timing.rate_from {
-            RateFrom::Option => "as the user said",
-            RateFrom::Device => "as the sensor says",
-            RateFrom::Arrival | RateFrom::Assumed => "by the arrival of the lines",
+            RateFrom::Option => "as given by the user",
+            RateFrom::Device => "as reported by the sensor",
+            RateFrom::Arrival | RateFrom::Assumed => "from arrival times",
         };
-        let off = findings.offset_ppm.map_or_else(String::new, |ppm| {
-            format!("; measured {} ppm off, which no averaging time or density shows", trimmed(ppm, 0))
-        });
+        let off = findings
+            .offset_ppm
+            .map_or_else(String::new, |ppm| format!("; measured {} ppm from nominal (negligible)", trimmed(ppm, 0)));
         format!("The sample rate is {} Hz, {from}{off}.", trimmed(findings.timing.rate_hz, 3))
     })
 }
@@ -53,27 +53,27 @@ fn losses(findings: &Findings) -> Option<String> {
     }
     let text = match missing {
         0 if findings.outages.times > 0 => format!(
-            "The link was {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
+            "The link was {}: samples sent then are missing and not counted, and no averaging window spans that. Otherwise no sample was dropped among {}.",
             findings.outages,
             grouped(samples)
         ),
         0 if findings.has_stamps => {
-            format!("No sample is missing among {}, as far as arrival times tell.", grouped(samples))
+            format!("No sample was dropped among {}, judged by arrival times.", grouped(samples))
         }
         0 => format!(
-            "No line is damaged or missing among {} samples; lines lost whole could not be seen, for want of arrival times.",
+            "No line was rejected among {} samples; entirely missing lines cannot be detected without arrival times.",
             grouped(samples)
         ),
         _ => format!(
-            "{} of {} samples are missing, in {}. Averages are over the samples that are there, and one that lacks more than \
-             half is left out; few gaps do no harm, many shorten the record.",
+            "{} of {} samples were dropped, in {}. Clusters average the samples that are there; those that lack more than half are \
+             excluded.",
             grouped(missing),
             grouped(samples + missing),
             if gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
         ),
     };
     Some(if missing > 0 && findings.outages.times > 0 {
-        format!("{text} The link was {}: what was sent then is not among them.", findings.outages)
+        format!("{text} The link was {}: samples sent then are not counted.", findings.outages)
     } else {
         text
     })
@@ -89,14 +89,10 @@ fn fits(findings: &Findings) -> Option<String> {
     let is_rejected = |white: Parameter| matches!(white.status, Status::ModelRejected | Status::Bounded);
     let rejected: Vec<&AxisFindings> = bad.into_iter().filter(|axis| axis.white.is_some_and(is_rejected)).collect();
     let good = least.map(|least| {
-        format!("The noise model explains the curves of {} over the range of averaging times it was fitted to (smallest p {}; below 0.01 it would have been refused).", names(&good), digits(least, 2))
+        format!("The noise model fits the curves of {} over the fitted range of averaging times (smallest p {}; rejected below 0.01).", names(&good), digits(least, 2))
     });
-    let rejected = (!rejected.is_empty()).then(|| {
-        format!(
-            "It explains no range of {}: nothing is estimated there, and at most a bound of N is given.",
-            names(&rejected)
-        )
-    });
+    let rejected = (!rejected.is_empty())
+        .then(|| format!("Model rejected for {}: only an upper bound for N is given there.", names(&rejected)));
     let parts: Vec<String> = good.into_iter().chain(rejected).collect();
     (!parts.is_empty()).then(|| parts.join(" "))
 }
@@ -120,15 +116,15 @@ fn vibration(findings: &Findings) -> Option<String> {
         return None;
     }
     let mut text = match shaken.is_empty() {
-        true => "No line stands out of a spectrum.".to_owned(),
+        true => "No spectral peak was found.".to_owned(),
         false => format!(
-            "Something shook the sensor; the strongest line of each axis, and its share in the short-term variance: {}.",
+            "Vibration detected (strongest peak of each axis, share of the short-term variance): {}.",
             listed(&shaken)
         ),
     };
     if !trimmed_fits.is_empty() {
         text += &format!(
-            " The shortest averaging times were left out of the fit: {}. N is what the rest says, and does not contain the vibration.",
+            " The shortest averaging times are excluded from the fit: {}; N excludes the vibration.",
             listed(&trimmed_fits)
         );
     }
@@ -145,21 +141,20 @@ fn stationarity(findings: &Findings) -> Option<String> {
     let changing = of(|axis| axis.noise_changes);
     let warming = of(|axis| axis.warm_up_s.is_some());
     let parts = [
-        ("disturbed for moments", disturbed),
-        ("with noise that changes", changing),
-        ("with a change of level", stepped),
-        ("with a cycle of the level", cycling),
-        ("still settling, as in a warm-up", warming),
+        ("momentary disturbances", disturbed),
+        ("changing noise level", changing),
+        ("step of the level", stepped),
+        ("cycle of the level", cycling),
+        ("warm-up transient", warming),
     ];
     if parts.iter().all(|(_, names)| names.is_empty()) {
         // two samples have no pieces
         let long_enough = findings.axes().any(|axis| axis.known_to_s.is_some());
         let judged = long_enough && !findings.warns(WarningKind::NotStationary);
-        let shown =
-            findings.axes().filter_map(|axis| axis.detectable_factor).reduce(f64::max).map(|factor| {
-                format!(" Noise {factor:.2} times as high from the middle on would have shown on any axis.")
-            });
-        let sentence = "No disturbance, step, cycle or warm-up was found: the record is of one piece.";
+        let shown = findings.axes().filter_map(|axis| axis.detectable_factor).reduce(f64::max).map(|factor| {
+            format!(" A noise increase of {factor:.2} times from the middle on would have been detected on any axis.")
+        });
+        let sentence = "No disturbance, step, cycle or warm-up was found: the record is stationary.";
         return judged.then(|| sentence.to_owned() + &shown.unwrap_or_default());
     }
     let changes: Vec<String> = (parts.into_iter())
@@ -167,13 +162,13 @@ fn stationarity(findings: &Findings) -> Option<String> {
         .map(|(what, names)| format!("{what}: {}", listed(&names)))
         .collect();
     Some(format!(
-        "The record is not of one piece ({}); the warnings say when. Deviations at averaging times longer than a disturbance contain it.",
+        "The record is not stationary ({}); the cautions give the times. Deviations at averaging times longer than a disturbance contain it.",
         changes.join("; ")
     ))
 }
 
 fn alone(findings: &Findings) -> Option<String> {
     findings.axes().any(|axis| axis.known_to_s.is_some()).then(|| {
-        "Each interval holds alone: neighbouring points of a curve share samples, and all of them together hold less often. They cover the randomness of this record, not what another sensor, place, day or temperature would give.".into()
+        "Intervals are pointwise, not simultaneous, since neighbouring points share samples. They cover sampling uncertainty only, not unit-to-unit, day-to-day or temperature variation.".into()
     })
 }

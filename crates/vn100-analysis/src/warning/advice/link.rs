@@ -12,8 +12,9 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// What it is likely to suffer from; `None` where it brings samples, or too little to say.
-pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
+/// What was found and what it is likely to suffer from; `None` where it brings samples, or too
+/// little to say.
+pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
     // within so many bytes a whole line must have been among them, wherever the first one began
     const ENOUGH_BYTES: u64 = 3 * 122;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
@@ -21,114 +22,119 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
         return None;
     }
     if let Some(rejected) = link.rejected_rows.filter(|rejected| rejected.total() > 0) {
-        let text = Text::from(format!(
-            "{} of a CSV file and no good row among them ({}): do its columns hold what their names say? ",
-            lines(tally.rejected.total()),
-            reasons(&rejected)
-        ));
-        return Some(text.remedy(Remedy::MapColumns).then(" names others, and their units"));
+        let headline = format!("all {} of a CSV file rejected ({})", lines(tally.rejected.total()), reasons(&rejected));
+        let details = Text::from("If its columns do not hold what their names say, ")
+            .remedy(Remedy::MapColumns)
+            .then(" names others, and their units.");
+        return Some((headline, details));
     }
     // damaged lines may be measurements: they must be few beside the answers
     let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
     let is_clean = 10 * tally.rejected.total() <= link.answers() && 10 * damaged_bytes <= tally.valid_sentence_bytes;
     if link.connects > 0 && link.answers() > 0 && tally.valid_sentences() == tally.replies && is_clean {
-        let text = Text::from(format!(
-            "{}, all of them answers: the sensor sends nothing by itself. `",
-            lines(link.answers())
-        ));
-        let text = text.remedy(Remedy::Configure(Setting::Message("VNYMR")));
-        return Some(text.then("` makes it send, or VNIMU for the uncompensated measurements"));
+        let headline = format!("{}, all of them replies: asynchronous output is off", lines(link.answers()));
+        let details = Text::from("Switch it on with `")
+            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
+            .then("`, or VNIMU for the uncompensated measurements.");
+        return Some((headline, details));
     }
     if tally.bytes() < ENOUGH_BYTES {
         return None;
     }
     if tally.packets > 0 && link.other_message.is_none_or(|name| !name.to_string().starts_with("VN")) {
         let beside =
-            link.other_message.map_or_else(String::new, |name| format!(", and sentences of others, such as {name}"));
-        let text = Text::from(format!(
-            "{} of the sensor, which are counted and not read{beside}, and no message this program measures. Record one of its ASCII \
-             messages: `",
-            counted(tally.packets, "binary packet")
-        ));
-        return Some(text.remedy(Remedy::Configure(Setting::Message("VNYMR"))).then("` makes it send, or VNIMU"));
+            link.other_message.map_or_else(String::new, |name| format!(" and other sentences, such as {name}"));
+        let headline = format!("{}{beside}, and no message that is measured", counted(tally.packets, "binary packet"));
+        let details = Text::from("Binary packets are counted, not read. Switch to an ASCII message with `")
+            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
+            .then("`, or VNIMU.");
+        return Some((headline, details));
     }
     if let Some(name) = link.other_message {
-        let text = Text::from(format!(
-            "{} good, none of a message this program measures; the first is {name}. $VNWRG,06,14*59 makes the sensor send VNYMR, \
-             $VNWRG,06,19*54 VNIMU; `",
+        let headline = format!(
+            "{} valid, none of a message that is measured; the first is {name}",
             lines(tally.valid_sentences())
-        ));
-        return Some(text.remedy(Remedy::Configure(Setting::Message("VNYMR"))).then("` does it"));
+        );
+        let details = Text::from("$VNWRG,06,14*59 makes the sensor send VNYMR, $VNWRG,06,19*54 VNIMU, as does `")
+            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
+            .then("`.");
+        return Some((headline, details));
     }
     // garbled bytes hold hardly a sentence; a program that writes text changes whole ones
     if tally.rejected.grammar > 0 && tally.rejected_sentence_bytes > tally.skipped_bytes && link.connects == 0 {
-        return Some(
-            Text::from(format!(
-                "{} and none as the sensor sends it: their fields are not those of the message, or not numbers. The program that wrote \
-                 them has cut or changed them; as a table, ",
-                lines(tally.rejected.total())
-            ))
-            .remedy(Remedy::MapColumns)
-            .then(" names their columns"),
-        );
+        let headline = format!("all {} malformed", lines(tally.rejected.total()));
+        let details = Text::from(
+            "Their fields are not those of the message, or not numbers: the program that wrote them has cut or changed them. As a table, ",
+        )
+        .remedy(Remedy::MapColumns)
+        .then(" names their columns.");
+        return Some((headline, details));
     }
     let only_unchecked = tally.rejected.unchecked > 0 && tally.rejected.unchecked == tally.rejected.total();
     (tally.valid_sentences() == 0 && !only_unchecked && link.rejected_rows.is_none()).then(|| {
-        Text::from(format!(
-            "{} bytes and no valid line among them: wrong baud rate? If the rate is right, the host's receiver flips bits: close and \
-             reopen the port",
-            tally.bytes()
-        ))
+        let headline = format!("{} bytes without a valid line", tally.bytes());
+        let details = match link.connects {
+            0 => "The file is no capture of a VN-100, or was recorded at a wrong baud rate.",
+            _ => "The baud rate is probably wrong. If it is right, the host's receiver flips bits: close and reopen the port.",
+        };
+        (headline, details.into())
     })
 }
 
 /// One for each code.
 pub(super) fn unsolicited(errors: &UnsolicitedErrors) -> impl Iterator<Item = Warning> {
     errors.iter().map(|(error, count)| {
-        let said = format!("the sensor said unasked, {}, {error}", counted(count, "time"));
-        let (kind, text) = match error {
+        let headline = format!("unsolicited device error, {}: {error}", counted(count, "time"));
+        let (kind, details) = match error {
             DeviceError::OutputBufferOverflow => (
                 WarningKind::LinkBudget,
-                format!("{said}: it leaves out what finds no room, and the record lacks it. To cure it {}", error.advice()),
+                format!("The sensor drops what its output buffer cannot hold, and the record lacks it. To cure it {}.", error.advice()),
             ),
-            _ if error.is_unsolicited() => (WarningKind::DeviceErrors, format!("{said}: {}", error.advice())),
+            _ if error.is_unsolicited() => (WarningKind::DeviceErrors, format!("{}.", capitalised(error.advice()))),
             _ => (
                 WarningKind::DeviceErrors,
-                format!(
-                    "{said}. That is what it says to a command, and none was sent from here: look for another program on the line, and for \
-                     noise on the wire to the sensor"
-                ),
+                "The sensor reports that in reply to a command, and none was sent from here: look for another program on the link, and \
+                 for noise on the wire to the sensor."
+                    .into(),
             ),
         };
-        Warning::new(kind, Vec::new(), text)
+        Warning::new(kind, Vec::new(), headline, details)
     })
 }
 
-/// `over` when the link was lost since, and the stamps that came then are used again.
-pub(super) fn refused(refusal: Refusal, over: bool, snapshot: &Snapshot) -> Text {
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What follows from a refusal; `is_over` when the link was lost since, and the stamps that came
+/// then are used again.
+pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> Text {
     let timing = &snapshot.timing;
     // the stamps of a link are those of its reads
     let is_link = snapshot.link.connects > 0;
-    let advice = match refusal {
-        Refusal::TooFast { .. } if is_link => ", as bytes come that were held back",
-        Refusal::TooFast { .. } => "; were they stamped when a file was read? Give the rate",
-        Refusal::NoTimePasses { .. } if !is_link => "; give the rate",
-        Refusal::NoTimePasses { .. } | Refusal::Backwards { .. } | Refusal::OtherRate { .. } => "",
+    let cause = match refusal {
+        Refusal::TooFast { .. } if is_link => "Bytes that were held back arrive so. ",
+        Refusal::TooFast { .. } => "They may have been stamped when a file was read: set the rate. ",
+        Refusal::NoTimePasses { .. } if !is_link => "Set the rate. ",
+        Refusal::Backwards { .. } => "Stamp with a clock that is not set meanwhile, and keep the lines in order. ",
+        Refusal::OtherRate { .. } => "Averaging times use the known rate; entirely missing lines cannot be detected. ",
+        Refusal::NoTimePasses { .. } => "",
     };
-    let unseen = match refusal {
+    let effect = match refusal {
         // says so itself
         Refusal::OtherRate { known_hz, .. } if known_hz == timing.rate_hz => match timing.rate_from {
-            RateFrom::Option => Text::from(". ")
-                .remedy(Remedy::GiveRate(None))
-                .then(" gave that rate: if the stamps are right, give none"),
-            RateFrom::Device => ". The sensor says that rate".into(),
-            RateFrom::Arrival | RateFrom::Assumed => ". The lines before told that rate by their arrival".into(),
+            RateFrom::Option => {
+                Text::default().remedy(Remedy::GiveRate(None)).then(" set that rate: if the stamps are right, omit it.")
+            }
+            RateFrom::Device => "The sensor reports that rate.".into(),
+            RateFrom::Arrival | RateFrom::Assumed => "The arrival times before showed that rate.".into(),
         },
-        Refusal::OtherRate { .. } => ". The lines before told that rate by their arrival".into(),
+        Refusal::OtherRate { .. } => "The arrival times before showed that rate.".into(),
         Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
-            ". Lines lost whole cannot be seen from there on".into()
+            "Entirely missing lines cannot be detected from there on.".into()
         }
     };
-    let until = if over { ". That was so until the link was lost" } else { "" };
-    Text::from(format!("{refusal}{advice}")).append(unseen).then(until)
+    let until = if is_over { " It lasted until the link was lost." } else { "" };
+    Text::from(cause).append(effect).then(until)
 }

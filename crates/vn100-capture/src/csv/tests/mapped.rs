@@ -80,7 +80,10 @@ fn what_does_not_fit_is_rounded_to_a_power_of_two_and_says_so() {
     let plan = whole_plan(&text, Some("gyro_x=w:deg/s"));
     let channel = layout(&plan).channels[0].clone();
     // 300 000 · 2^12 fits 32 bits, with 2^13 it does not
-    assert_eq!((plan.rounded(), plan.quantizers[0].scale), (vec!["gyro_x".to_owned()], resolution::Scale::Binary(12)));
+    assert_eq!(
+        (plan.rounded(), plan.quantizers[0].scale),
+        (vec!["gyro_x".to_owned()], resolution::CountScale::Binary(12))
+    );
     assert_eq!((channel.decimals, channel.scale), (0, std::f64::consts::PI / 180.0 / 4096.0));
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.report.rounded, ["gyro_x"]);

@@ -14,6 +14,7 @@ use std::{
 
 use ratatui::{
     buffer::{Buffer, Cell},
+    layout::Rect,
     style::{Color, Modifier},
 };
 use tokio_util::sync::CancellationToken;
@@ -55,14 +56,31 @@ fn a_small_terminal() {
     check("warnings-80x24", &ViewState { panel: Panel::Warnings, ..one() }, (80, 24));
 }
 
+/// Two hours in a few seconds: the first picture of the README.
+#[test]
+fn a_measurement_from_its_beginning() {
+    const MINUTES: [f64; 12] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 90.0, 120.0];
+    let frames = MINUTES.map(|minutes| {
+        let source = replayed((minutes * 60.0 * f64::from(RATE_HZ)) as u64);
+        let state = ViewState { axes: ShownAxes::One(1), ..one() };
+        drawn(&state, &[source], THEME, (120, 34)).0
+    });
+    compare("live", &animated(&frames), 500_000);
+}
+
+const THEME: Theme = Theme { colours: Colours::True, ascii: false };
+
 fn check(name: &str, state: &ViewState, size: (u16, u16)) {
-    let theme = Theme { colours: Colours::True, ascii: false };
-    let (buffer, _) = drawn(state, &[emulated()], theme, size);
-    let svg = svg(&buffer);
-    assert!(svg.len() < MOST_BYTES, "{name} takes {} bytes", svg.len());
+    let (buffer, _) = drawn(state, &[emulated()], THEME, size);
+    compare(name, &picture(&buffer), MOST_BYTES);
+}
+
+/// Keeps the picture where that is asked for, or compares it with the one kept.
+fn compare(name: &str, svg: &str, most_bytes: usize) {
+    assert!(svg.len() < most_bytes, "{name} takes {} bytes", svg.len());
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("stills").join(format!("{name}.svg"));
     if env::var_os("VN100_WRITE_STILLS").is_some() {
-        fs::write(&file, &svg).unwrap();
+        fs::write(&file, svg).unwrap();
     }
     assert!(fs::read_to_string(&file).unwrap_or_default() == svg, "{name} is not what is drawn");
 }
@@ -70,45 +88,74 @@ fn check(name: &str, state: &ViewState, size: (u16, u16)) {
 /// A replay that has come to its end.
 fn emulated() -> SourceView {
     static MADE: OnceLock<SourceView> = OnceLock::new();
-    MADE.get_or_init(|| {
-        let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
-        let mut capture = Vec::new();
-        write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), SAMPLES).unwrap();
-        let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        let snapshot = runtime.block_on(async {
-            let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
-            let events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
-            Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().snapshot
-        });
-        assert_eq!(snapshot.timing.samples, SAMPLES);
-        let assessment = Assessment::new(&snapshot, 0.95);
-        let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
-        let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
-        let mut source = nothing();
-        source.show(snapshot, Arc::new(assessment));
-        SourceView {
-            name: "emulated-2h.vnimu".into(),
-            phase: SourcePhase::Measuring,
-            verdicts,
-            elapsed: Duration::from_secs(720),
-            playback: Some(Playback { samples: SAMPLES, total, speed, paused: false, at_end: true }),
-            ..source
-        }
-    })
-    .clone()
+    MADE.get_or_init(|| replayed(SAMPLES)).clone()
 }
 
-/// A screen as a picture: each row a text, each change of style or of kind of sign placed anew, so
-/// that no font moves the columns.
-fn svg(buffer: &Buffer) -> String {
-    let (columns, rows) = (f64::from(buffer.area.width), f64::from(buffer.area.height));
-    let (width, height) = (columns * CELL.0, rows * CELL.1);
-    let mut out = format!(
+/// A replay that has come so far.
+fn replayed(samples: u64) -> SourceView {
+    let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
+    let mut capture = Vec::new();
+    write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), samples).unwrap();
+    let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let snapshot = runtime.block_on(async {
+        let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
+        let events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
+        Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().snapshot
+    });
+    assert_eq!(snapshot.timing.samples, samples);
+    let assessment = Assessment::new(&snapshot, 0.95);
+    let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
+    let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
+    let mut source = nothing();
+    source.show(snapshot, Arc::new(assessment));
+    SourceView {
+        name: "emulated-2h.vnimu".into(),
+        phase: SourcePhase::Measuring,
+        verdicts,
+        elapsed: Duration::from_secs_f64(samples as f64 / f64::from(RATE_HZ) / 10.0),
+        playback: Some(Playback { samples, total, speed, paused: false, at_end: samples == SAMPLES }),
+        ..source
+    }
+}
+
+/// Pictures one after the other, the last one where nothing moves.
+fn animated(frames: &[Buffer]) -> String {
+    let area = frames[0].area;
+    const FRAME_S: f64 = 1.0;
+    let (total_s, share) = (FRAME_S * frames.len() as f64, 100.0 / frames.len() as f64);
+    let rule = format!(
+        ".f{{visibility:hidden;animation:s {total_s}s step-end infinite}}.f:last-child{{visibility:visible}}\
+         @keyframes s{{0%{{visibility:visible}}{share:.3}%{{visibility:hidden}}}}\
+         @media(prefers-reduced-motion){{.f{{animation:none}}}}"
+    );
+    let frames: String = (frames.iter().enumerate())
+        .map(|(place, frame)| {
+            // a delay before the first round would show the static state
+            let delay_s = FRAME_S * place as f64 - total_s;
+            format!("<g class=\"f\" style=\"animation-delay:{delay_s}s\">\n{}</g>\n", rows(frame))
+        })
+        .collect();
+    document(&area, &rule, &frames)
+}
+
+fn picture(buffer: &Buffer) -> String {
+    document(&buffer.area, "", &rows(buffer))
+}
+
+fn document(area: &Rect, rule: &str, content: &str) -> String {
+    let (width, height) = (f64::from(area.width) * CELL.0, f64::from(area.height) * CELL.1);
+    format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\">\n\
          <style>text{{font:14px ui-monospace,Menlo,Consolas,'DejaVu Sans Mono',monospace;white-space:pre;fill:#ddd}}\
-         .b{{font-weight:bold}}.r{{fill:#181818}}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#181818\"/>\n"
-    );
+         .b{{font-weight:bold}}.r{{fill:#181818}}{rule}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#181818\"/>\n{content}</svg>\n"
+    )
+}
+
+/// A screen: each row a text, each change of style or of kind of sign placed anew, so that no font
+/// moves the columns.
+fn rows(buffer: &Buffer) -> String {
+    let mut out = String::new();
     for (row, cells) in buffer.content.chunks(usize::from(buffer.area.width)).enumerate() {
         let top = row as f64 * CELL.1;
         let runs = runs(cells);
@@ -128,7 +175,7 @@ fn svg(buffer: &Buffer) -> String {
         }
         out.push_str("</text>\n");
     }
-    out + "</svg>\n"
+    out
 }
 
 fn write_run(out: &mut String, column: usize, cells: &[Cell]) {

@@ -1,0 +1,131 @@
+//! What became of the lines of a CSV file: rows, rejected and skipped lines, absent values, bytes.
+
+use vn100_protocol::{
+    Tally,
+    stream::{AbsentValues, Batch, CsvReport, RejectedRow, RejectedRowCounts, RejectedRows},
+};
+
+use super::{ColumnUse, CsvPlan, lines::CsvLine, shown};
+
+/// Counts lines by what they are.
+pub(super) struct RowCounts {
+    pub(super) report: CsvReport,
+    /// The bytes of all lines, line ends included, and the rejected rows.
+    pub(super) tally: Tally,
+    rejected: RejectedRowCounts,
+    /// How often each channel was absent.
+    absences: Vec<AbsentValues>,
+    /// The channels of which digits were rounded away that the head of the file does not have.
+    pub(super) late_rounded: Vec<bool>,
+}
+
+/// Why a row lacks a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Absence {
+    Empty,
+    NotANumber,
+    OutOfRange,
+}
+
+impl RowCounts {
+    pub(super) fn new(plan: &CsvPlan) -> Self {
+        let channels = plan.priors.len();
+        Self {
+            report: CsvReport {
+                ignored_columns: plan.ignored_columns.clone(),
+                times: plan.times.clone(),
+                other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
+                ..CsvReport::default()
+            },
+            tally: Tally::default(),
+            rejected: RejectedRowCounts::default(),
+            absences: vec![AbsentValues::default(); channels],
+            late_rounded: vec![false; channels],
+        }
+    }
+
+    /// What has become of the lines so far.
+    pub(super) fn report(&self, plan: &CsvPlan) -> CsvReport {
+        let Some(layout) = plan.layout() else { return self.report.clone() };
+        let mut rounded = plan.rounded();
+        let late = layout.channels.iter().zip(&self.late_rounded).filter(|(_, late)| **late);
+        rounded.extend(late.map(|(channel, _)| channel.name.to_string()));
+        let absences = layout.channels.iter().zip(&self.absences).filter(|(_, absences)| absences.total() > 0);
+        let absent =
+            absences.map(|(channel, absences)| AbsentValues { channel: channel.name.to_string(), ..absences.clone() });
+        CsvReport { rounded, absent: absent.collect(), ..self.report.clone() }
+    }
+
+    /// Counts a line that is no row.
+    pub(super) fn skip(&mut self, line: &CsvLine<'_>) {
+        self.report.skipped_lines += 1;
+        self.tally.skipped_bytes += line.bytes;
+    }
+
+    /// Counts a row with values of other streams alone.
+    pub(super) fn leave_to_others(&mut self, line: &CsvLine<'_>) {
+        *self.report.other_stream_rows.get_or_insert_default() += 1;
+        self.tally.skipped_bytes += line.bytes;
+    }
+
+    /// Counts a good row, which lacks the channels in `absent`.
+    #[inline]
+    pub(super) fn accept(&mut self, line: &CsvLine<'_>, absent: &[(usize, Absence)]) {
+        self.report.rows += 1;
+        self.tally.valid_sentence_bytes += line.bytes;
+        if !absent.is_empty() {
+            self.count_absent(line.number, absent);
+        }
+    }
+
+    #[cold]
+    fn count_absent(&mut self, line: u64, absent: &[(usize, Absence)]) {
+        for &(channel, absence) in absent {
+            let absences = &mut self.absences[channel];
+            if absences.total() == 0 {
+                absences.first_line = line;
+            }
+            *match absence {
+                Absence::Empty => &mut absences.empty,
+                Absence::NotANumber => &mut absences.not_a_number,
+                Absence::OutOfRange => &mut absences.out_of_range,
+            } += 1;
+        }
+    }
+
+    #[cold]
+    pub(super) fn reject(&mut self, reason: RejectedRow, line: &CsvLine<'_>) {
+        self.rejected.count(reason);
+        self.tally.rejected_sentence_bytes += line.bytes;
+        let tally = &mut self.tally.rejected;
+        *match reason {
+            RejectedRow::Length => &mut tally.too_long,
+            RejectedRow::Truncated => &mut tally.truncated,
+            RejectedRow::Fields | RejectedRow::Number | RejectedRow::Stamp => &mut tally.grammar,
+        } += 1;
+        let rejected = &mut self.report.rejected;
+        let at = rejected.binary_search_by_key(&reason, |rows| rows.reason).unwrap_or_else(|at| {
+            let first = RejectedRows { reason, count: 0, first_line: line.number, first_text: shown(line.text) };
+            rejected.insert(at, first);
+            at
+        });
+        rejected[at].count += 1;
+    }
+
+    /// Adds to batches what the file holds beside their samples. All bytes of a row are those of
+    /// its line: stamp, other columns and line end too, even where its sentence is damaged.
+    pub(super) fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
+        let file = &self.tally;
+        for link in batches.iter_mut().map(|batch| &mut batch.link) {
+            let tally = &mut link.tally;
+            tally.valid_sentence_bytes += file.valid_sentence_bytes.saturating_sub(tally.bytes());
+            tally.rejected_sentence_bytes += file.rejected_sentence_bytes;
+            tally.skipped_bytes += file.skipped_bytes;
+            tally.rejected.too_long += file.rejected.too_long;
+            tally.rejected.truncated += file.rejected.truncated;
+            tally.rejected.grammar += file.rejected.grammar;
+            link.rejected_rows = Some(self.rejected);
+        }
+        batches
+    }
+}

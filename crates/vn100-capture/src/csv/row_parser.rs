@@ -1,0 +1,269 @@
+//! The rows of a CSV file, read one after the other as its plan says.
+
+use std::mem;
+
+use vn100_protocol::stream::{CsvReport, RejectedRow};
+
+use super::{
+    ColumnUse, CsvPlan, Kind,
+    fields::FieldCutter,
+    lines::{Completeness, CsvLine, is_comment_or_blank},
+    number::Number,
+    resolution::ColumnScan,
+    row_counts::{Absence, RowCounts},
+    stamp::StampForm,
+};
+
+/// Reads the rows of a CSV file one after the other. Of `counts` and `sentence` one is in use, by
+/// the [`Kind`] of the plan.
+pub(super) struct RowParser {
+    pub(super) plan: CsvPlan,
+    fields: FieldCutter,
+    /// Of the last good row, in the order of the layout; 0 for what it lacks.
+    pub(super) counts: Vec<i32>,
+    /// The channels that the last good row lacks, in order.
+    pub(super) absent: Vec<(usize, Absence)>,
+    /// The numbers of a row.
+    cells: Vec<Option<Number>>,
+    /// The last row has a number in a column of another stream.
+    holds_others: bool,
+    /// The last row has no number but such.
+    is_of_others: bool,
+    /// Of the last good row, with CR LF.
+    pub(super) sentence: Vec<u8>,
+    /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
+    pub(super) stamp_ns: Option<i64>,
+    first_stamp_ns: Option<i64>,
+    /// As written.
+    last_stamp_ns: Option<i64>,
+    /// The last row ended inside quotes: the next line may be what is left of it.
+    quote_open: bool,
+    /// What the lines were.
+    pub(super) counted: RowCounts,
+}
+
+impl RowParser {
+    pub(super) fn new(plan: CsvPlan) -> Self {
+        let channels = plan.priors.len();
+        Self {
+            fields: FieldCutter::new(plan.dialect.separator, plan.line_end),
+            counts: vec![0; channels],
+            absent: Vec::new(),
+            cells: vec![None; channels],
+            holds_others: false,
+            is_of_others: false,
+            sentence: Vec::new(),
+            stamp_ns: None,
+            first_stamp_ns: None,
+            last_stamp_ns: None,
+            quote_open: false,
+            counted: RowCounts::new(&plan),
+            plan,
+        }
+    }
+
+    /// What has become of the lines so far.
+    pub(super) fn report(&self) -> CsvReport {
+        CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
+    }
+
+    /// Adds the numbers of a line to what is known of their columns.
+    pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
+        for (scan, number) in scans.iter_mut().zip(self.numbers(line).into_iter().flatten()) {
+            if let Some(number) = number {
+                scan.add(number);
+            }
+        }
+    }
+
+    /// The numbers of a line, where it is a good row.
+    pub(super) fn numbers(&mut self, line: &CsvLine<'_>) -> Option<&[Option<Number>]> {
+        let text = self.plan.dialect.tidy(line.text);
+        let line = &CsvLine { text: &text, ..*line };
+        let is_row = match line.completeness {
+            Completeness::Overlong => false,
+            Completeness::Unended => self.ends_whole(line.text),
+            Completeness::Whole => true,
+        };
+        let is_good = is_row
+            && line.number > self.plan.lines_above
+            && !is_comment_or_blank(line.text)
+            && self.cells(line.text).is_ok();
+        is_good.then_some(&self.cells)
+    }
+
+    /// Reads a line; `None` where it is no row, or one of another stream.
+    #[inline]
+    pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
+        let text = self.plan.dialect.tidy(line.text);
+        let line = &CsvLine { text: &text, ..*line };
+        self.counted.report.lines += 1;
+        if line.completeness != Completeness::Overlong && self.is_skipped(line) {
+            self.counted.skip(line);
+            return None;
+        }
+        let row = match line.completeness {
+            Completeness::Overlong => Err(RejectedRow::Length),
+            Completeness::Unended if !self.ends_whole(line.text) => Err(RejectedRow::Truncated),
+            Completeness::Unended | Completeness::Whole => self.row(line.text),
+        };
+        if mem::take(&mut self.is_of_others) {
+            self.counted.leave_to_others(line);
+            return None;
+        }
+        match row {
+            Ok(()) => self.counted.accept(line, &self.absent),
+            Err(reason) => self.counted.reject(reason, line),
+        }
+        Some(row)
+    }
+
+    #[inline]
+    fn is_skipped(&mut self, line: &CsvLine<'_>) -> bool {
+        if line.number <= self.plan.lines_above || is_comment_or_blank(line.text) {
+            return true;
+        }
+        // a script that saved a sentence together with its CR LF
+        mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
+    }
+
+    /// Whether a row without a line end is whole, as far as that can be known.
+    #[cold]
+    fn ends_whole(&mut self, row: &[u8]) -> bool {
+        let Some(last_field) = self.plan.last_field else {
+            return true;
+        };
+        let fields = self.fields.cut(row);
+        fields.len() == self.plan.columns.len() && last_field.is_whole(fields.last())
+    }
+
+    #[inline]
+    fn row(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
+        self.stamp_ns = match self.plan.kind {
+            Kind::Values(_) => self.values(line)?,
+            Kind::Sentences => self.sentence(line)?,
+        };
+        Ok(())
+    }
+
+    /// Reads the counts of a row and returns its stamp. What a channel lacks costs no other one.
+    #[inline]
+    fn values(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let stamp = self.cells(line)?;
+        let Self { plan, counts, absent, counted, cells, .. } = self;
+        for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
+            let count = cell.as_ref().and_then(|number| quantizer.count(number));
+            counts[slot] = count.unwrap_or_default();
+            match (cell, count) {
+                (Some(number), Some(_)) => counted.late_rounded[slot] |= quantizer.rounds(number),
+                (Some(_), None) => absent.push((slot, Absence::OutOfRange)),
+                // why is in the list already
+                (None, _) => {}
+            }
+        }
+        if absent.len() >= cells.len() {
+            self.is_of_others = self.holds_others && cells.iter().all(Option::is_none);
+            return Err(RejectedRow::Number);
+        }
+        absent.sort_unstable_by_key(|(slot, _)| *slot);
+        stamp.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
+    }
+
+    /// Reads the numbers of a row and returns its stamp.
+    #[inline]
+    fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let Self { plan, fields, absent, cells, holds_others, .. } = self;
+        absent.clear();
+        *holds_others = false;
+        let mut stamp = None;
+        let fields = fields.cut(line);
+        if fields.len() != plan.columns.len() {
+            return Err(RejectedRow::Fields);
+        }
+        for (field, &column) in fields.iter().zip(&plan.columns) {
+            match column {
+                ColumnUse::Channel(slot) => {
+                    cells[slot] = Number::parse(field);
+                    if cells[slot].is_none() {
+                        absent.push((slot, absence(field).ok_or(RejectedRow::Number)?));
+                    }
+                }
+                ColumnUse::Stamp(form) => stamp = Some(added(stamp, form.nanoseconds(field))?),
+                ColumnUse::StampPart(unit) => {
+                    stamp = Some(added(stamp, StampForm::Unit(unit).nanoseconds(field))?);
+                }
+                ColumnUse::OtherStream => *holds_others |= Number::parse(field).is_some(),
+                ColumnUse::Ignored | ColumnUse::Sentence => {}
+            }
+        }
+        Ok(stamp)
+    }
+
+    /// Reads the sentence of a row and returns its stamp.
+    fn sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let Self { plan, fields, sentence, .. } = self;
+        let last = plan.columns.len() - 1;
+        let is_unquoted =
+            |tail: &&[u8]| plan.columns[last] == ColumnUse::Sentence && !tail.trim_ascii_start().starts_with(b"\"");
+        // without quotes the separators of a sentence part no fields
+        let tail = fields.cut_first(line, last).1.filter(is_unquoted);
+        let fields = fields.cut_first(line, if tail.is_some() { last } else { usize::MAX }).0;
+        self.quote_open = fields.quote_open;
+        sentence.clear();
+        let mut stamp = Ok(None);
+        for (field, &column) in fields.iter().chain(tail.map(<[u8]>::trim_ascii)).zip(&plan.columns) {
+            let form = match column {
+                ColumnUse::Stamp(form) => form,
+                ColumnUse::StampPart(unit) => StampForm::Unit(unit),
+                ColumnUse::Sentence => {
+                    sentence.extend_from_slice(field);
+                    continue;
+                }
+                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream => continue,
+            };
+            stamp = stamp.and_then(|sum| added(sum, form.nanoseconds(field)).map(Some));
+        }
+        let width = fields.len() + usize::from(tail.is_some());
+        // behind an open quote the row continues in the next line
+        let is_whole = width == plan.columns.len() || self.quote_open && width < plan.columns.len();
+        if sentence.is_empty() || !is_whole || stamp == Ok(None) && plan.times.is_some() {
+            return Err(RejectedRow::Fields);
+        }
+        sentence.extend_from_slice(b"\r\n");
+        stamp?.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
+    }
+
+    /// The time since the first good row.
+    #[inline]
+    fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
+        let stamp_ns = match self.plan.clock {
+            Some(form) => form.behind(self.last_stamp_ns, stamp_ns),
+            None => stamp_ns,
+        };
+        let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);
+        let behind_ns = self.plan.repeated_step_ns.filter(|_| repeats).unwrap_or_default();
+        let first_ns = *self.first_stamp_ns.get_or_insert(stamp_ns);
+        stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
+    }
+}
+
+/// A part of a stamp added to those before it.
+#[inline]
+fn added(sum: Option<i64>, part_ns: Option<i64>) -> Result<i64, RejectedRow> {
+    part_ns.and_then(|part_ns| sum.unwrap_or_default().checked_add(part_ns)).ok_or(RejectedRow::Stamp)
+}
+
+/// Why there is no number in `field`; `None` for one that is damaged.
+#[cold]
+fn absence(field: &[u8]) -> Option<Absence> {
+    let word = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
+    let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
+    match field {
+        b"" => Some(Absence::Empty),
+        _ if says_none(field) || says_none(word) => Some(Absence::NotANumber),
+        _ => None,
+    }
+}
+
+/// What scripts write for no number, in lower case.
+const NO_NUMBERS: [&str; 9] = ["nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--"];

@@ -1,0 +1,241 @@
+//! The records of an MCAP file, those inside chunks as well, up to its end or to where it was cut.
+//! The form: <https://mcap.dev/spec>.
+//!
+//! The readers of the `mcap` crate trust the lengths of records inside chunks; here all are
+//! checked. What is in a record is read by [`mcap::parse_record`].
+
+use std::{
+    io::{self, ErrorKind, Read},
+    ops::Range,
+};
+
+use mcap::records::op;
+
+/// Longest record that is read, and longest chunk, packed or not. Ours hold one read of a port;
+/// others may hold images.
+pub(crate) const RECORD_BYTES: usize = 64 * 1024 * 1024;
+
+/// Bytes of one read of the file; more where a long record is known to follow.
+const READ_BYTES: usize = 64 * 1024;
+const LONG_READ_BYTES: usize = 1024 * 1024;
+
+/// Kind and length, before each record.
+const HEAD_BYTES: usize = 1 + 8;
+
+/// The records of a file in the order they were written. Memory is bounded by its longest record
+/// and its longest chunk.
+pub(crate) struct McapRecords<R> {
+    pub(crate) file: R,
+    /// Bytes of the file, of which `next..filled` were not taken yet.
+    buffer: Vec<u8>,
+    next: usize,
+    filled: usize,
+    /// The records of the chunk that is read, and where the next one begins.
+    chunk: Vec<u8>,
+    next_in_chunk: usize,
+    /// The file ends inside of that chunk.
+    is_chunk_cut: bool,
+    /// The content of the last record, in the chunk or else in the buffer.
+    data: Range<usize>,
+    is_in_chunk: bool,
+}
+
+/// What comes next in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// A record of this kind; its content is [`McapRecords::data`].
+    Record(u8),
+    /// The end of the data. An index may follow.
+    End,
+    /// The end of a file that was cut.
+    Cut,
+}
+
+impl<R: Read> McapRecords<R> {
+    /// A file from its first byte on; `None` where it is no MCAP file.
+    pub(crate) fn open(mut file: R) -> io::Result<Option<Self>> {
+        let mut magic = Vec::new();
+        file.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
+        Ok(mcap::MAGIC.starts_with(&magic).then_some(Self {
+            file,
+            buffer: Vec::new(),
+            next: 0,
+            filled: 0,
+            chunk: Vec::new(),
+            next_in_chunk: 0,
+            is_chunk_cut: false,
+            data: 0..0,
+            is_in_chunk: false,
+        }))
+    }
+
+    /// Goes to the next record; those of chunks come one by one, and chunks not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is damaged. Nothing of use follows.
+    pub(crate) fn advance(&mut self) -> io::Result<Next> {
+        loop {
+            if let Some(next) = self.advance_in_chunk()? {
+                return Ok(next);
+            }
+            self.is_in_chunk = false;
+            self.fill(HEAD_BYTES)?;
+            let (opcode, bytes) = match head(&self.buffer[self.next..self.filled]) {
+                // a file system that lost power leaves zeros in allocated space
+                None | Some((0, _)) => return Ok(Next::Cut),
+                Some((opcode, bytes)) if bytes <= RECORD_BYTES as u64 => (opcode, bytes as usize),
+                Some((opcode, bytes)) => {
+                    let problem = format!("a record of kind {opcode:#04x} has {bytes} bytes");
+                    return Err(damaged(&format!("{problem}, and at most {RECORD_BYTES} are read")));
+                }
+            };
+            let is_whole = self.fill(HEAD_BYTES + bytes)?;
+            let start = self.next + HEAD_BYTES;
+            self.next = self.filled.min(start + bytes);
+            self.data = start..self.next;
+            match opcode {
+                op::CHUNK => {
+                    self.next_in_chunk = 0;
+                    let unpacked = unpack(&self.buffer[self.data.clone()], is_whole, &mut self.chunk);
+                    self.is_chunk_cut = unpacked.inspect_err(|_| self.chunk.clear())?;
+                }
+                _ if !is_whole => return Ok(Next::Cut),
+                op::DATA_END => return Ok(Next::End),
+                _ => return Ok(Next::Record(opcode)),
+            }
+        }
+    }
+
+    /// The content of the last record.
+    pub(crate) fn data(&self) -> &[u8] {
+        let bytes = if self.is_in_chunk { &self.chunk } else { &self.buffer };
+        &bytes[self.data.clone()]
+    }
+
+    /// `None` behind the last record of a whole chunk.
+    fn advance_in_chunk(&mut self) -> io::Result<Option<Next>> {
+        let rest = &self.chunk[self.next_in_chunk..];
+        if rest.is_empty() && !self.is_chunk_cut {
+            return Ok(None);
+        }
+        let left = rest.len().saturating_sub(HEAD_BYTES);
+        match head(rest) {
+            Some((0, _)) => Ok(Some(Next::Cut)),
+            Some((opcode @ (op::CHUNK | op::DATA_END), _)) => {
+                Err(damaged(&format!("a record of kind {opcode:#04x} stands inside of a chunk")))
+            }
+            Some((opcode, bytes)) if bytes <= left as u64 => {
+                let start = self.next_in_chunk + HEAD_BYTES;
+                self.next_in_chunk = start + bytes as usize;
+                (self.data, self.is_in_chunk) = (start..self.next_in_chunk, true);
+                Ok(Some(Next::Record(opcode)))
+            }
+            _ if self.is_chunk_cut => Ok(Some(Next::Cut)),
+            Some((_, bytes)) => {
+                Err(damaged(&format!("a record of {bytes} bytes stands in a chunk that has {left} more")))
+            }
+            None => Err(damaged("a chunk ends inside of a record")),
+        }
+    }
+
+    /// Reads until so many bytes of the file wait to be taken; `false` where it ends before.
+    fn fill(&mut self, bytes: usize) -> io::Result<bool> {
+        if self.filled - self.next < bytes {
+            self.buffer.copy_within(self.next..self.filled, 0);
+            (self.next, self.filled) = (0, self.filled - self.next);
+        }
+        while self.filled - self.next < bytes {
+            // as much as is there, not as much as is claimed
+            let room = (bytes - self.filled).clamp(READ_BYTES, LONG_READ_BYTES);
+            if self.buffer.len() < self.filled + room {
+                self.buffer.resize(self.filled + room, 0);
+            }
+            match self.file.read(&mut self.buffer[self.filled..]) {
+                Ok(0) => return Ok(false),
+                Ok(read) => self.filled += read,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Kind and length of the record that begins here.
+fn head(bytes: &[u8]) -> Option<(u8, u64)> {
+    let [opcode, length @ ..] = *bytes.first_chunk::<HEAD_BYTES>()?;
+    Some((opcode, u64::from_le_bytes(length)))
+}
+
+/// What stands before the packed records of a chunk.
+struct ChunkHead<'a> {
+    unpacked_bytes: u64,
+    /// Of the records; 0 for none.
+    crc: u32,
+    compression: &'a [u8],
+    packed_bytes: u64,
+}
+
+impl<'a> ChunkHead<'a> {
+    /// With the bytes behind it.
+    fn split(chunk: &'a [u8]) -> Option<(Self, &'a [u8])> {
+        let (_times, rest) = chunk.split_first_chunk::<16>()?;
+        let (unpacked_bytes, rest) = rest.split_first_chunk()?;
+        let (crc, rest) = rest.split_first_chunk()?;
+        let (length, rest) = rest.split_first_chunk()?;
+        let (compression, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        let (packed_bytes, rest) = rest.split_first_chunk()?;
+        let unpacked_bytes = u64::from_le_bytes(*unpacked_bytes);
+        let (crc, packed_bytes) = (u32::from_le_bytes(*crc), u64::from_le_bytes(*packed_bytes));
+        Some((Self { unpacked_bytes, crc, compression, packed_bytes }, rest))
+    }
+}
+
+/// Unpacks the records of a chunk, or as many of them as its part holds that is there; whether it
+/// was cut.
+fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<bool> {
+    records.clear();
+    let Some((ChunkHead { unpacked_bytes, crc, compression, packed_bytes }, rest)) = ChunkHead::split(chunk) else {
+        return if is_whole { Err(damaged("a chunk ends inside of its head")) } else { Ok(true) };
+    };
+    let packed = usize::try_from(packed_bytes).ok().and_then(|bytes| rest.get(..bytes));
+    if packed.is_none() && is_whole {
+        let left = rest.len();
+        return Err(damaged(&format!("the {packed_bytes} packed bytes of a chunk have room of {left}")));
+    }
+    if unpacked_bytes > RECORD_BYTES as u64 {
+        let problem = format!("a chunk unpacks to {unpacked_bytes} bytes, and at most {RECORD_BYTES} are read");
+        return Err(damaged(&problem));
+    }
+    let there = packed.unwrap_or(rest);
+    let unpacked: Box<dyn Read + '_> = match compression {
+        b"" => Box::new(there),
+        b"lz4" => Box::new(lz4::Decoder::new(there)?),
+        b"zstd" => Box::new(zstd::Decoder::with_buffer(there)?),
+        other => {
+            let name = String::from_utf8_lossy(other);
+            return Err(damaged(&format!("a chunk is packed by {name:.40?}; lz4 and zstd are known")));
+        }
+    };
+    let outcome = unpacked.take(unpacked_bytes + 1).read_to_end(records);
+    if packed.is_none() {
+        records.truncate(unpacked_bytes as usize);
+        return Ok(true);
+    }
+    outcome.map_err(|error| damaged(&format!("a chunk cannot be unpacked: {error}")))?;
+    if records.len() as u64 != unpacked_bytes {
+        // one more than there may be
+        let (found, more) = (records.len(), if records.len() as u64 > unpacked_bytes { " or more" } else { "" });
+        return Err(damaged(&format!("a chunk unpacks to {found}{more} bytes and not to {unpacked_bytes}")));
+    }
+    let found = if crc == 0 { 0 } else { crc32fast::hash(records) };
+    if found != crc {
+        let problem = format!("the records of a chunk have the checksum {found:#010x} and not {crc:#010x}");
+        return Err(damaged(&problem));
+    }
+    Ok(false)
+}
+
+fn damaged(problem: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("the MCAP file is damaged: {problem}"))
+}

@@ -1,0 +1,219 @@
+//! Bags made here, byte by byte: what merged bags, sensors that start late and clocks that are set
+//! leave behind.
+
+use std::io::Cursor;
+
+use vn100_capture::{Capture, CaptureOptions};
+use vn100_protocol::stream::StampSource;
+
+use crate::bags::{Read, options};
+
+/// One topic of ROS 1 messages, each with the place of its definition, the time it was recorded
+/// and its bytes.
+struct Bag<'a> {
+    type_name: &'a str,
+    definitions: &'a [&'a str],
+    messages: Vec<(usize, u64, Vec<u8>)>,
+}
+
+impl Bag<'_> {
+    fn mcap(&self) -> Vec<u8> {
+        let mut mcap = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
+        let mut channels = Vec::new();
+        for (place, text) in self.definitions.iter().enumerate() {
+            let schema = mcap.add_schema(self.type_name, "ros1msg", text.as_bytes()).unwrap();
+            // equal channels are one
+            let which = [("which".into(), place.to_string())].into();
+            channels.push(mcap.add_channel(schema, "/imu", "ros1", &which).unwrap());
+        }
+        for (sequence, (definition, log_time, data)) in (0..).zip(&self.messages) {
+            let (channel_id, log_time) = (channels[*definition], *log_time);
+            let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+            mcap.write_to_known_channel(&header, data).unwrap();
+        }
+        mcap.finish().unwrap();
+        mcap.into_inner().into_inner()
+    }
+
+    /// Without chunks and an index.
+    fn ros1(&self) -> Vec<u8> {
+        let fields = |fields: &[(&str, &[u8])]| -> Vec<u8> {
+            let field = |(name, value): &(&str, &[u8])| {
+                let length = (name.len() as u32 + 1 + value.len() as u32).to_le_bytes();
+                [&length[..], name.as_bytes(), b"=", value].concat()
+            };
+            fields.iter().flat_map(field).collect()
+        };
+        let record = |header: &[u8], data: &[u8]| {
+            let lengths = [header, data].map(|part| (part.len() as u32).to_le_bytes());
+            [&lengths[0][..], header, &lengths[1], data].concat()
+        };
+        let mut bag = [b"#ROSBAG V2.0\n", &record(&fields(&[("op", &[3])]), &[])[..]].concat();
+        for (connection, text) in (0_u32..).zip(self.definitions) {
+            let header = fields(&[("op", &[7]), ("conn", &connection.to_le_bytes()), ("topic", b"/imu")]);
+            let about = fields(&[("type", self.type_name.as_bytes()), ("message_definition", text.as_bytes())]);
+            bag.extend(record(&header, &about));
+        }
+        for (definition, time_ns, data) in &self.messages {
+            let connection = (*definition as u32).to_le_bytes();
+            let header = fields(&[("op", &[2]), ("conn", &connection), ("time", &time(*time_ns))]);
+            bag.extend(record(&header, data));
+        }
+        bag
+    }
+}
+
+/// Seconds and nanoseconds.
+fn time(ns: u64) -> [u8; 8] {
+    let [seconds, rest] = [(ns / 1_000_000_000) as u32, (ns % 1_000_000_000) as u32].map(u32::to_le_bytes);
+    [seconds, rest].concat().try_into().unwrap()
+}
+
+fn doubles(numbers: &[f64]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+}
+
+/// A `sensor_msgs/Imu` without an orientation.
+fn imu(stamp_ns: u64, rates: [f64; 3], accelerations: [f64; 3]) -> Vec<u8> {
+    let header = [&[0; 4][..], &time(stamp_ns), &[0; 4]].concat();
+    let none = [[0.0; 4].to_vec(), vec![-1.0], vec![0.0; 8]].concat();
+    [header, doubles(&none), doubles(&rates), doubles(&[0.0; 9]), doubles(&accelerations), doubles(&[0.0; 9])].concat()
+}
+
+fn read(bytes: Vec<u8>, options: &CaptureOptions) -> Read {
+    Read::of(Capture::from_reader(Cursor::new(bytes), options).unwrap())
+}
+
+#[test]
+fn messages_are_read_by_the_definition_of_their_own() {
+    let rows = || 0..80_u8;
+    let messages = rows().map(|row| {
+        let [x, y] = [f64::from(row), 0.5];
+        let numbers = if row < 40 { [x, y] } else { [y, x] };
+        (usize::from(row / 40), u64::from(row) * 10_000_000, doubles(&numbers))
+    });
+    let messages: Vec<_> = messages.collect();
+    let made = |definitions: [&str; 2]| {
+        let bag = Bag { type_name: "demo/Rates", definitions: &definitions, messages: messages.clone() };
+        [bag.mcap(), bag.ros1()]
+    };
+    // the scale of a series is fitted to all messages
+    for (map, scale) in [("gyro_x=x:deg/s", 1_f64.to_radians()), ("value=x:mbar", 1.0)] {
+        let options = options(None, Some(map));
+        for bytes in made(["float64 x\nfloat64 y\n", "float64 y\nfloat64 x # swapped\n"]) {
+            let read = read(bytes, &options);
+            assert!(read.end.error.is_none(), "{:?}", read.end.error);
+            assert_eq!((read.rows.len(), read.report().used, read.report().other_messages), (80, 80, 0));
+            let expected = rows().map(|row| f64::from(row) * scale);
+            assert!(read.rows.iter().zip(expected).all(|(row, expected)| (row[0] - expected).abs() < 1e-6));
+        }
+        for bytes in made(["float64 x\nfloat64 y\n", "float64 y\nfloat64 z\n"]) {
+            let read = read(bytes, &options);
+            assert_eq!(read.rows.len(), 40);
+            let error = read.end.error.unwrap().to_string();
+            assert!(error.contains("/imu") && error.contains("it lacks x"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn numbers_that_are_zero_at_first_are_named_and_watched() {
+    let bag = |zero: u64, gyro: f64| Bag {
+        type_name: "sensor_msgs/Imu",
+        definitions: &[""],
+        messages: (0..200)
+            .map(|row| {
+                let (at_ns, accel) = (1_000_000_000 + row * 10_000_000, if row < zero { 0.0 } else { 9.8 });
+                (0, at_ns, imu(at_ns, [gyro, 0.0, 0.0], [0.0, 0.0, accel]))
+            })
+            .collect(),
+    };
+    let unread = |read: &Read| read.report().unread.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let no = CaptureOptions::default();
+    let never = read(bag(200, 0.01).mcap(), &no);
+    assert_eq!(never.names, ["gyro_x", "gyro_y", "gyro_z"]);
+    assert_eq!(unread(&never), ["linear_acceleration: zero in the first 100 messages, not read"]);
+    let late = read(bag(150, 0.01).ros1(), &no);
+    assert_eq!((late.names.len(), late.rows.len()), (3, 200));
+    let told = "linear_acceleration: zero in the first 100 messages, not read; not zero in 50 later ones";
+    assert_eq!(unread(&late), [told]);
+    let early = read(bag(99, 0.01).mcap(), &no);
+    assert_eq!((early.names.len(), unread(&early).len()), (6, 0));
+    // what the user names is read, zero or not
+    let named = read(bag(150, 0.01).mcap(), &options(None, Some("accel_z=linear_acceleration.z:m/s^2")));
+    assert_eq!((named.rows[0][0], unread(&named).len()), (0.0, 0));
+    assert!((named.rows[199][0] - 9.8).abs() < 1e-6);
+    let Err(refused) = Capture::from_reader(Cursor::new(bag(200, 0.0).mcap()), &no) else { panic!("opened") };
+    let text = refused.to_string();
+    assert!(text.contains("linear_acceleration, angular_velocity") && text.contains("first 100 messages"), "{text}");
+}
+
+#[test]
+fn times_may_be_numbers_of_the_messages() {
+    const START_NS: u64 = 1_700_000_000_000_000_123;
+    const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
+    let at_ns = |row: u64| START_NS + row * 25_000_000;
+    let text = [&(SENTENCE.len() as u32).to_le_bytes()[..], SENTENCE.as_bytes()].concat();
+    let messages = (0..60).map(|row| {
+        let numbers = [doubles(&[at_ns(row) as f64 / 1e9, 0.01]), at_ns(row).to_le_bytes().to_vec()].concat();
+        // recorded in bursts
+        (0, 5_000_000_000 + row / 10 * 250_000_000, [&numbers[..], &time(at_ns(row)), &text].concat())
+    });
+    let fields = "float64 seconds\nfloat64 x\nuint64 ns\nuint32 sec\nuint32 nsec\nstring line\n";
+    let bag = Bag { type_name: "demo/Line", definitions: &[fields], messages: messages.collect() };
+    for (map, source, error_ns) in [
+        ("t=ns:ns", "ns", 0),
+        ("t=sec:s+nsec:ns", "sec + nsec", 0),
+        ("t=seconds:s", "seconds", 239),
+        ("gyro_x=x:rad/s,t=ns:ns", "ns", 0),
+        ("gyro_x=x:rad/s,t=seconds:s", "seconds", 239),
+    ] {
+        for bytes in [bag.mcap(), bag.ros1()] {
+            let read = read(bytes, &options(None, Some(map)));
+            assert_eq!((&read.report().stamps, read.rows.len()), (&StampSource::Field(source.into()), 60), "{map}");
+            let near = |(row, time_ns): (u64, &i64)| at_ns(row).cast_signed().abs_diff(*time_ns) <= error_ns;
+            assert!((0..).zip(&read.times_ns).all(near), "{map}");
+        }
+    }
+    let recorded = read(bag.mcap(), &CaptureOptions::default());
+    assert_eq!((&recorded.report().stamps, recorded.times_ns[0]), (&StampSource::Recorded, 5_000_000_000));
+    for (map, words) in
+        [("t=ns:iso", "s, ms, us or ns"), ("t=line:s", "no time \"line\""), ("t=seconds:s+nope:ns", "no time \"nope\"")]
+    {
+        let refused = Capture::from_reader(Cursor::new(bag.mcap()), &options(None, Some(map)));
+        let text = refused.err().unwrap().to_string();
+        assert!(text.contains(words), "{map}: {text}");
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_back_a_little_begins_anew() {
+    let period_ns = 10_000_000;
+    let made = |back: u64, swapped: bool| {
+        let mut messages: Vec<_> = (0..400)
+            .map(|row| {
+                let recorded_ns = 5_000_000_000 + row * period_ns + row * 7919 % 1_000_000;
+                let stamp_ns = 1_000_000_000 + (row - if row < 200 { 0 } else { back }) * period_ns;
+                (0, recorded_ns, imu(stamp_ns, [row as f64 / 1e3, 0.0, 0.0], [0.0, 0.0, 9.8]))
+            })
+            .collect();
+        if swapped {
+            let bytes = |messages: &mut [(usize, u64, Vec<u8>)], a: usize, b: usize| {
+                let [a, b] = messages.get_disjoint_mut([a, b]).unwrap();
+                std::mem::swap(&mut a.2, &mut b.2);
+            };
+            bytes(&mut messages, 100, 101);
+            bytes(&mut messages, 300, 301);
+        }
+        Bag { type_name: "sensor_msgs/Imu", definitions: &[""], messages }
+    };
+    for back in 2..60 {
+        for swapped in [false, true] {
+            let read = read(made(back, swapped).mcap(), &CaptureOptions::default());
+            let gyro = read.names.iter().position(|name| name == "gyro_x").unwrap();
+            let rows = read.rows.iter().map(|row| (row[gyro] * 1e3).round() as usize);
+            assert!(rows.eq(0..400), "{back}: two stretches are mixed");
+            assert_eq!((read.report().late, read.report().reordered), (1, if swapped { 2 } else { 0 }), "{back}");
+        }
+    }
+}

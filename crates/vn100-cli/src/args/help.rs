@@ -1,0 +1,222 @@
+//! What stands behind the options in each help and manual page: examples, exit status, files,
+//! environment and related commands.
+
+use std::fmt::Write;
+
+/// What is said of a command beside its options.
+pub(crate) struct CommandHelp {
+    pub(crate) name: &'static str,
+    /// What each does, and the words behind `vn100`.
+    pub(crate) examples: &'static [(&'static str, &'static str)],
+    pub(crate) exit_status: &'static [ExitStatus],
+    /// Name, and what it is.
+    pub(crate) files: &'static [(&'static str, &'static str)],
+    pub(crate) see_also: &'static [&'static str],
+}
+
+type ExitStatus = (u8, &'static str);
+
+/// Of every page.
+pub(crate) const ENVIRONMENT: [(&str, &str); 2] =
+    [("NO_COLOR", "no colours where it is set and not empty"), ("TERM", "no colours where it is \"dumb\"")];
+
+const GOOD: ExitStatus = (0, "success");
+const FAILED: ExitStatus = (1, "failed");
+const USAGE: ExitStatus = (2, "wrong usage");
+const NO_DATA: ExitStatus = (3, "source not opened, or nothing valid in it");
+const NOT_MET: ExitStatus = (4, "--until or --fail-on not met");
+
+const OFFLINE: &[ExitStatus] = &[GOOD, FAILED, USAGE];
+const OF_SENSOR: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA];
+const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
+
+const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
+const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
+const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
+const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
+
+const PROGRAM: CommandHelp = CommandHelp {
+    name: "",
+    examples: &[
+        ("an emulated sensor, for one minute", "attach sim -d 60"),
+        ("the sensor on a serial port, in the live view", "attach /dev/ttyUSB0"),
+        ("the noise of a recorded capture", "replay capture.mcap"),
+        ("what a code of the results means", "explain decimated-stream"),
+    ],
+    exit_status: OF_MEASUREMENT,
+    files: &[RECORDING, SIDECAR],
+    see_also: &[],
+};
+
+const COMMANDS: [CommandHelp; 15] = [
+    CommandHelp {
+        name: "attach",
+        examples: &[
+            ("the only likely port, until stopped with q or Ctrl-C", "attach"),
+            (
+                "uncompensated and without aliasing, for an hour, recorded",
+                "attach /dev/ttyUSB0 --set-message VNIMU --window 20 -d 1h --record imu.mcap",
+            ),
+            ("until N of all gyroscope axes is known to 5 %", "attach /dev/ttyUSB0 --until 'gyro N ±5%'"),
+            ("a sensor behind a serial server, as JSON", "attach tcp://bench:2000 -d 10min --json"),
+        ],
+        exit_status: OF_MEASUREMENT,
+        files: &[RECORDING, CONDITIONS, DATASHEET],
+        see_also: &["record", "replay", "configure", "ports", "plan"],
+    },
+    CommandHelp {
+        name: "record",
+        examples: &[
+            ("five hours, with conditions", "record /dev/ttyUSB0 -o imu.mcap -d 5h --meta bench.toml"),
+            ("more of the same, after a gap", "record /dev/ttyUSB0 -o imu.mcap --resume -d 1h"),
+        ],
+        exit_status: OF_SENSOR,
+        files: &[RECORDING, CONDITIONS],
+        see_also: &["attach", "replay", "configure"],
+    },
+    CommandHelp {
+        name: "info",
+        examples: &[
+            ("model, serial number, firmware, output", "info /dev/ttyUSB0"),
+            ("as JSON", "info /dev/ttyUSB0 --json"),
+        ],
+        exit_status: OF_SENSOR,
+        files: &[],
+        see_also: &["ports", "configure"],
+    },
+    CommandHelp {
+        name: "configure",
+        examples: &[
+            (
+                "uncompensated at 100 Hz without aliasing, kept",
+                "configure /dev/ttyUSB0 --set-message VNIMU --set-rate 100 --window 8 --save",
+            ),
+            ("a counter in each line", "configure /dev/ttyUSB0 --count on"),
+        ],
+        exit_status: OF_SENSOR,
+        files: &[],
+        see_also: &["info", "attach", "plan"],
+    },
+    CommandHelp {
+        name: "replay",
+        examples: &[
+            ("the summary of a capture", "replay capture.mcap"),
+            ("without the warm-up, every table", "replay capture.mcap --skip 10min --full"),
+            ("another sensor's table", "replay imu.csv --columns t=stamp:ns,gyro_x=wx:deg/s"),
+            ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
+        ],
+        exit_status: OF_MEASUREMENT,
+        files: &[RECORDING, SIDECAR, DATASHEET],
+        see_also: &["report", "compare", "explain"],
+    },
+    CommandHelp {
+        name: "compare",
+        examples: &[
+            ("which of three runs to use", "compare run1.mcap run2.mcap run3.mcap"),
+            ("as JSON", "compare run1.mcap run2.mcap --json"),
+        ],
+        exit_status: OF_MEASUREMENT,
+        files: &[RECORDING, SIDECAR],
+        see_also: &["replay", "report"],
+    },
+    CommandHelp {
+        name: "plan",
+        examples: &[
+            ("the usual wants", "plan"),
+            ("how long N to 2 % and B take at 40 Hz", "plan --want 'gyro N ±2%' --want 'gyro B' -r 40"),
+        ],
+        exit_status: OFFLINE,
+        files: &[DATASHEET],
+        see_also: &["configure", "attach"],
+    },
+    CommandHelp {
+        name: "report",
+        examples: &[
+            ("one page with figures and tables", "report capture.mcap -o report.html"),
+            (
+                "with tables and figures for other programs",
+                "report capture.mcap -o report.html --export csv,kalibr,svg",
+            ),
+        ],
+        exit_status: OF_MEASUREMENT,
+        files: &[RECORDING, SIDECAR, DATASHEET],
+        see_also: &["replay", "compare"],
+    },
+    CommandHelp {
+        name: "sim",
+        examples: &[
+            ("a sensor on a port of a stable name", "sim --link /tmp/vn100"),
+            ("five hours of known noise at once", "sim -o lab.mcap -d 5h --message VNIMU --profile lab3"),
+        ],
+        exit_status: OFFLINE,
+        files: &[RECORDING],
+        see_also: &["attach", "replay"],
+    },
+    CommandHelp {
+        name: "explain",
+        examples: &[
+            ("all codes, by group", "explain"),
+            ("a kind of warning", "explain decimated-stream"),
+            ("a parameter", "explain ARW"),
+        ],
+        exit_status: OFFLINE,
+        files: &[],
+        see_also: &["replay", "attach"],
+    },
+    CommandHelp {
+        name: "selftest",
+        examples: &[("compare with published values", "selftest")],
+        exit_status: OFFLINE,
+        files: &[],
+        see_also: &[],
+    },
+    CommandHelp {
+        name: "ports",
+        examples: &[("the ports, likely ones first", "ports"), ("as JSON", "ports --json")],
+        exit_status: OFFLINE,
+        files: &[("/dev/serial/by-id/*", "names of USB adapters that stay the same")],
+        see_also: &["info", "attach"],
+    },
+    CommandHelp {
+        name: "schema",
+        examples: &[("the fields of the result of a measurement", "schema analysis")],
+        exit_status: OFFLINE,
+        files: &[],
+        see_also: &["replay", "attach"],
+    },
+    CommandHelp {
+        name: "completions",
+        examples: &[("the script for bash", "completions bash")],
+        exit_status: OFFLINE,
+        files: &[("~/.local/share/bash-completion/completions/vn100", "where bash reads it")],
+        see_also: &["man"],
+    },
+    CommandHelp {
+        name: "man",
+        examples: &[("the page of the program", "man"), ("a page for each command", "man -o man1")],
+        exit_status: OFFLINE,
+        files: &[("DIR/vn100*.1", "the pages")],
+        see_also: &["completions"],
+    },
+];
+
+/// That of the command of this name; of the program, where none has it.
+pub(crate) fn help_of(command: &str) -> &'static CommandHelp {
+    COMMANDS.iter().find(|help| help.name == command).unwrap_or(&PROGRAM)
+}
+
+/// The text behind the options.
+pub(crate) fn after(command: &str) -> String {
+    let help = help_of(command);
+    let mut out = String::from("Examples:\n");
+    for (what, words) in help.examples {
+        // a String takes everything
+        let _ = writeln!(out, "  vn100 {words}\n      {what}");
+    }
+    out.push_str("\nExit status:\n");
+    for (status, meaning) in help.exit_status {
+        let _ = writeln!(out, "  {status}  {meaning}");
+    }
+    out.truncate(out.trim_end().len());
+    out
+}

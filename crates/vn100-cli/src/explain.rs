@@ -1,0 +1,94 @@
+//! `vn100 explain`: the glossary of results, one code or all of them.
+
+use std::fmt::{self, Write};
+
+use anyhow::Result;
+use vn100_report::{
+    Completion,
+    glossary::{Explanation, explain as explained, glossary},
+};
+
+use crate::{
+    args::ExplainArgs,
+    exit::{print, report},
+    text::{fill, text},
+    words::remedy_words,
+};
+
+pub(crate) fn explain(args: &ExplainArgs) -> Result<Completion> {
+    if args.code.is_empty() {
+        print(&text(write_list))?;
+        return Ok(Completion::Complete);
+    }
+    let code = args.code.join(" ");
+    let found = explained(&code);
+    if found.is_empty() {
+        let hint = similar(&code).map_or(String::new(), |similar| format!("; did you mean '{similar}'?"));
+        report(&format!("no code or parameter '{code}'{hint} `vn100 explain` lists all of them"));
+        return Ok(Completion::NotGiven);
+    }
+    print(&text(|out| write_explanations(out, &found)))?;
+    Ok(Completion::Complete)
+}
+
+/// The name that is the most alike, if one is.
+fn similar(code: &str) -> Option<&'static str> {
+    // as alike as the suggestions for commands and options are
+    const ALIKE: f64 = 0.7;
+    let code = code.to_lowercase();
+    let names = glossary().into_iter().flat_map(|entry| std::iter::once(entry.code).chain(entry.aliases));
+    let alike = |name: &'static str| (strsim::jaro_winkler(&code, &name.to_lowercase()), name);
+    let best = names.map(alike).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(alike, _)| *alike > ALIKE).map(|(_, name)| name)
+}
+
+fn write_explanations(out: &mut String, found: &[Explanation]) -> fmt::Result {
+    for (place, entry) in found.iter().enumerate() {
+        if place > 0 {
+            writeln!(out)?;
+        }
+        let Explanation { group, code, aliases, title, meaning, why, advice, source } = entry;
+        let title = if title == code { String::new() } else { format!(": {title}") };
+        writeln!(out, "{}", fill(&format!("{code}{title} [{group}]"), "", "  "))?;
+        let advice = advice.in_words(remedy_words);
+        let also = aliases.join(", ");
+        for (label, text) in
+            [("meaning", &**meaning), ("matters", why), ("what to do", &*advice), ("also", &*also), ("source", source)]
+        {
+            if !text.is_empty() {
+                writeln!(out, "{}", fill(text, &format!("  {label:<11}"), "             "))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn write_list(out: &mut String) -> fmt::Result {
+    for group in glossary().chunk_by(|a, b| a.group == b.group) {
+        writeln!(out, "{}", group[0].group)?;
+        let codes: Vec<&str> = group.iter().map(|entry| entry.code).collect();
+        writeln!(out, "{}", fill(&codes.join(", "), "  ", "  "))?;
+    }
+    writeln!(out, "\n`vn100 explain CODE` explains one of them, such as gaps, bounded or ARW")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::text::WIDTH;
+
+    use super::*;
+
+    #[test]
+    fn a_misspelt_code_has_a_suggestion() {
+        assert_eq!(similar("decimated"), Some("decimated-stream"));
+        assert_eq!(similar("angel random walk"), Some("Angle Random Walk"));
+        assert_eq!(similar("zzz"), None);
+    }
+
+    #[test]
+    fn no_line_is_wider_than_the_text() {
+        let all = text(|out| write_explanations(out, &glossary())) + &text(write_list);
+        let wide: Vec<&str> = all.lines().filter(|line| line.chars().count() > WIDTH).collect();
+        assert!(wide.is_empty(), "{wide:?}");
+    }
+}

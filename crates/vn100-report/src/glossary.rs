@@ -1,0 +1,67 @@
+//! The glossary of results: each code and parameter in words, what it means, why it matters, what
+//! to do, and where it is defined.
+
+mod codes;
+mod parameters;
+mod warnings;
+
+use vn100_analysis::{Remedy, Text};
+
+/// What the glossary says of one code.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explanation {
+    /// What kind of code it is, as a title.
+    pub group: &'static str,
+    /// Itself, as results spell it.
+    pub code: &'static str,
+    /// Other names by which it is found.
+    pub aliases: Vec<&'static str>,
+    /// Its name or its word, with symbol and slope where it has them; a warning's severity.
+    pub title: String,
+    /// What it means, in sentences.
+    pub meaning: String,
+    /// Why it matters, in sentences.
+    pub why: &'static str,
+    /// What to do, in sentences.
+    pub advice: Text,
+    /// The standard or manual that defines it; empty for codes of this program alone.
+    pub source: &'static str,
+}
+
+/// Everything that is explained: parameters, warnings, then the codes of documents.
+#[must_use]
+pub fn glossary() -> Vec<Explanation> {
+    let mut all = parameters::explanations();
+    all.extend(warnings::explanations());
+    all.extend(codes::explanations());
+    all
+}
+
+/// What is explained under that code or name, in any letter case; a code of several groups has
+/// several explanations, an unknown one has none.
+#[must_use]
+pub fn explain(code: &str) -> Vec<Explanation> {
+    let wanted = plain(code);
+    let mut found = glossary();
+    found.retain(|entry| std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted));
+    found
+}
+
+/// In lower case, words joined by hyphens.
+fn plain(code: &str) -> String {
+    code.trim().to_lowercase().replace([' ', '_'], "-")
+}
+
+/// Sentences in which each `{}` stands for the next remedy.
+fn advice(template: &str, remedies: &[Remedy]) -> Text {
+    let mut remedies = remedies.iter();
+    let mut pieces = template.split("{}");
+    let first = Text::from(pieces.next().unwrap_or_default());
+    pieces.fold(first, |text, piece| match remedies.next() {
+        Some(remedy) => text.remedy(remedy.clone()).then(piece),
+        None => text.then(piece),
+    })
+}
+
+#[cfg(test)]
+mod tests;

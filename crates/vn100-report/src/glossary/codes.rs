@@ -1,0 +1,193 @@
+//! The codes of documents: verdicts, statuses, grades, and where rate, losses and window come from.
+
+use vn100_analysis::noise::{Grade, Status, Verdict};
+use vn100_analysis::{MissingFrom, RateFrom, Remedy, Setting, WhyNoCoefficient, WindowFrom};
+
+use super::{Explanation, advice, plain};
+use crate::codes::{
+    Code, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status, code_of_verdict,
+    code_of_window,
+};
+
+pub(super) fn explanations() -> Vec<Explanation> {
+    let mut all = Vec::new();
+    all.extend(Status::ALL.map(|status| entry("Statuses of a parameter", code_of_status(status), of_status(status))));
+    all.extend(Verdict::ALL.map(|verdict| entry("Verdicts", code_of_verdict(verdict), of_verdict(verdict))));
+    all.extend(Grade::ALL.map(|grade| entry("Grades of gyroscopes", code_of_grade(grade), GRADE)));
+    all.extend(RateFrom::ALL.map(|from| entry("Origin of the rate (rate_from)", code_of_rate(from), of_rate(from))));
+    all.extend(
+        MissingFrom::ALL
+            .map(|from| entry("Evidence of dropped samples (missing_from)", code_of_missing(from), of_missing(from))),
+    );
+    all.extend(
+        WindowFrom::ALL
+            .map(|from| entry("Origin of the averaging window (window_from)", code_of_window(from), of_window(from))),
+    );
+    all.extend(WhyNoCoefficient::ALL.map(|why| {
+        entry("No temperature coefficient (temperature.reason)", code_of_no_coefficient(why), NO_COEFFICIENT)
+    }));
+    all
+}
+
+/// Why it matters, what to do with places for the remedies, the remedies, and the source.
+type Words = (&'static str, &'static str, &'static [Remedy], &'static str);
+
+fn entry(group: &'static str, code: Code, (why, template, remedies, source): Words) -> Explanation {
+    let mut letters = code.meaning.chars();
+    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    Explanation {
+        group,
+        code: code.code,
+        aliases: if plain(code.word) == code.code { Vec::new() } else { vec![code.word] },
+        title: code.word.into(),
+        meaning: format!("{first}{}.", letters.as_str()),
+        why,
+        advice: advice(template, remedies),
+        source,
+    }
+}
+
+const INTERVALS: &str = "IEEE Std 952-1997, annex C (model); NIST SP 1065 (intervals)";
+
+const fn of_status(status: Status) -> Words {
+    match status {
+        Status::Estimated => (
+            "It is significantly above zero, and the interval has the probability named.",
+            "Use the value, and its interval for how well it is known.",
+            &[],
+            INTERVALS,
+        ),
+        Status::Bounded => (
+            "The upper bound is no estimate: the true value may be far below it.",
+            "Compare the bound with the limit. For an estimate record longer; {} says how long.",
+            &[Remedy::Plan],
+            INTERVALS,
+        ),
+        Status::NotObservable => (
+            "Other noise covers it at all averaging times of this record.",
+            "Record longer; {} says how long.",
+            &[Remedy::Plan],
+            INTERVALS,
+        ),
+        Status::NotMeasurable => (
+            "An attitude filter has removed it, or the ambient field covers it: what the curve shows at long averaging times is not the \
+             sensor's.",
+            "For B and K of a gyroscope measure the uncompensated message: {}.",
+            &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
+            INTERVALS,
+        ),
+        Status::ModelRejected => (
+            "The record contains something that is not noise of the model, such as vibration, a step, or motion.",
+            "Read the warnings for the cause, exclude the disturbed part ({}, {}), or record again.",
+            &[Remedy::Skip(None), Remedy::EndEarlier],
+            INTERVALS,
+        ),
+    }
+}
+
+const DECISION: &str = "JCGM 106:2012 (decision rule: guarded by the whole interval)";
+
+const fn of_verdict(verdict: Verdict) -> Words {
+    match verdict {
+        Verdict::Pass => ("The limit is met with the confidence of the interval.", "Accept.", &[], DECISION),
+        Verdict::Fail => (
+            "The limit is exceeded with the confidence of the interval.",
+            "Read the warnings first: a disturbed record fails too. Then repeat the measurement, and reject the unit.",
+            &[],
+            DECISION,
+        ),
+        Verdict::Typical => (
+            "Typical figures are not guaranteed, and not limits.",
+            "Nothing. Treat typical figures as limits with {}.",
+            &[Remedy::TypicalIsLimit],
+            DECISION,
+        ),
+        Verdict::AboveTypical => (
+            "Noisier than many units, and within what the maker guarantees, because typical figures guarantee nothing.",
+            "Look for vibration and aliasing. Treat typical figures as limits with {}.",
+            &[Remedy::TypicalIsLimit],
+            DECISION,
+        ),
+        Verdict::BelowTypical => (
+            "Quieter than many units; where it is far below, a filter may be in the way.",
+            "Check that the stream is not filtered or compensated.",
+            &[],
+            DECISION,
+        ),
+        Verdict::Inconclusive => (
+            "Neither pass nor fail has the confidence asked for.",
+            "Record longer: the interval narrows. {} says how long.",
+            &[Remedy::Plan],
+            DECISION,
+        ),
+        Verdict::Consistent => (
+            "Not decidable: the effect of the stream on the figure is unknown, and may be larger than the difference.",
+            "State what is missing, mostly the averaging window ({}) or the rate ({}).",
+            &[Remedy::GiveWindow, Remedy::GiveRate(None)],
+            DECISION,
+        ),
+        Verdict::Undecided => (
+            "Not decidable: there is no interval, or the stream may explain why it is beyond the figure.",
+            "Record longer, and state the averaging window ({}).",
+            &[Remedy::GiveWindow],
+            DECISION,
+        ),
+        Verdict::NotComparable => (
+            "A filter, the ambient field or the message hides the parameter.",
+            "For B and K of a gyroscope measure the uncompensated message: {}.",
+            &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
+            DECISION,
+        ),
+    }
+}
+
+const GRADE: Words = (
+    "A rough class for choosing sensors: the worse of the classes by B and by N. No standard draws these edges.",
+    "Compare parameters with the needs of the application, not classes.",
+    &[],
+    "",
+);
+
+const fn of_rate(from: RateFrom) -> Words {
+    const MATTERS: &str =
+        "All averaging times and densities rest on the rate: 1 % of it is 1 % of every tau and 0.5 % of N.";
+    match from {
+        RateFrom::Option => (MATTERS, "Nothing, if the sensor was set to it.", &[], ""),
+        RateFrom::Device => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 7"),
+        RateFrom::Arrival => (MATTERS, "Nothing; state another rate with {}.", &[Remedy::GiveRate(None)], ""),
+        RateFrom::Assumed => (MATTERS, "Set {} if the sensor did not run at 40 Hz.", &[Remedy::GiveRate(None)], ""),
+    }
+}
+
+const fn of_missing(from: MissingFrom) -> Words {
+    const MATTERS: &str =
+        "Dropped samples that are not detected join what lay apart, which distorts long averaging times.";
+    match from {
+        MissingFrom::Counter => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 30"),
+        MissingFrom::Arrival => (MATTERS, "For exact counts let the sensor append its counter.", &[], ""),
+        MissingFrom::RejectedRows => {
+            (MATTERS, "Record with arrival times ({}), or let the sensor append its counter.", &[Remedy::Record], "")
+        }
+    }
+}
+
+const fn of_window(from: WindowFrom) -> Words {
+    const MATTERS: &str = "The window decides how much noise aliases, and so how N relates to the data sheet.";
+    const REGISTER: &str = "VectorNav VN-100 User Manual, register 85";
+    match from {
+        WindowFrom::Register | WindowFrom::Given => (MATTERS, "Nothing.", &[], REGISTER),
+        WindowFrom::Default => (
+            MATTERS,
+            "State it with {}, or record with this program, which reads the register.",
+            &[Remedy::GiveWindow],
+            REGISTER,
+        ),
+    }
+}
+
+const NO_COEFFICIENT: Words = (
+    "Without a coefficient it is not known how much of the drift is temperature.",
+    "Record the uncompensated message with its temperature ({}) through a change of several degrees, up and down.",
+    &[Remedy::ReadTemperature],
+    "",
+);

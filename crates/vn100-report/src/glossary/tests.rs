@@ -1,0 +1,60 @@
+//! Every code has its explanation, and every explanation is of a code.
+
+use std::collections::HashSet;
+
+use vn100_analysis::WarningKind;
+
+use super::*;
+use crate::codes::all_codes;
+
+#[test]
+fn every_code_warning_and_parameter_is_explained() {
+    let wanted = all_codes().into_iter().map(|code| code.code);
+    let wanted = wanted
+        .chain(WarningKind::ALL.map(WarningKind::name))
+        .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"]);
+    for code in wanted {
+        assert!(!explain(code).is_empty(), "{code}");
+    }
+}
+
+#[test]
+fn each_explanation_is_whole_sentences() {
+    for entry in glossary() {
+        let advice = entry.advice.to_string();
+        for text in [&*entry.meaning, entry.why, &advice] {
+            assert!(text.ends_with('.') && text.len() > 6 && !text.contains("{}"), "{}: {text:?}", entry.code);
+            assert!(!text.contains("  "), "{}: {text:?}", entry.code);
+        }
+        assert!(!entry.title.is_empty(), "{}", entry.code);
+    }
+}
+
+#[test]
+fn a_name_is_that_of_one_thing_in_each_group() {
+    let mut seen = HashSet::new();
+    for entry in glossary() {
+        for name in std::iter::once(entry.code).chain(entry.aliases) {
+            assert!(seen.insert((entry.group, plain(name))), "{}: {name}", entry.group);
+        }
+    }
+}
+
+#[test]
+fn names_are_found_in_any_spelling() {
+    assert_eq!(explain("arw")[0].code, "N");
+    assert_eq!(explain("Rate Random Walk")[0].code, "K");
+    assert_eq!(explain("DECIMATED_STREAM")[0].code, "decimated-stream");
+    // a reason and a warning
+    assert_eq!(explain("too-short").len(), 2);
+    assert_eq!(explain("angle"), []);
+}
+
+#[test]
+fn kinds_of_warnings_are_all_there_once() {
+    let source = include_str!("../../../vn100-analysis/src/warning.rs");
+    let (_, names) = source.split_once("pub fn name(self)").unwrap();
+    let (names, _) = names.split_once("\n    }\n").unwrap();
+    let names: HashSet<&str> = names.split('"').skip(1).step_by(2).collect();
+    assert_eq!(WarningKind::ALL.map(WarningKind::name).into_iter().collect::<HashSet<_>>(), names);
+}

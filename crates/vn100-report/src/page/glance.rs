@@ -1,0 +1,171 @@
+//! The beginning of a page: which sensor and record, the verdict on each sensor, and the noise
+//! parameters in one table each.
+
+use maud::{Markup, html};
+use vn100_analysis::Severity;
+use vn100_analysis::protocol::Register;
+
+use super::caption::Captions;
+use crate::{
+    document::source::RecordingDocument,
+    measured::Record,
+    numbers::{NOTHING, duration, grouped, trimmed},
+    summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, Summary, VerdictWord},
+};
+
+/// Digits of a checksum that name a file beyond doubt for people.
+const SHORT_SHA256: usize = 12;
+
+/// What was measured, with what, when and by whom; what is not known is not there.
+pub(super) fn identity(record: &Record<'_>) -> Markup {
+    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
+    let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
+    let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
+    let recorded = facts.recording.as_ref().map(RecordingDocument::new);
+    let timing = &snapshot.timing;
+    let rows = [
+        ("Sensor", register(Register::MODEL)),
+        ("Serial number", register(Register::SERIAL_NUMBER)),
+        ("Firmware", register(Register::FIRMWARE)),
+        ("Capture", Some(facts.name.clone())),
+        ("Stream", facts.stream.clone()),
+        ("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
+        ("Sample rate", Some(format!("{} Hz", trimmed(timing.rate_hz, 4)))),
+        ("Length", Some(format!("{}, {} samples", duration(timing.duration_s()), grouped(timing.samples)))),
+        ("Start", recorded.and_then(|recorded| recorded.started)),
+        ("Place", meta("place")),
+        ("Operator", meta("operator")),
+        (
+            "SHA-256",
+            facts.file.as_ref().map(|file| format!("{}…", &file.sha256[..SHORT_SHA256.min(file.sha256.len())])),
+        ),
+    ];
+    html! {
+        dl.identity { @for (name, value) in rows { @if let Some(value) = value { div { dt { (name) } dd { (value) } } } } }
+    }
+}
+
+/// How far the record can be trusted, and a tile for each sensor.
+pub(super) fn verdicts(summary: &Summary) -> Markup {
+    html! {
+        section.verdicts-at-a-glance {
+            ul.statuses { @for status in &summary.statuses { (status_line(status)) } }
+            @if summary.sensors.is_empty() && !summary.statistics.is_empty() {
+                p.problem { b { "No noise figures are given." } " What limits them is named above." }
+            }
+            div.tiles { @for table in &summary.sensors { (tile(table)) } }
+        }
+    }
+}
+
+fn status_line(status: &AspectStatus) -> Markup {
+    let class = severity_class(status.severity);
+    html! {
+        li {
+            span.aspect { (status.aspect) } " "
+            b class={ "badge " (class) } { (status.word) } " "
+            span { @for (place, (text, _)) in status.findings.iter().enumerate() { @if place > 0 { "; " } (text) } }
+        }
+    }
+}
+
+pub(super) const fn severity_class(severity: Option<Severity>) -> &'static str {
+    match severity {
+        Some(Severity::Problem) => "problem",
+        Some(Severity::Caution) => "caution",
+        Some(Severity::Note) => "note",
+        None => "fine",
+    }
+}
+
+fn tile(table: &SensorTable) -> Markup {
+    html! {
+        div.tile {
+            h3 { (table.title) }
+            @for row in table.rows.iter().filter(|row| !row.is_detail) {
+                div.parameter {
+                    span.label { (row.label) }
+                    span.value { (across(row)) }
+                    @if let Some((figure, verdict)) = &row.figure {
+                        span.figure { (figure) }
+                        b class={ "badge " (verdict_class(verdict)) } { (verdict.word) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn verdict_class(verdict: &VerdictWord) -> &'static str {
+    match verdict.word.split(' ').next() {
+        _ if verdict.is_failed => "problem",
+        Some("pass" | "within" | "below") => "fine",
+        Some("above") => "caution",
+        _ => "note",
+    }
+}
+
+/// The values of all axes in one line.
+fn across(row: &ParameterRow) -> String {
+    match &row.cells {
+        Cells::All(text) => (*text).to_owned(),
+        Cells::Axes(cells) => format!("{} {}", cells.join(" · "), row.unit),
+    }
+}
+
+/// One table for each sensor: values, intervals, data sheet, verdict.
+pub(super) fn parameters(summary: &Summary, captions: &Captions) -> Markup {
+    html! {
+        @for table in &summary.sensors {
+            div.scroll {
+                table.glance {
+                    (captions.table(&format!("{}: noise parameters", table.title)))
+                    thead {
+                        tr {
+                            th scope="col" { "parameter" } th scope="col" { "unit" }
+                            @for axis in &table.axes { th scope="col" { (axis) } }
+                            @if table.has_datasheet { th scope="col" { "data sheet" } th scope="col" { "verdict" } }
+                        }
+                    }
+                    tbody { @for row in &table.rows { (parameter(row, table)) } }
+                }
+            }
+        }
+        @if !summary.notes.is_empty() {
+            ol.notes { @for note in &summary.notes { li { (with_code(note)) } } }
+        }
+    }
+}
+
+fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
+    let axes = table.axes.len().min(AXES);
+    html! {
+        tr.more[row.is_detail] {
+            th scope="row" { (row.label) }
+            td.unit { (row.unit) }
+            @match &row.cells {
+                Cells::All(text) => { td.all colspan=(axes) { (text) } }
+                Cells::Axes(cells) => {
+                    @for place in 0..axes { td { (cells.get(place).map_or(NOTHING, String::as_str)) } }
+                }
+            }
+            @if table.has_datasheet {
+                @if let Some((figure, verdict)) = &row.figure {
+                    td { (figure) }
+                    td { b class={ "badge " (verdict_class(verdict)) } { (verdict.word) } }
+                } @else {
+                    td {} td {}
+                }
+            }
+        }
+    }
+}
+
+/// The text with what stands between backticks as code.
+pub(super) fn with_code(text: &str) -> Markup {
+    html! {
+        @for (place, part) in text.split('`').enumerate() {
+            @if place % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The result at a glance: which sensor, whether the record can be trusted, its noise parameters
+//! beside the data sheet, and what to do about problems. Faces lay it out.
+
+mod parameters;
+mod statistics;
+mod status;
+
+pub(crate) use parameters::parameter_unit;
+use vn100_analysis::{RateFrom, RemedyWords, Severity, SourceFacts, Timing};
+
+use crate::{
+    document::source::RecordingDocument,
+    measured::{Measured, Record},
+    numbers::plain::{grouped, short, time},
+};
+
+/// Axes beside each other; a group of more is continued in a table of its own.
+pub const AXES: usize = 3;
+
+/// The result at a glance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// What was measured: source, sensor, message and rate, length, and then when and how warm.
+    pub identity: Vec<String>,
+    /// How far the record can be trusted, in the order of a measurement.
+    pub statuses: Vec<AspectStatus>,
+    /// The noise parameters; none where the sensor was moved.
+    pub sensors: Vec<SensorTable>,
+    /// Means and standard deviations of one sample.
+    pub statistics: Vec<StatisticsRow>,
+    /// What helps, in sentences. [`AspectStatus::findings`] and [`SensorTable::notes`] hold their
+    /// places.
+    pub notes: Vec<String>,
+}
+
+/// One aspect of the record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AspectStatus {
+    /// The aspect, such as `at rest`.
+    pub aspect: &'static str,
+    /// The gravest of its warnings; `None` without any.
+    pub severity: Option<Severity>,
+    /// One word for it.
+    pub word: &'static str,
+    /// What was found, the gravest first; each with the places of its notes, from 0.
+    pub findings: Vec<(String, Vec<usize>)>,
+}
+
+/// The parameters of up to three axes of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorTable {
+    /// The kind, as a title.
+    pub title: &'static str,
+    /// Names of the axes, such as `x`.
+    pub axes: Vec<String>,
+    /// Whether its parameters are compared with a data sheet.
+    pub has_datasheet: bool,
+    /// Places of the notes on the comparison.
+    pub notes: Vec<usize>,
+    /// The parameters, and what belongs to each.
+    pub rows: Vec<ParameterRow>,
+}
+
+/// A row of a [`SensorTable`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterRow {
+    /// The parameter, or what the row adds to the one before.
+    pub label: String,
+    /// Its unit; empty where the row has none.
+    pub unit: &'static str,
+    /// Whether it belongs to the parameter in the row before.
+    pub is_detail: bool,
+    /// A cell for each axis; or one text where it holds for all.
+    pub cells: Cells,
+    /// The figure of the data sheet, in the same unit, and the verdict.
+    pub figure: Option<(String, VerdictWord)>,
+}
+
+/// The cells of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// One for each axis.
+    Axes(Vec<String>),
+    /// The same for all.
+    All(&'static str),
+}
+
+/// A verdict in one word.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerdictWord {
+    /// The word, with the letters of the axes where it does not hold for all.
+    pub word: String,
+    /// The parameter misses a limit.
+    pub is_failed: bool,
+}
+
+/// Mean or standard deviation of the axes of a sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatisticsRow {
+    /// Such as `gyro mean`.
+    pub label: String,
+    /// Of the cells.
+    pub unit: &'static str,
+    /// One for each axis.
+    pub cells: Vec<String>,
+    /// What is added behind them; may be empty.
+    pub remark: String,
+}
+
+impl Summary {
+    /// Of a result, with what helps in the words of a face.
+    #[must_use]
+    pub fn new(record: &Record<'_>, words: RemedyWords) -> Self {
+        let mut notes = Notes { words, texts: Vec::new() };
+        let statuses = status::statuses(record, &mut notes);
+        let sensors = match record.measured.assessment.motion {
+            Some(_) => Vec::new(),
+            None => parameters::tables(record, &mut notes),
+        };
+        Self {
+            identity: identity(record.measured),
+            statuses,
+            sensors,
+            statistics: statistics::rows(record),
+            notes: notes.texts,
+        }
+    }
+}
+
+/// The notes so far.
+struct Notes {
+    words: RemedyWords,
+    texts: Vec<String>,
+}
+
+impl Notes {
+    /// The place of this note, which is there once.
+    fn place(&mut self, text: String) -> usize {
+        self.texts.iter().position(|other| *other == text).unwrap_or_else(|| {
+            self.texts.push(text);
+            self.texts.len() - 1
+        })
+    }
+}
+
+fn identity(measured: &Measured) -> Vec<String> {
+    let Measured { facts, snapshot, .. } = measured;
+    let SourceFacts { name, stream, recording, .. } = facts;
+    let mut parts = vec![match stream {
+        Some(stream) => format!("{name} {stream}"),
+        None => name.clone(),
+    }];
+    let register = |number: u8| snapshot.registers.get(&number).map(|text| text.trim().to_owned());
+    parts.extend(match (register(1), register(3)) {
+        (Some(model), Some(serial)) => Some(format!("{model} s/n {serial}")),
+        (model, serial) => model.or(serial.map(|serial| format!("s/n {serial}"))),
+    });
+    let timing = &snapshot.timing;
+    parts.push(match &snapshot.layout {
+        Some(layout) => format!("{} {}", layout.message, rate(timing)),
+        None => "no message".into(),
+    });
+    parts.push(match timing.duration_s() {
+        seconds @ 60.0.. => time(seconds),
+        seconds => format!("{} s", short((seconds * 1000.0).round() / 1000.0)),
+    });
+    parts.push(format!("{} samples", grouped(timing.samples)));
+    let started = recording.as_ref().and_then(|recording| RecordingDocument::new(recording).started);
+    parts.extend(started.map(|started| format!("started {started}")));
+    parts.extend(statistics::temperature(snapshot));
+    parts
+}
+
+fn rate(timing: &Timing) -> String {
+    let assumed = if timing.rate_from == RateFrom::Assumed { " (assumed)" } else { "" };
+    format!("{} Hz{assumed}", short(timing.rate_hz))
+}

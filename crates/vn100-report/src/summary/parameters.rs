@@ -1,0 +1,353 @@
+//! The noise parameters of each sensor, its axes side by side, one unit for each parameter, beside
+//! the figures of the data sheet.
+
+use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Remedy, Setting, WarningKind, sensor_of};
+
+use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
+use crate::{
+    codes::code_of_status,
+    measured::Record,
+    names::{ParameterNames, QUANTITIES, names_of, parameter_names},
+    numbers::plain::{digits_trimmed, short},
+    units::{ChannelValues, Point},
+};
+
+/// Half of an interval, relative, beyond which its ends are given.
+const ENDS_BEYOND: f64 = 0.1;
+
+/// The stream does not carry the parameter.
+const NOT_COMPARABLE: &str = "n/a";
+
+/// A factor on N below which the sensor's own is not given apart.
+const LEAST_FACTOR: f64 = 1.02;
+
+/// Whether a term has a row: all that have an estimate, and those that everyone asks for.
+fn is_shown(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> bool {
+    let has =
+        |test: fn(&Parameter) -> bool| axes.iter().any(|axis| axis.parameter(term).is_some_and(|found| test(&found)));
+    match term {
+        Term::White => true,
+        Term::BiasInstability | Term::RateRandomWalk => sensor != Sensor::Magnetometer && has(|_| true),
+        Term::Quantization | Term::RateRamp => has(|found| found.value.is_some()),
+    }
+}
+
+struct Axis<'a> {
+    channel: &'a ChannelValues,
+    noise: &'a ChannelNoise,
+    verdicts: &'a [FigureVerdict],
+    onboard: Option<Onboard>,
+}
+
+impl Axis<'_> {
+    fn parameter(&self, term: Term) -> Option<Parameter> {
+        self.noise.parameter(term)
+    }
+
+    /// The factor of aliasing on N; `None` where there is none, or none is known.
+    fn aliasing(&self) -> Option<f64> {
+        let window = self.onboard?.window;
+        let factor = window.white_factor();
+        (factor > LEAST_FACTOR && !window.overlaps()).then_some(factor)
+    }
+}
+
+pub(super) fn tables(record: &Record<'_>, notes: &mut Notes) -> Vec<SensorTable> {
+    let assessed = record.channels.iter().zip(&record.measured.assessment.channels);
+    let axes: Vec<Axis<'_>> = assessed
+        .filter_map(|(channel, assessed)| {
+            let noise = channel.noise.as_ref()?;
+            Some(Axis { channel, noise, verdicts: record.verdicts(channel), onboard: assessed.onboard })
+        })
+        .collect();
+    let of_quantity = |quantity| {
+        axes.chunk_by(|a, b| a.channel.quantity == b.channel.quantity)
+            .filter(move |group| group[0].channel.quantity == quantity)
+    };
+    let groups = QUANTITIES.into_iter().flat_map(of_quantity).flat_map(|group| group.chunks(AXES));
+    groups.filter_map(|group| table(record, group, notes)).collect()
+}
+
+fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
+    let quantity = axes.first()?.channel.quantity;
+    let sensor = sensor_of(quantity)?;
+    let has_datasheet = axes.iter().any(|axis| !axis.verdicts.is_empty());
+    let mut rows = Vec::new();
+    let level = format!("{} % interval", short(100.0 * record.measured.assessment.confidence));
+    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp, Term::Quantization] {
+        if is_shown(sensor, term, axes) {
+            rows.extend(parameter_rows(sensor, term, axes, &level));
+        }
+    }
+    let mut places = Vec::new();
+    if has_datasheet {
+        let names: Vec<&String> = axes.iter().map(|axis| &axis.channel.name).collect();
+        for warning in record.measured.warnings() {
+            let concerns = names.iter().any(|name| warning.channels.contains(name));
+            if warning.kind == WarningKind::DecimatedStream && concerns {
+                places.extend(alias_note(axes, notes));
+            }
+        }
+        if axes.iter().flat_map(|axis| axis.verdicts).any(|verdict| verdict.verdict == Verdict::Inconclusive) {
+            places.push(
+                notes.place(format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan))),
+            );
+        }
+    }
+    let axis_name = |axis: &Axis<'_>| match axis.channel.name.rsplit_once('_') {
+        Some((_, letter)) if letter.len() == 1 => letter.to_owned(),
+        _ => axis.channel.name.clone(),
+    };
+    Some(SensorTable {
+        title: names_of(quantity).title,
+        axes: axes.iter().map(axis_name).collect(),
+        has_datasheet,
+        notes: places,
+        rows,
+    })
+}
+
+/// What the data sheet is multiplied by, and how that is avoided.
+fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
+    let (onboard, factor) = axes.iter().find_map(|axis| axis.onboard.zip(axis.aliasing()))?;
+    let window = onboard.unaliased_window();
+    let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
+    let words = notes.words;
+    let unknown = if onboard.window_known() || !is_imu {
+        String::new()
+    } else {
+        format!("; {} states register 85 if it is known", words(&Remedy::GiveWindow))
+    };
+    let cure = if is_imu {
+        format!("; `{}` avoids it", words(&Remedy::MeasureWith(Setting::Window(window))))
+    } else {
+        String::new()
+    };
+    let percent = 100.0 * Onboard::UNCERTAINTY;
+    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{cure}{unknown}")))
+}
+
+fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) -> Vec<ParameterRow> {
+    let ParameterNames { name, symbol, .. } = parameter_names(sensor, term);
+    let (unit, factor) = parameter_unit(sensor, term);
+    let parameters: Vec<Option<Parameter>> = axes.iter().map(|axis| axis.parameter(term)).collect();
+    let status = |parameter: &Option<Parameter>| parameter.map(|parameter| parameter.status);
+    let first = parameters.first().and_then(status);
+    let valueless =
+        |parameter: &Option<Parameter>| parameter.is_none_or(|parameter| parameter.value.or(parameter.upper).is_none());
+    let cells = match first {
+        Some(of_all) if parameters.iter().all(|other| valueless(other) && status(other) == first) => {
+            Cells::All(code_of_status(of_all).word)
+        }
+        _ => Cells::Axes(parameters.iter().map(|parameter| cell(*parameter, factor)).collect()),
+    };
+    let row = |label: &str, cells| ParameterRow { label: label.into(), unit: "", is_detail: true, cells, figure: None };
+    let mut rows = vec![ParameterRow { label: format!("{name} {symbol}"), unit, is_detail: false, ..row("", cells) }];
+    if parameters.iter().flatten().any(|parameter| parameter.value.is_some() && parameter.upper.is_some()) {
+        let cells = parameters.iter().map(|parameter| interval(*parameter, factor)).collect();
+        rows.push(row(level, Cells::Axes(cells)));
+    }
+    match term {
+        Term::White if axes.iter().any(|axis| axis.aliasing().is_some()) => {
+            let own = axes.iter().zip(&parameters).map(|(axis, parameter)| {
+                let own = parameter.and_then(|parameter| parameter.value).zip(axis.aliasing());
+                own.map_or("-".into(), |(value, aliasing)| number(value * factor / aliasing))
+            });
+            rows.push(row("sensor's own N, ±10 %", Cells::Axes(own.collect())));
+        }
+        Term::BiasInstability => {
+            let minima: Vec<Option<f64>> = axes.iter().map(minimum).collect();
+            if minima.iter().any(Option::is_some) {
+                let cells = minima.iter().map(|minimum| minimum.map_or("-".into(), |value| number(value * factor)));
+                rows.push(row("lowest deviation", Cells::Axes(cells.collect())));
+            }
+        }
+        _ => {}
+    }
+    let figures = figures(term, axes, factor);
+    for (place, figure) in figures.into_iter().enumerate() {
+        match rows.get_mut(place) {
+            Some(row) => row.figure = Some(figure),
+            None => rows.push(ParameterRow { figure: Some(figure), ..row("", Cells::Axes(Vec::new())) }),
+        }
+    }
+    rows
+}
+
+/// The lowest deviation that is known; `None` where long averaging times do not show the sensor.
+fn minimum(axis: &Axis<'_>) -> Option<f64> {
+    let known = axis.channel.octaves.iter().filter(|point| point.is_known());
+    let of_sensor = axis.noise.long_taus == LongTauValidity::Sensor;
+    known.filter_map(|Point { deviation, .. }| *deviation).filter(|_| of_sensor).min_by(f64::total_cmp)
+}
+
+/// The unit of data sheets, and its value for 1 in SI units.
+pub(crate) fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
+    const DEG: f64 = 180.0 / std::f64::consts::PI;
+    const MG: f64 = 1e3 / vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
+    match (sensor, term) {
+        (Sensor::Gyroscope, Term::White) => ("deg/√h", 60.0 * DEG),
+        (Sensor::Gyroscope, Term::BiasInstability) => ("deg/h", 3600.0 * DEG),
+        (Sensor::Gyroscope, Term::RateRandomWalk) => ("deg/h/√h", 3600.0 * 60.0 * DEG),
+        (Sensor::Gyroscope, Term::RateRamp) => ("deg/h²", 3600.0 * 3600.0 * DEG),
+        (Sensor::Gyroscope, Term::Quantization) => ("arcsec", 3600.0 * DEG),
+        (Sensor::Accelerometer, Term::White) => ("mg/√Hz", MG),
+        (Sensor::Accelerometer, Term::BiasInstability) => ("mg", MG),
+        (Sensor::Accelerometer, Term::RateRandomWalk) => ("mg/√h", 60.0 * MG),
+        (Sensor::Accelerometer, Term::RateRamp) => ("mg/h", 3600.0 * MG),
+        (Sensor::Accelerometer, Term::Quantization) => ("m/s", 1.0),
+        (Sensor::Magnetometer, Term::White) => ("mG/√Hz", 1e3),
+        (Sensor::Magnetometer, Term::BiasInstability) => ("mG", 1e3),
+        (Sensor::Magnetometer, Term::RateRandomWalk) => ("mG/√h", 60e3),
+        (Sensor::Magnetometer, Term::RateRamp) => ("mG/h", 3600e3),
+        (Sensor::Magnetometer, Term::Quantization) => ("mG s", 1e3),
+    }
+}
+
+fn cell(parameter: Option<Parameter>, factor: f64) -> String {
+    match parameter.map(|parameter| (parameter.value, parameter.upper, parameter.status)) {
+        Some((Some(value), ..)) => number(value * factor),
+        Some((None, Some(upper), _)) => {
+            // a bound is worth two digits
+            let bound = digits_trimmed(upper * factor, 2);
+            if bound.len() < 5 { format!("≤ {bound}") } else { format!("≤{bound}") }
+        }
+        Some((None, None, Status::ModelRejected)) => "no fit".into(),
+        _ => "-".into(),
+    }
+}
+
+/// To three digits, in at most seven characters.
+fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        magnitude if (1e-3..1e5).contains(&magnitude) => {
+            let decimals = (2 - magnitude.log10().floor() as i32).max(0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// `±3.2 %`, or the ends of the interval where they are far apart.
+fn interval(parameter: Option<Parameter>, factor: f64) -> String {
+    let Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. }) = parameter else {
+        return "-".into();
+    };
+    let half = (upper - value).max(value - lower) / value;
+    if half <= ENDS_BEYOND {
+        return format!("±{:.1} %", 100.0 * half);
+    }
+    let end = |value: f64| digits_trimmed(value * factor, 2);
+    format!("{}-{}", end(lower), end(upper))
+}
+
+/// The figures of the data sheet for a term: in its unit, as a sensor at the figure shows in this
+/// stream, with the worst verdict of the axes.
+fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWord)> {
+    let of = |axis: &Axis<'_>| axis.verdicts.iter().filter(|verdict| verdict.figure.term == term).count();
+    let count = axes.iter().map(of).max().unwrap_or(0);
+    (0..count)
+        .filter_map(|place| {
+            let verdicts: Vec<(usize, &FigureVerdict)> = (axes.iter().enumerate())
+                .filter_map(|(number, axis)| {
+                    let mut same = axis.verdicts.iter().filter(|verdict| verdict.figure.term == term);
+                    Some((number, same.nth(place)?))
+                })
+                .collect();
+            let (_, first) = verdicts.first()?;
+            Some((claim(first, factor), word(&verdicts, axes)))
+        })
+        .enumerate()
+        // what cannot be compared is said once
+        .filter(|(place, (_, verdict))| *place == 0 || verdict.word != NOT_COMPARABLE)
+        .map(|(_, figure)| figure)
+        .collect()
+}
+
+fn claim(verdict: &FigureVerdict, factor: f64) -> String {
+    let ends = verdict.readings.iter().map(|reading| reading.expected).chain([verdict.expected]);
+    // in the middle of what the stream may do to it
+    let middles: Vec<f64> = ends.map(|(low, high)| f64::midpoint(low, high) * factor).collect();
+    let (low, high) = match verdict.figure.claim {
+        Claim::Typical { from, to, .. } if verdict.readings.is_empty() && from < to => {
+            let scale = verdict.stream.factor * factor;
+            (from * scale, to * scale)
+        }
+        _ => (
+            middles.iter().copied().fold(f64::INFINITY, f64::min),
+            middles.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ),
+    };
+    let kind = match verdict.figure.claim {
+        Claim::Typical { .. } => "typ",
+        _ => "max",
+    };
+    let [low, high] = [low, high].map(|value| digits_trimmed(value, 2));
+    if low == high { format!("{kind} {low}") } else { format!("{kind} {low}-{high}") }
+}
+
+/// The worst verdict, with the letters of its axes where others are better.
+fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord {
+    let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
+    let worst = verdicts.iter().map(|(_, verdict)| verdict.verdict).min_by_key(|verdict| rank(*verdict));
+    let Some(worst) = worst else { return VerdictWord { word: String::new(), is_failed: false } };
+    let name = match worst {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "FAIL",
+        Verdict::Typical => "within",
+        Verdict::AboveTypical => "above",
+        Verdict::BelowTypical => "below",
+        Verdict::Inconclusive => "inconclusive",
+        Verdict::Consistent | Verdict::Undecided => "undecidable",
+        Verdict::NotComparable => NOT_COMPARABLE,
+    };
+    let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == worst);
+    let letters: Vec<&str> =
+        of_worst.clone().filter_map(|(number, _)| axes[*number].channel.name.rsplit('_').next()).collect();
+    let short = name.len() + 1 + letters.len();
+    let word = match of_worst.count() == verdicts.len() || short > 12 || letters.iter().any(|letter| letter.len() != 1)
+    {
+        true => name.to_owned(),
+        false => format!("{name} {}", letters.concat()),
+    };
+    VerdictWord { word, is_failed: worst == Verdict::Fail }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(value: f64, lower: f64, upper: f64) -> Option<Parameter> {
+        let known = Parameter::without_value(Status::Estimated);
+        Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), ..known })
+    }
+
+    #[test]
+    fn an_interval_is_relative_while_narrow_and_else_given_by_its_ends() {
+        assert_eq!(interval(parameter(2.0, 1.96, 2.05), 1.0), "±2.5 %");
+        assert_eq!(interval(parameter(2.0, 1.81, 2.19), 1.0), "±9.5 %");
+        assert_eq!(interval(parameter(3.7, 2.3, 5.6), 1.0), "2.3-5.6");
+        assert_eq!(interval(parameter(2.0, 1.9, 2.21), 10.0), "19-22");
+        assert_eq!(interval(None, 1.0), "-");
+    }
+
+    #[test]
+    fn cells_are_seven_characters_at_most() {
+        let bound = |upper| Some(Parameter { upper: Some(upper), ..Parameter::without_value(Status::Bounded) });
+        for (cell, text) in [
+            (cell(parameter(0.480_4, 0.4, 0.5), 1.0), "0.480"),
+            (cell(parameter(12_345.6, 1.0, 2.0), 1.0), "12346"),
+            (cell(parameter(0.001_234, 1.0, 2.0), 1.0), "0.00123"),
+            (cell(parameter(0.000_123_4, 1.0, 2.0), 1.0), "1.2e-4"),
+            (cell(bound(1.24), 1.0), "≤ 1.2"),
+            (cell(bound(0.026), 1.0), "≤0.026"),
+            (cell(bound(0.000_26), 1.0), "≤2.6e-4"),
+            (cell(None, 1.0), "-"),
+        ] {
+            assert_eq!(cell, text);
+            assert!(cell.chars().count() <= 7, "{cell}");
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! How far the record can be trusted: one line for each aspect, with what was found.
+
+use vn100_analysis::noise::TimebaseSummary;
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::protocol::stream::BagReport;
+use vn100_analysis::{MissingFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
+
+use super::{AspectStatus, Notes};
+use crate::{
+    measured::Record,
+    names::rejected_lines,
+    numbers::plain::{counted, grouped, ppm},
+};
+
+/// What a warning concerns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Aspect {
+    /// Whether all samples arrived, and intact.
+    Data,
+    /// Rate and time stamps.
+    Time,
+    /// Whether the sensor lay still.
+    AtRest,
+    /// What the stream carries of the sensor's own noise.
+    Message,
+    /// What the numbers can resolve.
+    Values,
+}
+
+impl Aspect {
+    const ALL: [Self; 5] = [Self::Data, Self::Time, Self::AtRest, Self::Message, Self::Values];
+
+    const fn of(kind: WarningKind) -> Self {
+        use WarningKind as Kind;
+        match kind {
+            Kind::RecordingFailed
+            | Kind::NoValidLines
+            | Kind::OtherMessages
+            | Kind::LinkBudget
+            | Kind::DeviceErrors
+            | Kind::AnotherSensor
+            | Kind::Gaps
+            | Kind::RejectedLines
+            | Kind::AbsentValues
+            | Kind::UnreadValues
+            | Kind::UncheckedLines
+            | Kind::RepeatedLines
+            | Kind::TooShort => Self::Data,
+            Kind::RateAssumed
+            | Kind::RateChanged
+            | Kind::RateOffNominal
+            | Kind::StampsBackwards
+            | Kind::StampsRefused
+            | Kind::BunchedArrival => Self::Time,
+            Kind::VibrationLine
+            | Kind::NotStationary
+            | Kind::WarmUp
+            | Kind::FollowsTemperature
+            | Kind::GravityMagnitude
+            | Kind::FieldMagnitude
+            | Kind::YawFromMagnetometer => Self::AtRest,
+            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::DecimatedStream | Kind::LowPass => {
+                Self::Message
+            }
+            Kind::PrintFormat
+            | Kind::StuckDigits
+            | Kind::CorrelatedNoise
+            | Kind::LineFreeBand
+            | Kind::QuantisationFloor
+            | Kind::FullRange
+            | Kind::AngleRestarted
+            | Kind::UnitDoubtful => Self::Values,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Data => "data",
+            Self::Time => "time",
+            Self::AtRest => "at rest",
+            Self::Message => "message",
+            Self::Values => "values",
+        }
+    }
+}
+
+/// In the order of a measurement; aspects without anything to say are omitted.
+pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStatus> {
+    let measured = record.measured;
+    let warnings = measured.warnings();
+    let mut statuses = Vec::new();
+    for aspect in Aspect::ALL {
+        // what is no more than a note stands beside graver ones in full results alone
+        let found: Vec<&Warning> = warnings
+            .iter()
+            .copied()
+            .filter(|warning| Aspect::of(warning.kind) == aspect && warning.kind != WarningKind::DecimatedStream)
+            .collect();
+        let severity = found.iter().map(|warning| warning.severity).min();
+        let is_shown = |warning: &&&Warning| aspect == Aspect::Message || warning.severity < Severity::Note;
+        let mut findings: Vec<(String, Vec<usize>)> = (found.iter().filter(is_shown))
+            .map(|warning| (warning.headline.clone(), actions(warning, notes)))
+            .collect();
+        if aspect == Aspect::Data {
+            findings.splice(0..0, source(&measured.facts).map(|text| (text, Vec::new())));
+        }
+        let is_moved = measured.assessment.motion.is_some() && aspect == Aspect::AtRest;
+        let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
+        if severity.is_none() {
+            findings.extend(undisturbed(aspect, &measured.snapshot).map(|text| (text, Vec::new())));
+        }
+        if findings.is_empty() {
+            continue;
+        }
+        let word = match severity {
+            Some(Severity::Problem) if is_moved => "MOVED",
+            Some(Severity::Problem) => "PROBLEM",
+            Some(Severity::Caution) => "CHECK",
+            Some(Severity::Note) => "limited",
+            None => "ok",
+        };
+        statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
+    }
+    statuses
+}
+
+/// Which numbers of a bag or a table were taken, and their times.
+fn source(facts: &SourceFacts) -> Option<String> {
+    if let Some(BagReport { topic, type_name, messages, used, stamps, unpacked_bytes, .. }) = &facts.bag {
+        let unpacked = match unpacked_bytes {
+            0 => String::new(),
+            bytes => format!("; unpacked to {} bytes", grouped(*bytes)),
+        };
+        let counted = match messages == used {
+            true => format!("{} messages", grouped(*messages)),
+            false => format!("{} of {} messages used", grouped(*used), grouped(*messages)),
+        };
+        return Some(format!("{topic} ({type_name}), {counted}, stamps {stamps}{unpacked}"));
+    }
+    let csv = facts.csv.as_ref()?;
+    let times = csv.times.as_ref().map_or_else(|| "no times".into(), |times| format!("times of column {times}"));
+    let unused = match csv.ignored_columns.len() as u64 {
+        0 => String::new(),
+        count => format!(", {} unused", counted(count, "column")),
+    };
+    Some(format!("{} rows, {times}{unused}", grouped(csv.rows)))
+}
+
+/// Places of the sentences that name what the user can do.
+fn actions(warning: &Warning, notes: &mut Notes) -> Vec<usize> {
+    let actions = warning.details.actions(notes.words);
+    actions.into_iter().map(|action| notes.place(action)).collect()
+}
+
+/// What an aspect without a warning says; `None` for nothing.
+fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
+    let timing = &snapshot.timing;
+    match aspect {
+        Aspect::Data if timing.samples == 0 => None,
+        Aspect::Data => {
+            let rejected = rejected_lines(&snapshot.link.tally);
+            let dropped = match timing.missing_from {
+                MissingFrom::RejectedRows => "missing ones undetectable (no times)".to_owned(),
+                MissingFrom::Counter | MissingFrom::Arrival => {
+                    format!("{} dropped samples, {}", grouped(timing.missing), counted(timing.segments, "segment"))
+                }
+            };
+            Some(format!("{rejected} rejected lines; {dropped}"))
+        }
+        Aspect::Time => {
+            let TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. } = snapshot.arrivals? else {
+                return None;
+            };
+            Some(format!("{hz:.4} Hz measured, {} from nominal", ppm(offset_ppm)))
+        }
+        Aspect::AtRest => snapshot
+            .channels
+            .iter()
+            .any(|results| results.signal.is_some())
+            .then(|| "no motion, vibration, step or warm-up found".into()),
+        Aspect::Message => {
+            let layout = snapshot.layout.as_ref().filter(|layout| layout.compensated == Some(false))?;
+            let has_rates = layout.channels.iter().any(|channel| channel.quantity == Quantity::AngularRate);
+            has_rates.then(|| format!("{} carries the rates of the sensor, uncompensated", layout.message))
+        }
+        Aspect::Values => None,
+    }
+}

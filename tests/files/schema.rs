@@ -1,0 +1,91 @@
+//! The schema of documents: it describes every field that there is, and none besides.
+
+use std::{collections::BTreeSet, fs};
+
+use serde_json::Value;
+use vn100_report::all_codes;
+
+use crate::support::{capture, document, replay_log, schema, vn100, workspace};
+
+/// What needs a record with a fault of its own to appear: the tests of those faults check their
+/// documents against the schema, too.
+const RARE: [&str; 6] = [
+    "/properties/channels/items/properties/stationarity/properties/",
+    "/properties/channels/items/properties/noise/properties/temperature/properties/",
+    "/properties/channels/items/properties/noise/properties/withheld",
+    "/properties/channels/items/properties/allan/properties/data",
+    "/properties/source/properties/csv/properties/other_stream_rows",
+    // not known of any record at rest
+    "/$defs/parameter/properties/budget/properties/scale_factor/properties/relative",
+];
+
+#[test]
+fn the_schema_describes_every_field_of_documents_and_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let imu = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "--duration", "10min"]);
+    let mut seen = BTreeSet::new();
+    let mut see = |files: &[&std::path::Path], options: &[&str]| {
+        let output = vn100().args(["replay", "--json"]).args(options).args(files).output().unwrap();
+        let documents = document(&output);
+        for document in documents.as_array().unwrap_or(&vec![documents.clone()]) {
+            assert_eq!(schema::errors(document, &mut seen), Vec::<String>::new());
+        }
+    };
+    see(&[&imu], &["--filter-models", "--quantization"]);
+    let mut logs: Vec<_> =
+        fs::read_dir(workspace().join("replay-logs")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    logs.retain(|path| path.is_file() && path.extension().is_some_and(|end| end != "md"));
+    logs.sort();
+    assert!(logs.contains(&replay_log("clean-minute.vnymr")));
+    for log in &logs {
+        see(&[log], &[]);
+    }
+    see(&[&workspace().join("crates/vn100-capture/tests/bags/db3_two")], &[]);
+    let table = folder.path().join("odd.csv");
+    let row = |index: u32| format!("{:.2},{},{}\n", 0.01 * f64::from(index), index * 7919 % 101, index * 7919 % 89);
+    let rows: String = (0..400).map(row).collect();
+    fs::write(&table, format!("t,gyro_x,gyro_y\n{rows}4.00,,3\n4.01,1\n")).unwrap();
+    see(&[&table], &["--detrend", "linear"]);
+    let answers = capture(folder.path(), "b.vnymr", &["--duration", "60s"]);
+    let mut lines = fs::read_to_string(&answers).unwrap();
+    for body in
+        ["VNRRG,01,VN-100S-CR", "VNRRG,02,7", "VNRRG,03,0100012345", "VNRRG,04,2.1.0.0", "VNRRG,85,0,4,4,4,0,0,3,3,3,0"]
+    {
+        let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+        lines.push_str(&format!("${body}*{checksum:02X}\r\n"));
+    }
+    fs::write(&answers, lines).unwrap();
+    see(&[&answers], &["--rate", "40"]);
+    let mut places = Vec::new();
+    schema::places(&schema::analysis(), "", &mut places);
+    let missing: Vec<&String> = places
+        .iter()
+        .filter(|place| !seen.contains(*place) && !RARE.iter().any(|rare| place.starts_with(rare)))
+        .collect();
+    assert!(missing.is_empty(), "described, and in no document: {missing:#?}");
+}
+
+#[test]
+fn the_schema_has_every_code() {
+    let schema = schema::analysis();
+    for (key, place) in [
+        ("status", "/$defs/bounds/properties/status/enum"),
+        ("verdict", "/properties/channels/items/properties/verdict/items/properties/verdict/enum"),
+        ("rate_from", "/properties/timing/properties/rate_from/enum"),
+        ("missing_from", "/properties/timing/properties/missing_from/enum"),
+    ] {
+        let in_code: BTreeSet<&str> =
+            all_codes().into_iter().filter(|code| code.key == key).map(|code| code.code).collect();
+        let described = schema.pointer(place).and_then(Value::as_array).unwrap_or_else(|| panic!("no {place}"));
+        assert_eq!(described.iter().filter_map(Value::as_str).collect::<BTreeSet<_>>(), in_code, "{key}");
+    }
+}
+
+#[test]
+fn the_program_prints_the_schema() {
+    for arguments in [&["schema"][..], &["schema", "analysis"]] {
+        let output = vn100().args(arguments).output().unwrap();
+        assert!(output.status.success());
+        assert_eq!(serde_json::from_slice::<Value>(&output.stdout).unwrap(), schema::analysis());
+    }
+}

@@ -1,0 +1,120 @@
+//! The summary that every result begins with: its size, its order, its words and colours.
+
+use std::path::Path;
+
+use crate::support::*;
+
+fn summary(file: &Path, options: &[&str]) -> String {
+    let output = vn100().arg("replay").arg(file).args(options).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// At most 45 lines of 80 columns, without blanks at their ends.
+fn check_size(text: &str) {
+    assert!(text.lines().count() <= 45, "{} lines:\n{text}", text.lines().count());
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80 && line.trim_end() == line, "{line:?} in\n{text}");
+    }
+}
+
+/// The cells of the row that begins so.
+fn row<'a>(text: &'a str, label: &str) -> Vec<&'a str> {
+    let line = text.lines().find(|line| line.starts_with(label)).unwrap_or_else(|| panic!("no {label} in\n{text}"));
+    line[label.len()..].split_whitespace().collect()
+}
+
+#[test]
+fn every_kind_of_record_fits_and_begins_with_what_may_be_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let sims: [&[&str]; 5] = [
+        &["--message", "VNIMU", "--duration", "2h"],
+        &["--message", "VNIMU", "--duration", "10s"],
+        &["--message", "VNYMR", "--duration", "10min"],
+        &["--profile", "lab3", "--message", "VNIMU", "--duration", "1h"],
+        &["--message", "VNQMR", "--duration", "5min"],
+    ];
+    for (number, options) in sims.into_iter().enumerate() {
+        let text = summary(&capture(folder.path(), &format!("{number}.txt"), options), &[]);
+        check_size(&text);
+        let place = |word: &str| text.find(word).unwrap_or_else(|| panic!("no {word} in\n{text}"));
+        let table = if text.contains("\nGyroscope ") { "\nGyroscope " } else { "\nMean and" };
+        assert!(place("\n  data ") < place("\n  time ") && place("\n  time ") < place(table), "{text}");
+        assert!(place("sample rate unknown: 40 Hz assumed") < place("[1] Set --rate"), "{text}");
+    }
+    for log in ["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"] {
+        check_size(&summary(&replay_log(log), &[]));
+    }
+    let Some(folder) = real_captures() else { return };
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|ending| ending == "csv" || ending == "vnymr") {
+            check_size(&summary(&path, &["--rate", "40"]));
+        }
+    }
+}
+
+#[test]
+fn the_parameters_are_those_of_the_document_in_the_units_of_data_sheets() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "imu.txt", &["--message", "VNIMU", "--duration", "1h"]);
+    let (document, _) = replay(&file, &["--rate", "40"]);
+    let text = summary(&file, &["--rate", "40"]);
+    for (label, sensor, factor) in [
+        ("Angle Random Walk N    deg/√h", "gyro", 60.0_f64.to_degrees()),
+        ("Velocity Random Walk N mg/√Hz", "accel", 1e3 / 9.80665),
+        ("Noise Density N        mG/√Hz", "mag", 1e3),
+    ] {
+        for (axis, cell) in ["x", "y", "z"].into_iter().zip(row(&text, label)) {
+            let white = &channel(&document, &format!("{sensor}_{axis}"))["noise"]["white"]["value"];
+            let (shown, is) = (cell.parse::<f64>().unwrap(), white.as_f64().unwrap() * factor);
+            assert!((shown / is - 1.0).abs() < 0.006, "{label}{axis}: {shown}, and not {is}");
+        }
+    }
+    // typical and limit stand apart
+    assert!(text.contains("max 10 ") && text.contains("typ 5-7 ") && text.contains("max 0.04 "), "{text}");
+    let window = summary(&file, &["--rate", "40", "--window", "20"]);
+    assert!(text.contains("sensor's own N") && !row(&window, "Angle Random Walk N").is_empty());
+    let gyro = &window[window.find("\nGyroscope").unwrap()..window.find("\nAccelerometer").unwrap()];
+    assert!(!gyro.contains("sensor's own N"), "nothing is aliased: {window}");
+}
+
+#[test]
+fn a_moved_sensor_has_means_and_no_noise() {
+    let Some(folder) = real_captures() else { return };
+    let text = summary(&folder.join("vn100-shake-iwale-153s.vnymr"), &["--rate", "40"]);
+    assert!(text.contains("\n  at rest   MOVED    sensor moved: standard deviation of gyro_x 6.077 rad/s"), "{text}");
+    assert!(
+        !text.contains("Random Walk") && text.contains("\ngyro std") && text.contains("[1] Record the sensor at rest")
+    );
+}
+
+#[test]
+fn sections_are_printed_instead_of_the_summary() {
+    let log = replay_log("clean-minute.vnymr");
+    let deviations = summary(&log, &["--show", "deviations,warnings"]);
+    assert!(deviations.contains("tau (s)") && deviations.contains("\n! rate-assumed (caution): "), "{deviations}");
+    assert!(!deviations.contains("Angle Random Walk") && !deviations.contains("kurtosis"), "{deviations}");
+    let full = summary(&log, &["--full"]);
+    for part in ["tau (s)", "! rate-assumed", "kurtosis", "Gyroscope: noise parameters", "data sheet: "] {
+        assert!(full.contains(part), "no {part} in\n{full}");
+    }
+    let unknown = vn100().args(["replay", "x", "--show", "tables"]).output().unwrap();
+    assert!(unknown.status.code() == Some(2) && String::from_utf8_lossy(&unknown.stderr).contains("deviations"));
+}
+
+#[test]
+fn colours_are_for_terminals_or_on_request() {
+    let log = replay_log("clean-minute.vnymr");
+    let plain = summary(&log, &[]);
+    assert!(!plain.contains('\u{1b}') && summary(&log, &["--color", "never"]) == plain);
+    let coloured = summary(&log, &["--color", "always"]);
+    assert!(coloured.contains("\u{1b}[33mCHECK"), "{coloured:?}");
+    let mut rest = coloured.as_str();
+    let mut stripped = String::new();
+    while let Some((text, code)) = rest.split_once('\u{1b}') {
+        stripped += text;
+        rest = code.split_once('m').unwrap().1;
+    }
+    let lines = |text: &str| text.lines().map(|line| line.trim_end().to_owned()).collect::<Vec<_>>();
+    assert_eq!(lines(&(stripped + rest)), lines(&plain));
+}
