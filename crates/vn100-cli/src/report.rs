@@ -11,10 +11,11 @@ use std::{
     io::{self, Read},
     path::{self, Path},
     process::{Command, Stdio},
+    thread,
     time::Duration,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{
@@ -47,15 +48,20 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let exports = Exports::new(args, &inputs, &output)?;
     let mut all: Vec<Measured> = Vec::new();
     let evaluation = evaluation(&files.measure, args.filter_models)?;
-    measure_files(files, &inputs, evaluation, false, |measured| {
-        if let Some(error) = &measured.facts.error {
-            complain(error);
-        }
-        all.push(measured);
-        Ok(())
+    let stored = thread::scope(|scope| {
+        // a checksum takes as long as reading the file once more: beside the measurement
+        let stored = scope.spawn(|| inputs.iter().map(|input| capture_file(&input.path)).collect::<Vec<_>>());
+        measure_files(files, &inputs, evaluation, false, |measured| {
+            if let Some(error) = &measured.facts.error {
+                complain(error);
+            }
+            all.push(measured);
+            Ok(())
+        })?;
+        stored.join().map_err(|_| anyhow!("the checksums stopped by a fault of this program"))
     })?;
-    for (measured, input) in all.iter_mut().zip(&inputs) {
-        measured.facts.file = capture_file(&input.path);
+    for (measured, stored) in all.iter_mut().zip(stored) {
+        measured.facts.file = stored;
     }
     let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
     let names: Vec<String> = (0..records.len()).map(run_name).collect();

@@ -370,47 +370,47 @@ pub(crate) struct ReportArgs {
 
     /// The page to write, ending in .html; another name begins the names of what is exported, and
     /// no page is written [default: NAME.html in the working folder, of the capture NAME]
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, help_heading = "Output", value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
     /// Open the page with the program that shows such pages
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) open: bool,
+
+    /// Replace existing files
+    #[arg(long, help_heading = "Output")]
+    pub(crate) force: bool,
 
     /// Write the numbers for other programs beside it: once for each form, or with commas between
     /// them
-    #[arg(long, value_name = "FORM", value_enum, value_delimiter = ',')]
+    #[arg(long, help_heading = "Exports", value_name = "FORM", value_enum, value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
     /// Also give the models for filters, in the export as JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Exports")]
     pub(crate) filter_models: bool,
 
     /// Figures of the exports svg and png, by kind, channel or name: allan, gyro_y,
     /// spectrum-accel [default: all]
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,
 
     /// Axes of the export mcap
-    #[arg(long, value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
+    #[arg(long, help_heading = "Exports", value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
     pub(crate) ros_frame: RosFrame,
 
     /// Times of the messages of the export mcap
-    #[arg(long, value_parser = one_of(&STAMPS), default_value = "fitted")]
+    #[arg(long, help_heading = "Exports", value_parser = one_of(&STAMPS), default_value = "fitted")]
     pub(crate) stamps: Stamps,
 
     /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
     /// does
-    #[arg(long, value_name = "T", value_parser = length, default_value = "60s")]
+    #[arg(long, help_heading = "Exports", value_name = "T", value_parser = length, default_value = "60s")]
     pub(crate) kalibr_span: Duration,
 
     /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
-    #[arg(long)]
+    #[arg(long, help_heading = "Exports")]
     pub(crate) require_estimated: bool,
-
-    /// Replace existing files
-    #[arg(long)]
-    pub(crate) force: bool,
 }
 
 impl ExportForm {
