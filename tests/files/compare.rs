@@ -173,7 +173,7 @@ fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() 
     assert!(kinds(&document["caveats"]).contains(&"may-have-been-off"), "{}", document["caveats"]);
     let text = String::from_utf8(vn100().arg("compare").args(&files).output().unwrap().stdout).unwrap();
     assert!(text.contains("not tested: made at the same time"), "{text}");
-    assert!(text.contains("--stayed-on") && text.lines().take(4).any(|line| line.contains("use run ")), "{text}");
+    assert!(text.contains("--stayed-on") && text.lines().take(4).any(|line| line.contains("Use run ")), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 

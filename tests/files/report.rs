@@ -20,10 +20,11 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// An emulated capture.
+/// An emulated capture, of eight minutes unless `more` gives another length.
 fn simulated(folder: &TempDir, name: &str, more: &[&str]) -> PathBuf {
     let path = folder.path().join(name);
-    let output = vn100(&[&["sim", "-o", text(&path), "--duration", "8min"], more].concat());
+    let length: &[&str] = if more.contains(&"--duration") { &[] } else { &["--duration", "8min"] };
+    let output = vn100(&[&["sim", "-o", text(&path)], length, more].concat());
     assert!(output.status.success(), "{output:?}");
     path
 }
@@ -74,11 +75,61 @@ fn what_is_read_by_rule_is_read_off_the_allan_deviation() {
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
     let (_, html) = report(&folder, &[&capture], &[]);
     let by_rule = html.split("Graphical slope method").nth(1).unwrap().split("</table>").next().unwrap();
-    for unit in ["rad/s/√Hz", "°/√h", "°/h", "rad/s/√s", "°/h^1.5"] {
+    for unit in ["rad/s/√Hz", "°/√h", "°/h", "rad/s/√s", "°/h¹·⁵"] {
         assert!(by_rule.contains(&format!(">{unit}</td>")), "no {unit} in {by_rule}");
     }
     let (_, html) = report(&folder, &[&capture], &["--deviation", "hadamard"]);
     assert!(!html.contains("Graphical slope method"), "the rules are none of the Hadamard deviation");
+}
+
+/// The rows of a CSV export of the report, as cells.
+fn rows_of(page: &Path, ending: &str) -> Vec<Vec<String>> {
+    let table = fs::read_to_string(page.with_extension(ending)).unwrap();
+    table.lines().map(cells).collect()
+}
+
+#[test]
+fn the_graphical_readings_are_drawn_tabled_and_exported_or_not_read_for_a_reason() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU", "--duration", "2h"]);
+    let (page, html) = report(&folder, &[&capture], &["--rate", "40", "--export", "csv,json"]);
+    let lab = html.split("<section id=\"lab\">").nth(1).unwrap().split("</section>").next().unwrap();
+    for part in ["figure-graphical-gyro_y", "figure-graphical-accel_y", "slope −½ at τ = 1 s", "<b>Grade</b>"] {
+        assert!(lab.contains(part), "no {part}");
+    }
+    assert!(lab.contains("href=\"#background-N\"") && html.contains("id=\"background-N\""));
+    let rows = rows_of(&page, "parameters.csv");
+    let row = |channel: &str, parameter: &str, unit: &str| {
+        let found = rows.iter().find(|row| row[0] == channel && row[1] == parameter && row[6] == unit);
+        found.unwrap_or_else(|| panic!("no {parameter} of {channel} in {unit}")).clone()
+    };
+    let graphical = row("gyro_y", "graphical_white", "deg/sqrt(h)");
+    let value: f64 = graphical[3].parse().unwrap();
+    assert!(graphical[2] == "graphical" && (0.34..0.38).contains(&value), "{graphical:?}");
+    assert!(lab.contains(&format!("N {value:.4} °/√h")), "its value is in the figure");
+    assert_eq!(row("gyro_y", "white", "deg/sqrt(h)")[7], "", "white noise has no test");
+    let document: Value = serde_json::from_str(&fs::read_to_string(page.with_extension("json")).unwrap()).unwrap();
+    let gyro = document["channels"].as_array().unwrap().iter().find(|channel| channel["name"] == "gyro_y").unwrap();
+    let read = &gyro["noise"]["classical"]["readings"][0];
+    assert!((read["laboratory_value"].as_f64().unwrap() / value - 1.0).abs() < 1e-9, "{read}");
+    assert_eq!((&read["laboratory_unit"], &read["not_read"]), (&"deg/sqrt(h)".into(), &Value::Null));
+    assert!(gyro["noise"]["white"]["p"].is_null());
+
+    let short = simulated(&folder, "short.vnymr", &["--message", "VNIMU", "--duration", "60s"]);
+    let (page, html) = report(&folder, &[&short], &["--rate", "40", "--export", "csv"]);
+    let lab = html.split("<section id=\"lab\">").nth(1).unwrap().split("</section>").next().unwrap();
+    assert!(lab.contains("K not read: no slope +½ region"), "in the figure, instead of a line");
+    let rows = rows_of(&page, "parameters.csv");
+    let not_read = rows.iter().filter(|row| row[1] == "graphical_rate_random_walk" && row[2] == "no-slope");
+    assert!(not_read.clone().count() > 0 && not_read.into_iter().all(|row| row[3].is_empty()));
+}
+
+#[test]
+fn sheets_of_paper_name_the_capture_whatever_it_is_called() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a\"}<b>\\.vnymr", &["--duration", "30s"]);
+    let (_, html) = report(&folder, &[&capture], &[]);
+    assert!(html.contains("@bottom-left { content: \"a\\22 }\\3c b\\3e \\5c .vnymr\"; }"));
 }
 
 #[test]
@@ -311,9 +362,12 @@ fn a_lot_has_a_row_for_each_capture_in_the_units_of_data_sheets() {
     let judged: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
     assert!(judged.contains(&cell(1, "verdict")), "{judged:?}");
     let warnings = fs::read_to_string(page.with_file_name("report-1.warnings.csv")).unwrap();
-    let kinds: Vec<String> =
+    let mut kinds: Vec<String> =
         warnings.lines().skip(1).map(|line| format!("{1}:{0}", cells(line)[0], cells(line)[1])).collect();
-    assert_eq!(kinds.join(" "), cell(1, "warnings"));
+    let all = kinds.len();
+    kinds.dedup();
+    assert!(kinds.len() < all, "no kind of several warnings: {kinds:?}");
+    assert_eq!(kinds.join(" "), cell(1, "warnings"), "each kind once");
     let units = fs::read_to_string(page.with_file_name("report-1.parameters.csv")).unwrap();
     let of_gyro = units.lines().map(cells).filter(|row| row[0] == "gyro_y" && row[1] == "white");
     let named: Vec<(String, f64)> = of_gyro.map(|row| (row[6].clone(), row[3].parse().unwrap())).collect();
@@ -324,6 +378,10 @@ fn a_lot_has_a_row_for_each_capture_in_the_units_of_data_sheets() {
         names.sort();
         names
     };
+    let output =
+        vn100(&["report", text(&a), text(&b), "-o", text(&page), "--export", "svg", "--figures", "run1", "--force"]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(1) && stderr.contains("no figure is called run1"), "{stderr}");
     let chosen =
         ["run1-allan-gyro_y.svg", "run1-spectrum-accel.svg", "run1-spectrum-gyro.svg", "run1-spectrum-mag.svg"];
     assert_eq!(figures("report-1.svg-figures"), chosen);

@@ -100,9 +100,13 @@ fn conclusion(all: &[Measured], comparison: &Comparison) -> String {
     parts.extend(white_conclusion(comparison, all.len()));
     parts.extend(means_conclusion(comparison));
     parts.push(recommendation(comparison.recommended, run_name));
-    let text = parts.join("; ");
-    let mut letters = text.chars();
-    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+    parts.iter().map(|part| sentence(part)).collect::<Vec<_>>().join(" ")
+}
+
+/// With a capital and a full stop.
+fn sentence(part: &str) -> String {
+    let mut letters = part.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).chain(['.']).collect()
 }
 
 /// Which run is the quietest, sensor by sensor, or that none differ in N.

@@ -1,6 +1,7 @@
 //! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
 
 pub(crate) mod comparison;
+mod graphical;
 pub(crate) mod noise;
 pub(crate) mod plan;
 pub(crate) mod pool;

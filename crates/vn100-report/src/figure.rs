@@ -7,6 +7,8 @@
 mod allan;
 mod axes;
 mod drawing;
+mod fitted_model;
+mod graphical;
 mod histogram;
 mod over_time;
 mod png;
@@ -23,9 +25,10 @@ pub(crate) use drawing::Rectangle;
 
 use crate::{measured::Record, names::names_of, units::ChannelValues};
 pub(crate) use allan::id_of;
-use allan::{allan_of_axes, allan_of_axis, allan_of_records};
-use axes::{Place, frame};
+use allan::{allan_of_axes, allan_of_each, allan_of_records};
+use axes::{Place, frame, square_decades};
 use drawing::{Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Stroke};
+use graphical::graphical;
 use histogram::histogram;
 use over_time::{envelope, segments};
 use png::Font;
@@ -37,6 +40,8 @@ pub struct Figures {
     /// The axes of each sensor together.
     pub(crate) allan_sensors: Vec<Figure>,
     pub(crate) allan_axes: Vec<Figure>,
+    /// With the lines that the graphical slope method draws.
+    pub(crate) graphical: Vec<Figure>,
     pub(crate) times: Vec<Figure>,
     pub(crate) histograms: Vec<Figure>,
     pub(crate) spectra: Vec<Figure>,
@@ -54,14 +59,14 @@ impl Figures {
             let axes = record.of(quantity);
             let sheet = axes.first().map_or(&[][..], |channel| record.verdicts(channel));
             all.allan_sensors.extend(allan_of_axes(id, name, &axes, sheet, deviation));
-            for channel in &axes {
-                all.allan_axes.extend(allan_of_axis(channel, deviation));
-            }
+            all.allan_axes.extend(allan_of_each(&axes, deviation));
+            all.graphical
+                .extend(axes.iter().find(|channel| channel.name.ends_with("_y")).and_then(|y| graphical(y, deviation)));
             all.spectra.extend(spectrum(id, name, &axes));
             all.segments.extend(segments(id, name, &axes));
         }
         let series = record.of(Quantity::Value);
-        all.allan_axes.extend(series.iter().filter_map(|channel| allan_of_axis(channel, deviation)));
+        all.allan_axes.extend(allan_of_each(&series, deviation));
         all.spectra.extend(spectrum("value", names_of(Quantity::Value).title, &series));
         for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
             all.segments.extend(segments(id, "Orientation", &record.of(quantity)));
@@ -71,9 +76,12 @@ impl Figures {
             all.times.extend(envelope(channel));
             all.histograms.extend(histogram(channel));
         }
-        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = &mut all;
-        for figures in [allan_sensors, allan_axes, times, histograms, spectra, segments] {
-            figures.iter_mut().for_each(|figure| figure.id.insert_str(0, prefix));
+        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = &mut all;
+        for figures in [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments] {
+            for figure in figures {
+                figure.id.insert_str(0, prefix);
+                figure.prefix = prefix.len();
+            }
         }
         all
     }
@@ -105,8 +113,8 @@ impl Figures {
 
     /// All of them, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
-        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = self;
-        [allan_sensors, allan_axes, times, histograms, spectra, segments].into_iter().flatten()
+        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = self;
+        [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments].into_iter().flatten()
     }
 }
 
@@ -132,6 +140,8 @@ pub enum DrawingError {
 pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
     pub id: String,
+    /// Length of what `id` begins with in a report of several records.
+    prefix: usize,
     pub(crate) title: String,
     /// What it shows, with the values that stand in its legend.
     pub(crate) description: String,
@@ -167,6 +177,13 @@ pub(crate) struct Value {
 }
 
 impl Figure {
+    /// Its `id` without the run that it belongs to: kind, then channel or sensor, as
+    /// `allan-gyro_y`.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.id.get(self.prefix..).unwrap_or(&self.id)
+    }
+
     pub(crate) fn svg_element(&self) -> String {
         svg::element(&self.drawing, &self.id, [&self.title, &self.description], "")
     }
@@ -201,17 +218,36 @@ struct Plot {
     place: Place,
 }
 
+/// Of the rectangle in which a plot draws.
+const AREA_HEIGHT: f64 = HEIGHT - 26.0 - 44.0;
+const AREA_RIGHT: f64 = WIDTH - 18.0;
+
 impl Plot {
+    /// With decades as high as they are wide, so that a slope of −½ looks like one: the shorter
+    /// side is continued.
+    fn with_square_decades(
+        id: String,
+        title: String,
+        mut x: PlotAxis,
+        mut y: PlotAxis,
+        legend: &[(LegendSample, String)],
+    ) -> Self {
+        let font = Font::new().ok();
+        let (narrow, low) = (x.scale, y.scale);
+        // longer scales may have wider labels
+        for _ in 0..2 {
+            let width = AREA_RIGHT - left_of(&y, font.as_ref());
+            (x.scale, y.scale) = square_decades(narrow, low, width / AREA_HEIGHT);
+        }
+        Self::new(id, title, x, y, legend)
+    }
+
     fn new(id: String, title: String, x: PlotAxis, y: PlotAxis, legend: &[(LegendSample, String)]) -> Self {
         const ROW: f64 = 16.0;
         const TITLE: f64 = 13.0;
         // without its font a figure has roughly the same layout; its pixels need it
         let font = Font::new().ok();
-        let width = |text: &str| font.as_ref().map_or(0.6 * text.len() as f64, |font| font.width(text));
-        let widest = (y.scale.ticks().iter().filter_map(|tick| tick.label.as_deref()))
-            .map(|label| LETTERS * width(label))
-            .fold(0.0, f64::max);
-        let left = widest + LETTERS + 16.0;
+        let left = left_of(&y, font.as_ref());
         let title_mark = Primitive::Text {
             at: (left, 17.0),
             text: title.clone(),
@@ -222,7 +258,7 @@ impl Plot {
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
             let before = if matches!(sample, LegendSample::Nothing) { 0.0 } else { 28.0 };
-            let entry = before + LETTERS * width(text) + 12.0;
+            let entry = before + width_of(text, font.as_ref()) + 12.0;
             if x_next > left && x_next + entry > WIDTH {
                 (x_next, y_next) = (left, y_next + ROW);
             }
@@ -231,8 +267,8 @@ impl Plot {
             x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
-        let (right, bottom) = (WIDTH - 18.0, HEIGHT + top - 26.0);
-        let area = Rectangle { left, top, width: right - left, height: HEIGHT - 26.0 - 44.0 };
+        let bottom = HEIGHT + top - 26.0;
+        let area = Rectangle { left, top, width: AREA_RIGHT - left, height: AREA_HEIGHT };
         let place = Place { area, x: x.scale, y: y.scale };
         let layers = vec![
             Layer { kind: LayerKind::Frame, marks: frame(&place, &x, &y) },
@@ -242,7 +278,18 @@ impl Plot {
         let texts: Vec<&str> = legend.iter().map(|(_, text)| text.as_str()).collect();
         let description = format!("{} over {}: {}", y.label(), x.label(), texts.join("; "));
         Self {
-            figure: Figure { id, title, description, x, y, area, series: Vec::new(), units: Vec::new(), drawing },
+            figure: Figure {
+                id,
+                prefix: 0,
+                title,
+                description,
+                x,
+                y,
+                area,
+                series: Vec::new(),
+                units: Vec::new(),
+                drawing,
+            },
             place,
         }
     }
@@ -270,10 +317,29 @@ impl Plot {
 
     /// A short text above and right of a place, or left of it near the right edge.
     fn note(&self, x: f64, y: f64, text: impl Into<String>) -> Primitive {
+        let (at, anchor) = self.note_place(x, y);
+        Primitive::text(at, text, anchor)
+    }
+
+    fn note_place(&self, x: f64, y: f64) -> (drawing::At, Anchor) {
         let (left, top) = self.place.of(x, y);
         let near_edge = self.place.x.share(x) > 0.7;
         let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
-        Primitive::text((left + off, top - 5.0), text, anchor)
+        ((left + off, top - 5.0), anchor)
+    }
+
+    /// What such a text covers, and some space beside it.
+    fn note_room(&self, x: f64, y: f64, text: &str) -> Rectangle {
+        let ((left, bottom), anchor) = self.note_place(x, y);
+        let width = width_of(text, None) + 4.0;
+        let left = if anchor == Anchor::End { left - width } else { left };
+        Rectangle { left, top: bottom - LETTERS, width, height: LETTERS + 2.0 }
+    }
+
+    /// What a symbol covers.
+    fn symbol_room(&self, x: f64, y: f64) -> Rectangle {
+        let (left, top) = self.place.of(x, y);
+        Rectangle { left: left - 3.0, top: top - 3.0, width: 6.0, height: 6.0 }
     }
 
     /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
@@ -285,6 +351,18 @@ impl Plot {
     fn done(self, series: Vec<PlottedSeries>) -> Figure {
         Figure { series, ..self.figure }
     }
+}
+
+/// Where a plot begins beside the numbers of its upright axis.
+fn left_of(y: &PlotAxis, font: Option<&Font<'_>>) -> f64 {
+    let labels = y.scale.ticks();
+    let widths = labels.iter().filter_map(|tick| tick.label.as_deref()).map(|label| width_of(label, font));
+    widths.fold(0.0, f64::max) + LETTERS + 16.0
+}
+
+/// Of a text in letters of the usual size.
+fn width_of(text: &str, font: Option<&Font<'_>>) -> f64 {
+    LETTERS * font.map_or(0.6 * text.len() as f64, |font| font.width(text))
 }
 
 impl LegendSample {
@@ -319,7 +397,15 @@ pub(crate) fn pretty_unit(unit: &str) -> String {
         Some(rest) if rest.starts_with("g/") || rest == "g" || rest == "rad" => format!("µ{rest}"),
         _ => unit.to_owned(),
     };
-    let written = [("sqrt(Hz)", "√Hz"), ("sqrt(h)", "√h"), ("sqrt(s)", "√s"), ("^2", "²"), ("^3", "³"), ("deg", "°")];
+    let written = [
+        ("sqrt(Hz)", "√Hz"),
+        ("sqrt(h)", "√h"),
+        ("sqrt(s)", "√s"),
+        ("^1.5", "¹·⁵"),
+        ("^2", "²"),
+        ("^3", "³"),
+        ("deg", "°"),
+    ];
     written.into_iter().fold(unit, |unit, (plain, pretty)| unit.replace(plain, pretty))
 }
 
@@ -332,7 +418,7 @@ mod tests {
         for (unit, pretty) in [
             ("rad/s/sqrt(Hz)", "rad/s/√Hz"),
             ("m/s^2", "m/s²"),
-            ("deg/h^1.5", "°/h^1.5"),
+            ("deg/h^1.5", "°/h¹·⁵"),
             ("ug/sqrt(Hz)", "µg/√Hz"),
             ("gauss", "gauss"),
             ("urad", "µrad"),

@@ -208,7 +208,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
         name: channel.name.clone(),
         unit: channel.unit.clone(),
         white: parameter(Term::White),
-        white_by_rule: channel.noise.as_ref().and_then(|noise| noise.classical.white),
+        white_by_rule: channel.noise.as_ref().and_then(|noise| Some(noise.classical.white.ok()?.value)),
         bias_instability: parameter(Term::BiasInstability),
         random_walk: parameter(Term::RateRandomWalk),
         quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),

@@ -15,6 +15,7 @@ mod export;
 mod figure;
 mod findings;
 pub mod glossary;
+mod graphical;
 mod measured;
 pub mod names;
 pub mod numbers;

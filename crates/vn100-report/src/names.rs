@@ -104,6 +104,12 @@ pub const TERMS: [(Term, &str); 5] = [
     (Term::RateRamp, "rate ramp"),
 ];
 
+/// The probability that noise without that parameter would show as much of it. White noise is in
+/// every record: that it may be absent is not tested.
+pub(crate) fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
+    parameter.p.filter(|_| term != Term::White)
+}
+
 /// Why the budget of N has no share of the scale factor.
 pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
 
@@ -303,14 +309,16 @@ pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usi
     match recommended {
         Ok(Recommendation { record, why }) => {
             let why = match why {
-                WhyUse::OnlyUndisturbed => "only undisturbed one",
-                WhyUse::Quietest => "undisturbed, and significantly quieter than every other undisturbed one",
-                WhyUse::LongestOfQuiet => "longest undisturbed, and no other undisturbed one is significantly quieter",
+                WhyUse::OnlyUndisturbed => "it is the only undisturbed one",
+                WhyUse::Quietest => "it is undisturbed, and significantly quieter than every other undisturbed one",
+                WhyUse::LongestOfQuiet => {
+                    "it is the longest undisturbed one, and none of the others is significantly quieter"
+                }
                 WhyUse::SmallestOfQuiet => {
-                    "undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
+                    "it is undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
                 }
             };
-            format!("use {}: {why}", name(record))
+            format!("use {}, because {why}", name(record))
         }
         Err(why) => {
             let why = match why {
@@ -318,7 +326,7 @@ pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usi
                 WhyNone::AllDisturbed => "each is disturbed or empty",
                 WhyNone::NotRanked => "no undisturbed one has N on every axis",
             };
-            format!("no run is recommended: {why}")
+            format!("no run is recommended, because {why}")
         }
     }
 }

@@ -4,6 +4,7 @@ mod caption;
 mod facts;
 mod figures;
 mod glance;
+mod lab;
 mod parameters;
 mod several;
 mod statistics;
@@ -83,11 +84,10 @@ pub fn write_page(
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(running_head(records))) }
             }
             body {
                 header { h1 { (title) } }
-                p.running aria-hidden="true" { (running(records)) }
                 main {
                     @if let [record] = records {
                         @if let Some(figures) = figures.first() { (one(record, figures, options, "", &captions)) }
@@ -100,6 +100,7 @@ pub fn write_page(
                             }
                         }
                     }
+                    @if !records.iter().all(is_empty) { section id="background" { h2 { "Background" } (lab::background(options.words)) } }
                     @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
                 }
                 footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
@@ -113,7 +114,21 @@ pub fn write_page(
     out.write_all(page.as_bytes())
 }
 
-/// What each sheet of paper names: captures and serial numbers.
+/// The style of what each sheet of paper names at its foot.
+fn running_head(records: &[Record<'_>]) -> String {
+    let text: String = running(records)
+        .chars()
+        .map(|c| match c {
+            // neither the end of the string nor that of the element
+            '"' | '\\' | '<' | '>' | '&' => format!("\\{:x} ", u32::from(c)),
+            c if c.is_control() => "\u{fffd}".into(),
+            c => c.into(),
+        })
+        .collect();
+    format!("@page {{ @bottom-left {{ content: \"{text}\"; }} }}\n")
+}
+
+/// Captures and serial numbers.
 fn running(records: &[Record<'_>]) -> String {
     let of = |record: &Record<'_>| {
         let serial = record.measured.snapshot.registers.get(&Register::SERIAL_NUMBER.0);
@@ -138,7 +153,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         };
     }
     let summary = Summary::new(record, options.words);
-    let sections: [(&str, &str, Markup); 10] = [
+    let sections: [(&str, &str, Markup); 11] = [
         ("allan", "Allan deviation", figures::together(record, figures, captions)),
         ("cautions", "Cautions", warnings(record, options.words)),
         (
@@ -151,6 +166,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         ),
         ("datasheet", "Comparison with the data sheet", parameters::verdicts(record, options.words, captions)),
         ("axes", "Allan deviation of each axis", figures::axes(record, figures, captions)),
+        ("lab", "Lab report", lab::lab(record, figures, captions)),
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
         ("answers", "Questions and answers", answers(&findings, options.words)),

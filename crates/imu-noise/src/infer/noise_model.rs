@@ -19,7 +19,7 @@ use crate::accumulate::record::{Octave, RecordShape};
 use boxcar::StreamedWhite;
 pub use boxcar::{BoxcarWindow, white_deficit};
 pub use curve_reading::{
-    ClassicalReading, OverBound, classical_reading, curve_minimum, over_bound, visible_random_walk,
+    ClassicalReading, NotRead, OverBound, SlopeLine, classical_reading, curve_minimum, over_bound, visible_random_walk,
 };
 pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;

@@ -136,7 +136,7 @@ impl ChannelNoise {
         let classical = match curve.shape.deviation {
             Deviation::Allan => classical_reading(&tau_s, &deviations),
             // the recipes are for the Allan deviation
-            Deviation::Hadamard => classical_reading(&[], &[]),
+            Deviation::Hadamard => ClassicalReading::NOT_APPLICABLE,
         };
         let white_budget = WhiteBudget::new(fit.parameter(Term::White), snapshot, onboard);
         Some(Self {
@@ -216,6 +216,7 @@ impl ChannelNoise {
 
     /// A message that lacks the bias lacks it all the same.
     pub(super) fn was_moved(&mut self) {
+        self.classical = ClassicalReading::NOT_APPLICABLE;
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
         }

@@ -83,7 +83,12 @@ impl<'a> Exports<'a> {
         let all_figures = || figures.iter().chain([together]).flat_map(Figures::all);
         let unknown = self.args.figures.iter().find(|name| !all_figures().any(|figure| is_named(figure, name)));
         if let Some(unknown) = unknown {
-            let names: Vec<&str> = all_figures().map(|figure| figure.id.as_str()).collect();
+            let mut names: Vec<&str> = Vec::new();
+            for name in all_figures().map(Figure::name) {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
             check(Err(anyhow!("no figure is called {unknown}; there are {}", names.join(", "))))?;
         }
         let forms = self.forms.iter().filter(|form| unknown.is_none() || !form.is_figures());
@@ -171,10 +176,11 @@ impl<'a> Exports<'a> {
     }
 }
 
-/// Whether a figure is of that kind, channel or sensor, or has that name: `allan`, `gyro_y` and
-/// `allan-gyro_y` are all names of one.
+/// Whether a figure is of that kind, channel or sensor, or has that name, with or without its run
+/// before it: `allan`, `gyro_y`, `allan-gyro_y` and `run1-allan-gyro_y` are all names of one. A run
+/// alone is no name.
 fn is_named(figure: &Figure, name: &str) -> bool {
-    format!("-{}-", figure.id).contains(&format!("-{name}-"))
+    figure.id == name || format!("-{}-", figure.name()).contains(&format!("-{name}-"))
 }
 
 const JSON: &str = ".json";

@@ -224,19 +224,18 @@ fn write_classical(out: &mut String, group: &[AxisNoise<'_>], deviation: Deviati
         return writeln!(out, "{}", fill(text, "  ", "  "));
     }
     row(out, "graphical method", group, |_| String::new())?;
-    type Rule = fn(&ChannelNoise) -> Option<f64>;
-    let rules: [(Term, &str, Rule); 3] = [
-        (Term::White, "  N, slope -1/2 at 1 s", |noise| noise.classical.white),
-        (Term::BiasInstability, "  B, minimum / 0.664", |noise| noise.classical.bias_instability),
-        (Term::RateRandomWalk, "  K, slope +1/2 at 3 s", |noise| noise.classical.rate_random_walk),
+    let rules = [
+        (Term::White, "  N, slope -1/2 at 1 s"),
+        (Term::BiasInstability, "  B, minimum / 0.664"),
+        (Term::RateRandomWalk, "  K, slope +1/2 at 3 s"),
     ];
-    for (term, name, read) in rules {
+    for (term, name) in rules {
         row(out, name, group, |_| String::new())?;
         let si = (si_unit(sensor, term), 1.0);
         let usual = Some(shown_in(sensor, term)).filter(|_| term == Term::BiasInstability);
         for (unit, factor) in [si].into_iter().chain(usual) {
             row(out, &format!("    {unit}"), group, |(_, noise)| {
-                read(noise).map_or("-".into(), |value| four_digits(value * factor))
+                noise.classical.of(term).map_or("-".into(), |line| four_digits(line.value * factor))
             })?;
         }
     }

@@ -4,10 +4,10 @@ use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
 use vn100_analysis::{Aliasing, AxisTemperature, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
 
-use super::temperature::TemperatureDocument;
+use super::{graphical::ClassicalDocument, temperature::TemperatureDocument};
 use crate::{
     codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window},
-    names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, sentence},
+    names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, p_without, sentence},
     units::si_unit,
 };
 
@@ -32,7 +32,7 @@ pub(crate) struct NoiseDocument {
     #[serde(skip_serializing_if = "Option::is_none")]
     temperature: Option<TemperatureDocument>,
     correlations: Vec<Correlation>,
-    classical: Classical,
+    classical: ClassicalDocument,
     /// Only where asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     filter_models: Option<FilterModelsDocument>,
@@ -164,21 +164,13 @@ struct Correlation {
     value: f64,
 }
 
-/// N, B and K by the graphical rules; all `null` unless of the Allan deviation.
-#[derive(Debug, Serialize)]
-struct Classical {
-    white: Option<f64>,
-    white_unit: &'static str,
-    bias_instability: Option<f64>,
-    bias_instability_unit: &'static str,
-    rate_random_walk: Option<f64>,
-    rate_random_walk_unit: &'static str,
-}
-
 impl NoiseDocument {
     pub(crate) fn new(noise: &ChannelNoise, samples: u64, rate_hz: f64, models: Option<&FilterModels>) -> Self {
-        let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
-        let unit = |term| si_unit(noise.sensor, term);
+        let parameter = |term| {
+            let found = noise.parameter(term)?;
+            let found = Parameter { p: p_without(term, &found), ..found };
+            Some(ParameterDocument::new(found, conventions(noise.sensor, term)))
+        };
         let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
         let mut correlations = Vec::new();
         for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
@@ -211,14 +203,7 @@ impl NoiseDocument {
             temperature: (noise.temperature.as_ref())
                 .map(|temperature| TemperatureDocument::new(temperature, noise.sensor, rate_hz)),
             correlations,
-            classical: Classical {
-                white: noise.classical.white,
-                white_unit: unit(Term::White),
-                bias_instability: noise.classical.bias_instability,
-                bias_instability_unit: unit(Term::BiasInstability),
-                rate_random_walk: noise.classical.rate_random_walk,
-                rate_random_walk_unit: unit(Term::RateRandomWalk),
-            },
+            classical: ClassicalDocument::new(noise),
             filter_models: models.map(FilterModelsDocument::new),
         }
     }
@@ -309,7 +294,7 @@ impl BudgetDocument {
     }
 }
 
-fn sides_name(sides: Sides) -> &'static str {
+pub(crate) fn sides_name(sides: Sides) -> &'static str {
     match sides {
         Sides::One => "one",
         Sides::Two => "two",

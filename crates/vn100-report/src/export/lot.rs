@@ -75,13 +75,19 @@ fn cells(record: &Record<'_>) -> Vec<String> {
     let measured = record.measured;
     let mut cells: Vec<String> = identity(record).into_iter().map(|(_, value)| value).collect();
     let all = record.channels.iter().flat_map(|channel| record.verdicts(channel)).map(|verdict| verdict.verdict);
-    let warnings = measured.warnings().into_iter();
-    let warnings = warnings.map(|warning| format!("{}:{}", warning.severity.name(), warning.kind.name()));
+    // of several warnings of a kind, which differ in their channels, the kind once
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in measured.warnings() {
+        let warning = format!("{}:{}", warning.severity.name(), warning.kind.name());
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
     cells.push(measured.facts.error.clone().unwrap_or_default());
     // a sensor that was moved is compared with nothing
     let moved = measured.assessment.motion.as_ref().map(|_| Verdict::NotComparable);
     cells.push(worst(all.chain(moved)));
-    cells.push(warnings.collect::<Vec<_>>().join(" "));
+    cells.push(warnings.join(" "));
     for (_, (channel, sensor, term), unit) in axes() {
         let channel = record.channels.iter().find(|found| found.name == channel);
         cells.extend(parameter(record, channel, (sensor, term), unit));

@@ -2,15 +2,19 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::RemedyWords;
-use vn100_analysis::noise::{Claim, Convention, Parameter, Sides, Term, conventions, temperature_conventions};
+use vn100_analysis::noise::{Claim, Convention, Parameter, Term, conventions, temperature_conventions};
 use vn100_analysis::protocol::Register;
+use vn100_analysis::{ChannelNoise, RemedyWords};
 
 use crate::{
     codes::{code_of_rate, code_of_status, code_of_verdict},
-    document::{noise::term_name, source::RecordingDocument},
+    document::{
+        noise::{sides_name, term_name},
+        source::RecordingDocument,
+    },
+    graphical::{GRAPHICAL, not_read_code},
     measured::Record,
-    names::sentence,
+    names::{p_without, sentence},
     temperature::coefficient_parameter,
     units::{BlockValues, ChannelValues, Point, si_unit},
 };
@@ -113,24 +117,37 @@ fn parameters(record: &Record<'_>) -> String {
             let Some(Parameter { status, value, lower, upper, p }) = parameter else { return };
             for (place, convention) in conventions.iter().enumerate() {
                 let [value, lower, upper] = [value, lower, upper].map(|si| number(si.map(|si| si * convention.factor)));
-                let sides = match convention.sides {
-                    Some(Sides::One) => "one",
-                    Some(Sides::Two) => "two",
-                    None => "",
-                };
+                let sides = convention.sides.map_or("", sides_name);
                 let (status, p) = (code_of_status(status).code, number(p));
                 let is_si = if place == 0 { "true" } else { "false" };
                 table.row(&[&channel.name, name, status, &value, &lower, &upper, convention.unit, &p, sides, is_si]);
             }
         };
         for term in Term::ALL {
-            rows(term_name(term), noise.parameter(term), conventions(noise.sensor, term));
+            let parameter = noise.parameter(term).map(|found| Parameter { p: p_without(term, &found), ..found });
+            rows(term_name(term), parameter, conventions(noise.sensor, term));
         }
         let of_temperature = noise.temperature.as_ref().map(coefficient_parameter);
         rows("temperature_coefficient", of_temperature, temperature_conventions(noise.sensor));
         rows("curve_minimum", noise.curve_minimum(), conventions(noise.sensor, Term::BiasInstability));
+        graphical(&mut table, channel, noise);
     }
     table.0
+}
+
+/// What the graphical slope method reads, in the same units; the status says so, or why there is
+/// no value.
+fn graphical(table: &mut Table, channel: &ChannelValues, noise: &ChannelNoise) {
+    for (term, _) in GRAPHICAL {
+        let (name, read) = (format!("graphical_{}", term_name(term)), noise.classical.of(term));
+        let status = read.map_or_else(not_read_code, |_| "graphical");
+        for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
+            let value = number(read.ok().map(|line| line.value * convention.factor));
+            let is_si = if place == 0 { "true" } else { "false" };
+            let sides = convention.sides.map_or("", sides_name);
+            table.row(&[&channel.name, &name, status, &value, "", "", convention.unit, "", sides, is_si]);
+        }
+    }
 }
 
 fn fit(record: &Record<'_>) -> String {

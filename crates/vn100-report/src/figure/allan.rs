@@ -1,35 +1,33 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
+use vn100_analysis::FigureVerdict;
 use vn100_analysis::noise::{
-    Claim, Deviation, Parameter, STANDARD_GRAVITY_M_S2, Sides,
-    Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
+    Claim, Deviation, STANDARD_GRAVITY_M_S2, Sides,
+    Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
     Verdict,
 };
 use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{ChannelNoise, FigureVerdict, letter};
 
 use super::{
     Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value,
-    axes::Scale, pretty_unit, quiet, solid,
+    axes::Scale, fitted_model::FittedModel, pretty_unit, quiet, solid,
 };
 use crate::{
     names::deviation_name,
-    numbers::digits,
-    summary::parameter_unit,
     units::{ChannelValues, Point},
 };
 
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
 
-/// One axis, in the unit of data sheets: its curve, the fitted model, the lines of its terms, what
-/// the graphical rules read.
-pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
-    let units = curve_units(channel.quantity);
-    match units.first() {
-        Some((unit, factor)) => axis_in(&in_unit(channel, unit, *factor), *factor, deviation),
-        None => axis_in(channel, 1.0, deviation),
-    }
+/// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its
+/// terms, what the graphical rules read. All over the same range, to be compared by eye.
+pub(crate) fn allan_of_each(axes: &[&ChannelValues], deviation: Deviation) -> Vec<Figure> {
+    let Some((unit, factor)) = axes.first().and_then(|first| curve_units(first.quantity).first()) else {
+        return axes.iter().filter_map(|channel| axis_in(channel, &[], 1.0, deviation)).collect();
+    };
+    let axes: Vec<ChannelValues> = axes.iter().map(|channel| in_unit(channel, unit, *factor)).collect();
+    axes.iter().filter_map(|channel| axis_in(channel, &axes, *factor, deviation)).collect()
 }
 
 /// The units of a deviation, each with its value for 1 in the unit of the channel; the one that is
@@ -46,7 +44,7 @@ const fn curve_units(quantity: Quantity) -> &'static [(&'static str, f64)] {
 }
 
 /// The channel with its deviations in a unit of which one of its own is `factor`.
-fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> ChannelValues {
+pub(super) fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> ChannelValues {
     ChannelValues {
         unit: unit.into(),
         octaves: channel.octaves.iter().map(|point| point.times(factor)).collect(),
@@ -65,7 +63,7 @@ pub fn allan_in_unit(
 ) -> Option<Figure> {
     let channels: Vec<ChannelValues> = channels.iter().map(|channel| in_unit(channel, unit, factor)).collect();
     match &channels[..] {
-        [channel] => axis_in(channel, factor, deviation),
+        [channel] => axis_in(channel, &[], factor, deviation),
         all => {
             let named: Vec<_> = all.iter().map(|channel| (channel.name.clone(), channel)).collect();
             together("allan-axes".into(), name_of_all, &named, deviation, &[])
@@ -73,19 +71,23 @@ pub fn allan_in_unit(
     }
 }
 
-/// With deviations that are `factor` times as large as the parameters say.
-fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option<Figure> {
-    let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
-    let model = model.map(|noise| FittedModel { noise, factor });
-    let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.octaves));
-    let (x, y) = axes(&[channel], &reaches, deviation)?;
+/// With deviations that are `factor` times as large as the parameters say, over a range that has
+/// room for those of `others`, too.
+fn axis_in(channel: &ChannelValues, others: &[ChannelValues], factor: f64, deviation: Deviation) -> Option<Figure> {
+    let model_of = |channel| FittedModel::of(channel, factor).filter(|_| deviation == Deviation::Allan);
+    let model = model_of(channel);
+    channel.deviations.iter().find(|point| point.deviation > Some(0.0))?;
+    let shown: Vec<&ChannelValues> = std::iter::once(channel).chain(others).collect();
+    let reaches: Vec<f64> =
+        (shown.iter()).filter_map(|channel| Some(model_of(channel)?.reaches(&channel.octaves))).flatten().collect();
+    let (x, y) = axes(&shown, &reaches, deviation)?;
     let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
     }
     let id = format!("allan-{}", id_of(&channel.name));
     let title = format!("{}: {}", channel.name, deviation_name(deviation));
-    let mut plot = Plot::new(id, title, x, y, &legend);
+    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
     if let Some(model) = &model {
         let marks = model.below(&plot);
         plot.draw(1, marks);
@@ -165,7 +167,15 @@ pub(crate) fn allan_of_records(
     records: &[(String, &ChannelValues)],
     deviation: Deviation,
 ) -> Option<Figure> {
-    together(format!("records-{}", id_of(channel)), channel, records, deviation, &[])
+    let (_, first) = records.first()?;
+    let drawn: Vec<(String, ChannelValues)> = match curve_units(first.quantity).first() {
+        Some((unit, factor)) => {
+            records.iter().map(|(name, channel)| (name.clone(), in_unit(channel, unit, *factor))).collect()
+        }
+        None => records.iter().map(|(name, channel)| (name.clone(), (*channel).clone())).collect(),
+    };
+    let drawn: Vec<_> = drawn.iter().map(|(name, channel)| (name.clone(), channel)).collect();
+    together(format!("records-{}", id_of(channel)), channel, &drawn, deviation, &[])
 }
 
 fn together(
@@ -180,7 +190,8 @@ fn together(
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (name, _))| (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name)))
         .collect();
-    let mut plot = Plot::new(id, format!("{title}: {}", deviation_name(deviation)), x, y, &legend);
+    let title = format!("{title}: {}", deviation_name(deviation));
+    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
     let marks = reference_lines(&plot, sheet);
     plot.draw(channels.len(), marks);
     for (index, channel) in channels.iter().enumerate() {
@@ -224,7 +235,7 @@ fn units_of(channel: &ChannelValues, is_plain: bool) -> Vec<(String, f64)> {
 }
 
 /// Both sides, around the deviations, their intervals and `more`.
-fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(PlotAxis, PlotAxis)> {
+pub(super) fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(PlotAxis, PlotAxis)> {
     let first = channels.first()?;
     let points = || channels.iter().flat_map(|channel| &channel.deviations).filter(|point| point.deviation > Some(0.0));
     points().next()?;
@@ -244,11 +255,17 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
 /// More points are lines: the deviation, and the ends of its intervals.
 const MOST_MARKED: usize = 100;
 
-fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
+pub(super) fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
     const CAP: f64 = 3.0;
-    let known: Vec<(f64, f64)> =
-        points.iter().filter_map(|point| Some((point.tau_s, point.deviation.filter(|value| *value > 0.0)?))).collect();
+    let places = |is_known: bool| {
+        let shown = points.iter().filter(move |point| point.is_known() == is_known);
+        shown.filter_map(|point| Some((point.tau_s, point.deviation.filter(|value| *value > 0.0)?)))
+    };
+    let known: Vec<(f64, f64)> = places(true).collect();
     let mut marks = vec![plot.line(known.iter().copied(), connecting(index))];
+    // of so few degrees of freedom that a line to them would show a rise or a fall that is none
+    let hollow = Marker::of_series(index).hollow();
+    marks.extend(places(false).map(|(tau_s, deviation)| plot.symbol(tau_s, deviation, hollow, Colour::Quiet)));
     if points.len() > MOST_MARKED {
         let bounds = || points.iter().filter_map(|point| Some((point.tau_s, interval(point)?)));
         marks.push(plot.line(bounds().map(|(tau_s, (lower, _))| (tau_s, lower)), solid(index, 0.5)));
@@ -278,150 +295,11 @@ fn connecting(index: usize) -> Stroke {
     Stroke { colour: Colour::Series(index), width: 1.0, dash: Dash::of_series(index) }
 }
 
-fn series(name: String, points: &[Point]) -> PlottedSeries {
+pub(super) fn series(name: String, points: &[Point]) -> PlottedSeries {
     let value =
         |point: &Point| Some(Value { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
     PlottedSeries { name, values: points.iter().filter_map(value).collect() }
 }
-
-/// The noise that was fitted, as lines; its parameters `factor` times as large.
-struct FittedModel<'a> {
-    noise: &'a ChannelNoise,
-    factor: f64,
-}
-
-impl FittedModel<'_> {
-    fn value(&self, term: Term) -> Option<f64> {
-        Some(self.noise.parameter(term)?.value? * self.factor)
-    }
-
-    /// A parameter in the unit of data sheets.
-    fn number(&self, term: Term, value: f64) -> String {
-        let (unit, factor) = parameter_unit(self.noise.sensor, term);
-        format!("{} {}", digits(value * factor, 3), pretty_unit(unit))
-    }
-
-    /// Where its letters stand, and its deviations: all of that is to be seen.
-    fn reaches(&self, points: &[Point]) -> Vec<f64> {
-        let fitted = points.iter().filter_map(|point| point.fitted);
-        fitted.chain([Quantization, White, RateRandomWalk].into_iter().filter_map(|term| self.value(term))).collect()
-    }
-
-    fn lines(&self, plot: &Plot) -> Vec<Reference> {
-        let Scale { from, to, .. } = plot.place.x;
-        // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
-        let flat = |flicker: f64| {
-            let begins = self.value(White).map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
-            let last = self.noise.fit.quality.map_or(to, |quality| quality.tau_max_s);
-            let ends = self.value(RateRandomWalk).map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
-            (begins * ends.max(begins)).sqrt()
-        };
-        let at = |term, letter, tau_s, deviation, slope| {
-            Some(Reference { term, dash: dash(term)?, letter, tau_s, deviation, slope })
-        };
-        let flat_part = |flicker| at(BiasInstability, "0.664 B", flat(flicker), FLAT * flicker, 0.0);
-        [
-            self.value(Quantization).and_then(|rounding| at(Quantization, "Q", 3_f64.sqrt(), rounding, -1.0)),
-            self.value(White).and_then(|white| at(White, "N", 1.0, white, -0.5)),
-            self.value(BiasInstability).and_then(flat_part),
-            self.value(RateRandomWalk).and_then(|walk| at(RateRandomWalk, "K", 3.0, walk, 0.5)),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
-    }
-
-    fn legend(&self, legend: &mut Vec<(LegendSample, String)>) {
-        if self.noise.fit.quality.is_some() {
-            legend.push((LegendSample::Line(MODEL), "fitted model".into()));
-        }
-        let classical = &self.noise.classical;
-        if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
-            legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "graphical method".into()));
-        }
-        legend.extend(Term::ALL.into_iter().filter_map(|term| {
-            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let number = |value: f64| self.number(term, value);
-            Some(match (value, upper, dash(term)) {
-                (Some(value), _, Some(dash)) => {
-                    (LegendSample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
-                }
-                (Some(value), _, None) => (LegendSample::Nothing, format!("{} {}", letter(term), number(value))),
-                // a bound is no line of the curve
-                (None, Some(upper), _) => (LegendSample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
-                (None, None, _) => return None,
-            })
-        }));
-    }
-
-    fn below(&self, plot: &Plot) -> Vec<Primitive> {
-        let Scale { from, to, .. } = plot.place.x;
-        let lines = self.lines(plot);
-        let line = |line: &Reference| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.1, line.dash));
-        lines.iter().map(line).collect()
-    }
-
-    fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Primitive> {
-        let mut marks = Vec::new();
-        let fitted: Vec<(f64, f64)> = points
-            .iter()
-            .filter_map(|point| Some((point.tau_s, point.fitted.filter(|fitted| *fitted > 0.0)?)))
-            .collect();
-        if !fitted.is_empty() {
-            marks.push(plot.line(fitted, MODEL));
-        }
-        for Reference { term, letter, tau_s, deviation, slope, .. } in self.lines(plot) {
-            marks.push(plot.symbol(tau_s, deviation, Marker::Diamond, Colour::Ink));
-            let value = self.noise.parameter(term).and_then(|parameter| parameter.value);
-            let text =
-                value.map_or_else(|| letter.to_owned(), |value| format!("{letter}: {}", self.number(term, value)));
-            marks.push(match slope {
-                0.0 => plot.note_at_edge(deviation, &text),
-                _ => plot.note(tau_s, deviation, text),
-            });
-        }
-        let classical = &self.noise.classical;
-        let read = [(Marker::Ring, 1.0, classical.white), (Marker::HollowTriangle, 3.0, classical.rate_random_walk)];
-        marks
-            .extend(read.into_iter().filter_map(|(shape, tau_s, value)| {
-                Some(plot.symbol(tau_s, value? * self.factor, shape, Colour::Ink))
-            }));
-        if let Some(flicker) = classical.bias_instability {
-            let lowest = points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
-            let tau_s = lowest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(1.0, |(tau_s, _)| tau_s);
-            marks.push(plot.symbol(tau_s, FLAT * flicker * self.factor, Marker::HollowSquare, Colour::Ink));
-        }
-        marks
-    }
-}
-
-/// How the line of a term is drawn; a ramp has none.
-fn dash(term: Term) -> Option<Dash> {
-    match term {
-        Quantization | BiasInstability => Some(Dash::Dotted),
-        White => Some(Dash::Dashed),
-        RateRandomWalk => Some(Dash::Mixed),
-        RateRamp => None,
-    }
-}
-
-/// The line of one term, through the deviation at the averaging time where its letter is read.
-struct Reference {
-    term: Term,
-    dash: Dash,
-    letter: &'static str,
-    tau_s: f64,
-    deviation: f64,
-    slope: f64,
-}
-
-impl Reference {
-    fn at(&self, tau_s: f64) -> f64 {
-        self.deviation * (tau_s / self.tau_s).powf(self.slope)
-    }
-}
-
-const MODEL: Stroke = Stroke { colour: Colour::Series(1), width: 2.0, dash: Dash::Solid };
 
 /// Letters, digits, `-` and `_` stay.
 pub(crate) fn id_of(name: &str) -> String {

@@ -63,6 +63,18 @@ impl Scale {
     }
 }
 
+/// Both continued, the one that is too short alike at both ends, so that a decade is as long along
+/// as it is upwards, in a rectangle `aspect` times as wide as high.
+pub(crate) fn square_decades(x: Scale, y: Scale, aspect: f64) -> (Scale, Scale) {
+    let decades = |scale: Scale| (scale.to / scale.from).log10();
+    let upwards = decades(y).max(decades(x) / aspect);
+    let continued = |scale: Scale, to_decades: f64| {
+        let more = 10_f64.powf((to_decades - decades(scale)).max(0.0) / 2.0);
+        Scale { from: scale.from / more, to: scale.to * more, ..scale }
+    };
+    (continued(x, upwards * aspect), continued(y, upwards))
+}
+
 fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
     const ABOUT: f64 = 6.5;
     let raw = (to - from) / ABOUT;
@@ -145,6 +157,7 @@ impl PlotAxis {
         match (scale.exponent(), unit.as_str()) {
             (0, "") => name.clone(),
             (0, unit) => format!("{name} ({unit})"),
+            (exponent, "") => format!("{name} (10{})", superscript(exponent)),
             (exponent, unit) => format!("{name} (10{} {unit})", superscript(exponent)),
         }
     }
@@ -233,6 +246,20 @@ mod tests {
         assert_eq!(labels(small), ["−2", "0", "2", "4"]);
         let axis = PlotAxis { name: "gyro_y".into(), unit: "rad/s".into(), scale: small };
         assert_eq!(axis.label(), "gyro_y (10⁻³ rad/s)");
+        assert_eq!(PlotAxis::new("samples", "", small).label(), "samples (10⁻³)");
+    }
+
+    #[test]
+    fn decades_are_as_high_as_they_are_wide() {
+        let scale = |from, to| Scale { from, to, log: true };
+        let decades = |scale: Scale| (scale.to / scale.from).log10();
+        for (x, y) in [(scale(0.01, 1e4), scale(1.0, 10.0)), (scale(1.0, 10.0), scale(1e-3, 1e3))] {
+            let (wide, high) = square_decades(x, y, 1.5);
+            assert!((decades(wide) / decades(high) - 1.5).abs() < 1e-9, "{wide:?} {high:?}");
+            for (short, long) in [(x, wide), (y, high)] {
+                assert!(long.from <= short.from * 1.000_001 && long.to >= short.to * 0.999_999, "{short:?} {long:?}");
+            }
+        }
     }
 
     #[test]

@@ -35,6 +35,15 @@ pub(crate) struct Rectangle {
     pub(crate) height: f64,
 }
 
+impl Rectangle {
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        let meet = |from: f64, length: f64, other: f64, other_length: f64| {
+            from < other + other_length && other < from + length
+        };
+        meet(self.left, self.width, other.left, other.width) && meet(self.top, self.height, other.top, other.height)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) enum Primitive {
     Line { points: Vec<At>, stroke: Stroke },
@@ -86,10 +95,11 @@ pub(crate) enum Marker {
     Square,
     Triangle,
     Diamond,
-    /// Hollow, for what is no result of the fit.
+    /// Hollow, for what is no result of the fit, or hardly known.
     Ring,
     HollowSquare,
     HollowTriangle,
+    HollowDiamond,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,8 +164,17 @@ impl Marker {
         }
     }
 
+    pub(crate) const fn hollow(self) -> Self {
+        match self {
+            Self::Disc | Self::Ring => Self::Ring,
+            Self::Square | Self::HollowSquare => Self::HollowSquare,
+            Self::Triangle | Self::HollowTriangle => Self::HollowTriangle,
+            Self::Diamond | Self::HollowDiamond => Self::HollowDiamond,
+        }
+    }
+
     pub(crate) const fn is_hollow(self) -> bool {
-        matches!(self, Self::Ring | Self::HollowSquare | Self::HollowTriangle)
+        matches!(self, Self::Ring | Self::HollowSquare | Self::HollowTriangle | Self::HollowDiamond)
     }
 
     /// The corners about its middle; none for a circle of radius [`RADIUS`](Self::RADIUS).
@@ -164,7 +183,7 @@ impl Marker {
             Self::Disc | Self::Ring => &[],
             Self::Square | Self::HollowSquare => &[(-2.8, -2.8), (2.8, -2.8), (2.8, 2.8), (-2.8, 2.8)],
             Self::Triangle | Self::HollowTriangle => &[(0.0, -3.7), (3.4, 2.6), (-3.4, 2.6)],
-            Self::Diamond => &[(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)],
+            Self::Diamond | Self::HollowDiamond => &[(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)],
         }
     }
 

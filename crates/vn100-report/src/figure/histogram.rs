@@ -13,7 +13,9 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     let BarValues { first, width, counts } = channel.bars.as_ref()?;
     let edge = |bar: usize| first + width * bar as f64;
     let total = counts.iter().sum::<u64>() as f64;
-    let normal = channel.mean.zip(channel.std.filter(|std| *std > 0.0));
+    // beside samples that no test of normality holds for it would only mislead
+    let is_tested = channel.signal.as_ref().is_some_and(|signal| matches!(signal.normality, Some(Ok(_))));
+    let normal = channel.mean.zip(channel.std.filter(|std| *std > 0.0 && is_tested));
     let expected = |x: f64| {
         let (mean, std) = normal?;
         Some(total * width / (std * TAU.sqrt()) * (-(x - mean).powi(2) / (2.0 * std * std)).exp())
@@ -25,7 +27,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
         pretty_unit(&channel.unit),
         Scale::around([edge(0), edge(counts.len())].into_iter(), false),
     );
-    let y = PlotAxis::new("samples in a bar", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
+    let y = PlotAxis::new("samples per bin", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
     let mut legend = vec![(LegendSample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
     if normal.is_some() {
         legend.push((LegendSample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));

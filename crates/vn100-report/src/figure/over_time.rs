@@ -22,7 +22,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
         Scale::around(blocks.iter().flat_map(|block| [block.min, block.max]), false),
     );
     let legend = [
-        (LegendSample::Area(Colour::Series(0), 0.25), "smallest to largest".to_owned()),
+        (LegendSample::Area(Colour::Series(0), 0.25), "min to max".to_owned()),
         (LegendSample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()),
         (LegendSample::Line(solid(1, 1.6)), "mean".to_owned()),
     ];
@@ -50,7 +50,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
         reach: Some((block.min, block.max)),
     };
     let values = blocks.iter().map(value).collect();
-    Some(plot.done(vec![PlottedSeries { name: "mean, smallest to largest".into(), values }]))
+    Some(plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values }]))
 }
 
 /// The unit for the length of a record, and its seconds.

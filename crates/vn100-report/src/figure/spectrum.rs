@@ -1,11 +1,12 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, axes::Scale, pretty_unit, solid};
+use super::{
+    Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, pretty_unit, solid,
+};
 use crate::{findings::shakes, units::ChannelValues};
 
-/// Logarithm of the ratio of frequencies of one line, and of those whose numbers would overlap.
+/// Logarithm of the ratio of frequencies of one line.
 const SAME: f64 = 0.03;
-const APART: f64 = 0.12;
 
 /// Peaks with a number beside them.
 const MOST_LABELS: usize = 6;
@@ -36,17 +37,24 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
     let mut peaks: Vec<Peak> =
         curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    let mut labelled: Vec<f64> = Vec::new();
-    for Peak { hz, is_labelled, .. } in &mut peaks {
-        // at its highest, and not again on another axis; the strongest leave room for few others
-        *is_labelled = labelled.len() < MOST_LABELS && labelled.iter().all(|other| (other / *hz).ln().abs() > APART);
-        labelled.extend(is_labelled.then_some(*hz));
+    let symbols: Vec<Rectangle> = peaks.iter().map(|peak| plot.symbol_room(peak.frequency, peak.amplitude)).collect();
+    let mut labelled: Vec<(f64, Rectangle)> = Vec::new();
+    for peak in &mut peaks {
+        // at its highest, and not again on another axis nor over another number or symbol
+        let room = plot.note_room(peak.frequency, peak.amplitude, &peak.label());
+        if symbols.iter().any(|symbol| room.overlaps(symbol)) {
+            continue;
+        }
+        let is_free = |(hz, other): &(f64, Rectangle)| (hz / peak.hz).ln().abs() > SAME && !room.overlaps(other);
+        peak.is_labelled = labelled.len() < MOST_LABELS && labelled.iter().all(is_free);
+        labelled.extend(peak.is_labelled.then_some((peak.hz, room)));
     }
     for (index, (_, points)) in curves.iter().enumerate() {
         let mut marks = vec![plot.line(points.iter().copied(), solid(index, 1.1))];
-        for Peak { hz, frequency, amplitude, is_labelled, .. } in peaks.iter().filter(|peak| peak.series == index) {
-            marks.push(plot.symbol(*frequency, *amplitude, Marker::of_series(index), Colour::Series(index)));
-            marks.extend(is_labelled.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
+        for peak in peaks.iter().filter(|peak| peak.series == index) {
+            let (frequency, amplitude) = (peak.frequency, peak.amplitude);
+            marks.push(plot.symbol(frequency, amplitude, Marker::of_series(index), Colour::Series(index)));
+            marks.extend(peak.is_labelled.then(|| plot.note(frequency, amplitude, peak.label())));
         }
         plot.draw(index, marks);
     }
@@ -61,6 +69,12 @@ struct Peak {
     frequency: f64,
     amplitude: f64,
     is_labelled: bool,
+}
+
+impl Peak {
+    fn label(&self) -> String {
+        format!("{:.1} Hz", self.hz)
+    }
 }
 
 fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {

@@ -53,7 +53,7 @@ pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Ca
         ("Uncertainty and traceability", traceability(record, options)),
     ];
     html! {
-        @for (name, rows) in &tables { (facts_table(rows, &captions.table(name))) }
+        @for (name, rows) in &tables { (facts_table(name, rows, captions)) }
     }
 }
 
@@ -291,17 +291,19 @@ pub(super) const NOT_RECORDED: &str = "not recorded";
 pub(super) type Row = (String, String);
 
 /// What is not recorded stands in one line below the table.
-fn facts_table(rows: &[Row], caption: &Markup) -> Markup {
+fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Markup {
     let (absent, known): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|(_, value)| value == NOT_RECORDED);
     let absent: Vec<&str> = absent.iter().map(|(name, _)| name.as_str()).collect();
     html! {
-        div.scroll {
-            table.facts {
-                (caption)
-                tbody { @for (name, value) in known { tr { th scope="row" { (name) } td { (value) } } } }
+        @if !known.is_empty() {
+            div.scroll {
+                table.facts {
+                    (captions.table(name))
+                    tbody { @for (name, value) in &known { tr { th scope="row" { (name) } td { (value) } } } }
+                }
             }
         }
-        @if !absent.is_empty() { p.absent { "Not recorded: " (absent.join(", ")) "." } }
+        @if !absent.is_empty() { p.absent { @if known.is_empty() { (name) ", not" } @else { "Not" } " recorded: " (absent.join(", ")) "." } }
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) fn together(record: &Record<'_>, figures: &Figures, captions: &Captio
         @for figure in first { div.large { (one(figure, captions)) } }
         @if !others.is_empty() { (grid(others, captions)) }
         p {
-            "Bars are pointwise " (level) " % confidence intervals; points without a bar have fewer than two equivalent degrees of freedom."
+            "Bars are pointwise " (level) " % confidence intervals; hollow grey points without a bar have fewer than two equivalent degrees of freedom and show no trend."
         }
     }
 }
@@ -36,7 +36,7 @@ pub(super) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) 
         p {
             @if record.measured.snapshot.deviation == Deviation::Allan {
                 "Thick line: the fitted model with all its terms. Thin lines: its white noise (dashed), flicker floor 0.664 B (dotted) and random walk (dash-dotted), where they are estimated, each with its value where it is read: N at 1 s, K at 3 s. \
-                 Upper bounds stand in the legend with ≤. Hollow marks: the graphical slope method, a ring for N, a square for the minimum, a triangle for K."
+                 Upper bounds stand in the legend with ≤. Hollow marks in the colour of the text: the graphical slope method, a ring for N, a square for the minimum, a triangle for K."
             } @else {
                 "The lines of N, B and K belong to the Allan deviation and are not drawn here."
             }

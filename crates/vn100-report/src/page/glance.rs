@@ -3,14 +3,15 @@
 
 use maud::{Markup, html};
 use vn100_analysis::Severity;
-use vn100_analysis::protocol::Register;
+use vn100_analysis::protocol::{Quantity, Register};
 
 use super::caption::Captions;
 use crate::{
     document::source::RecordingDocument,
     measured::Record,
+    names::names_of,
     numbers::{NOTHING, duration, grouped, trimmed},
-    summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, Summary, VerdictWord},
+    summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
 };
 
 /// Digits of a checksum that name a file beyond doubt for people.
@@ -53,7 +54,7 @@ pub(super) fn verdicts(summary: &Summary) -> Markup {
             @if summary.sensors.is_empty() && !summary.statistics.is_empty() {
                 p.problem { b { "No noise figures are given." } " What limits them is named above." }
             }
-            div.tiles { @for table in &summary.sensors { (tile(table)) } }
+            div.tiles { @for table in &summary.sensors { (tile(table, &summary.statistics)) } }
         }
     }
 }
@@ -78,10 +79,13 @@ pub(super) const fn severity_class(severity: Option<Severity>) -> &'static str {
     }
 }
 
-fn tile(table: &SensorTable) -> Markup {
+fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
+    // the field around it hides all but its white noise; its mean says where it was
+    let magnetometer = names_of(Quantity::MagneticField);
+    let field: &[StatisticsRow] = if table.title == magnetometer.title { statistics } else { &[] };
     html! {
         div.tile {
-            h3 { (table.title) }
+            h2 { (table.title) }
             @for row in table.rows.iter().filter(|row| !row.is_detail) {
                 div.parameter {
                     span.label { (row.label) }
@@ -90,6 +94,16 @@ fn tile(table: &SensorTable) -> Markup {
                         span.figure { (figure) }
                         b class={ "badge " (verdict_class(verdict)) } { (verdict.word) }
                     }
+                }
+            }
+            @if !field.is_empty() {
+                div.parameter { span.label { "Bias Instability B, Random Walk K" } span.value { "n/a (ambient field dominates)" } }
+            }
+            @for row in field.iter().filter(|row| row.label == format!("{} mean", magnetometer.short)) {
+                div.parameter {
+                    span.label { "Mean field" }
+                    span.value { (row.cells.join(" · ")) " " (row.unit) }
+                    span.figure { (row.remark) }
                 }
             }
         }
@@ -165,7 +179,16 @@ fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
 pub(super) fn with_code(text: &str) -> Markup {
     html! {
         @for (place, part) in text.split('`').enumerate() {
-            @if place % 2 == 1 { code { (part) } } @else { (part) }
+            @if place % 2 == 1 { code { (part) } } @else { (with_whole_units(part)) }
+        }
+    }
+}
+
+/// The text without line breaks within units such as °/√h.
+pub(super) fn with_whole_units(text: &str) -> Markup {
+    html! {
+        @for word in text.split_inclusive(' ') {
+            @if word.contains("/√") { span.whole { (word) } } @else { (word) }
         }
     }
 }

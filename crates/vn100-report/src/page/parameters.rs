@@ -13,11 +13,9 @@ use super::{caption::Captions, table};
 use crate::{
     codes::code_of_verdict,
     figure::pretty_unit,
+    graphical::{GRAPHICAL, laboratory_unit},
     measured::Record,
-    names::{
-        QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_unit, in_words, names_of, parameter_names,
-        shown_in, verdict_name,
-    },
+    names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, shown_in, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, p_value, trimmed, with_interval},
     temperature::{coefficient_parameter, lag_text, share_text},
     units::ChannelValues,
@@ -35,7 +33,7 @@ pub(super) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
                 @let caption = captions.table(&format!("{}: noise parameters in all units, fit quality and graphical readings", names_of(quantity).title));
                 (sensor_table(&axes, sensor, snapshot.deviation, &caption))
                 (budget(first, snapshot.timing.rate_hz))
-                @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
+                @if let Some(reason) = long_taus_reason(first.long_taus) { p { (reason) } }
             }
         }
     }
@@ -139,7 +137,7 @@ fn sampling(noise: &ChannelNoise) -> Option<String> {
 
 /// Of an estimate, the probability that noise without the term would show as much.
 fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
-    noise.parameter(term).filter(|found| found.value.is_some())?.p
+    p_without(term, &noise.parameter(term).filter(|found| found.value.is_some())?)
 }
 
 /// The uncertainty of N besides that of sampling, the same for all axes.
@@ -152,37 +150,20 @@ fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
 
 /// For comparison with older reports.
 fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
-    type Read = fn(&ChannelNoise) -> Option<f64>;
-    let rules: [(Term, &str, Read); 3] = [
-        (Term::White, "N: slope −½ at 1 s", |noise| noise.classical.white),
-        (Term::BiasInstability, "B: minimum / 0.664", |noise| noise.classical.bias_instability),
-        (Term::RateRandomWalk, "K: slope +½ at 3 s", |noise| noise.classical.rate_random_walk),
-    ];
+    let read =
+        |noise: &ChannelNoise, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
     html! {
         tbody {
             tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Graphical slope method (IEEE 952), for comparison with other reports" } }
-            @for (term, name, read) in rules {
+            @for (term, rule) in GRAPHICAL {
                 @let si = &conventions(sensor, term)[0];
-                (row(axes, name, &pretty_unit(si.unit), |noise| read(noise).map(four_digits)))
-                @for unit in graphical_units(sensor, term) {
-                    @let (unit, factor) = in_unit(sensor, term, unit);
-                    (row(axes, "", &pretty_unit(unit), |noise| read(noise).map(|value| four_digits(value * factor))))
+                @let name = format!("{}: {rule}", letter(term));
+                (row(axes, &name, &pretty_unit(si.unit), |noise| read(noise, term, 1.0)))
+                @if let Some((unit, factor)) = laboratory_unit(sensor, term) {
+                    (row(axes, "", &pretty_unit(unit), |noise| read(noise, term, factor)))
                 }
             }
         }
-    }
-}
-
-/// The units in which reports of laboratories give what they read off the curve.
-const fn graphical_units(sensor: Sensor, term: Term) -> &'static [&'static str] {
-    match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => &["deg/sqrt(h)"],
-        (Sensor::Gyroscope, Term::BiasInstability) => &["deg/h"],
-        (Sensor::Gyroscope, Term::RateRandomWalk) => &["deg/h^1.5"],
-        (Sensor::Accelerometer, Term::White) => &["m/s/sqrt(h)"],
-        (Sensor::Accelerometer, Term::BiasInstability) => &["mg"],
-        (Sensor::Accelerometer, Term::RateRandomWalk) => &["m/s/h^1.5"],
-        _ => &[],
     }
 }
 
@@ -194,7 +175,8 @@ fn shown(noise: &ChannelNoise, a: Term, b: Term) -> bool {
 fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&ChannelNoise) -> Option<String>) -> Markup {
     html! {
         tr {
-            th scope="row" { (name) } td.unit { (unit) }
+            @if name.is_empty() { td {} } @else { th scope="row" { (name) } }
+            td.unit { (unit) }
             @for (_, noise) in axes { td { (cell(noise).unwrap_or_else(|| NOTHING.into())) } }
         }
     }
@@ -213,7 +195,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
     }
 }
 
-fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
+pub(super) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
         LongTauValidity::Sensor => None,
         LongTauValidity::Compensated => Some(
@@ -290,7 +272,6 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
             }
             "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }
-        (grades(record))
     }
 }
 
@@ -318,15 +299,5 @@ fn measured(verdict: &FigureVerdict, factor: f64) -> String {
         }
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
         _ => NOTHING.into(),
-    }
-}
-
-fn grades(record: &Record<'_>) -> Markup {
-    let of = |channel: &ChannelValues| Some(format!("{}: {}", channel.name, grade_text(channel.noise.as_ref()?)?));
-    let graded: Vec<String> = record.channels.iter().filter_map(of).collect();
-    html! {
-        @if !graded.is_empty() {
-            p { "The " (pretty_unit(&grade_scheme())) ": " (graded.join("; ")) "." }
-        }
     }
 }

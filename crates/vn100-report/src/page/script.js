@@ -314,7 +314,7 @@
     });
     table.closest('.scroll')?.after(copy);
   }
-  for (const scroll of document.querySelectorAll('.scroll')) if (scroll.scrollWidth > scroll.clientWidth) scroll.tabIndex = 0;
+  for (const scroll of document.querySelectorAll('.scroll, pre')) if (scroll.scrollWidth > scroll.clientWidth) scroll.tabIndex = 0;
   // paper has no triangle to click on
   window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
   document.documentElement.dataset.ready = String(alive);

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use vn100_analysis::noise::Spread;
 use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 
-use super::{PageOptions, caption::Captions, figures::grid, row, table};
+use super::{PageOptions, caption::Captions, figures::grid, glance::with_code, row, table};
 use crate::{
     figure::{Figures, pretty_unit},
     measured::{Record, run_name},
@@ -26,7 +26,7 @@ pub(super) fn several(
             h2 { "Comparison" }
             (list(records, captions))
             p { b { "Which record to use" } ": " (recommendation(comparison.recommended, run_name)) "." }
-            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.in_words(options.words).trim_end_matches('.')) "." } }
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat.text.in_words(options.words).trim_end_matches('.'))) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes, captions))
             (rankings(&comparison, captions))

@@ -3,7 +3,7 @@
 
 use core::f64::consts::{LN_2, PI};
 
-use super::{Parameter, Status};
+use super::{Parameter, Status, Term};
 
 const PLATEAU: f64 = 2.0 * LN_2 / PI;
 
@@ -13,34 +13,90 @@ const PLATEAU: f64 = 2.0 * LN_2 / PI;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClassicalReading {
     /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves nearest to that slope.
-    pub white: Option<f64>,
-    /// B: the minimum over √(2 ln 2/π) = 0.664; `None` where the curve still falls or only rises.
-    pub bias_instability: Option<f64>,
+    pub white: Result<SlopeLine, NotRead>,
+    /// B: the minimum over √(2 ln 2/π) = 0.664.
+    pub bias_instability: Result<SlopeLine, NotRead>,
     /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves nearest to that slope.
-    pub rate_random_walk: Option<f64>,
+    pub rate_random_walk: Result<SlopeLine, NotRead>,
+}
+
+/// A line drawn along a deviation curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeLine {
+    /// N, B or K.
+    pub value: f64,
+    /// Averaging time at which it touches the curve: the middle of a pair of octaves, or the octave
+    /// of the minimum.
+    pub tau_s: f64,
+}
+
+/// Why the graphical slope method gives no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NotRead {
+    /// No pair of neighbours has a slope within 1/4 of the line's.
+    NoSlope,
+    /// The lowest octave is the first or the last: the curve still falls, or only rises.
+    NoMinimum,
+    /// The averaging time at which the value is read lies outside the curve.
+    OutsideCurve,
+    /// The method does not hold for such a record, or the parameter is none of its three.
+    NotApplicable,
+}
+
+impl ClassicalReading {
+    /// Averaging time at which N is read, in seconds.
+    pub const WHITE_TAU_S: f64 = 1.0;
+    /// Averaging time at which K is read, in seconds.
+    pub const RANDOM_WALK_TAU_S: f64 = 3.0;
+
+    /// That of a record for which the method does not hold.
+    pub const NOT_APPLICABLE: Self = Self {
+        white: Err(NotRead::NotApplicable),
+        bias_instability: Err(NotRead::NotApplicable),
+        rate_random_walk: Err(NotRead::NotApplicable),
+    };
+
+    /// The value of `term`, or why there is none.
+    ///
+    /// # Errors
+    /// Where it is not read.
+    pub const fn of(&self, term: Term) -> Result<SlopeLine, NotRead> {
+        match term {
+            Term::White => self.white,
+            Term::BiasInstability => self.bias_instability,
+            Term::RateRandomWalk => self.rate_random_walk,
+            Term::Quantization | Term::RateRamp => Err(NotRead::NotApplicable),
+        }
+    }
 }
 
 /// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A
-/// line is read where a pair of neighbours has its slope within 1/4.
+/// line is read where a pair of neighbours has its slope within 1/4, and the curve has its
+/// averaging time.
 #[must_use]
 pub fn classical_reading(tau_s: &[f64], deviations: &[f64]) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
     let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
-    // Deviation at the middle of a pair, for τ = 1 s and the line of `slope`
-    let line = |slope: f64| {
+    let line = |slope: f64, read_at_s: f64| {
         let pairs = points.windows(2).filter(|_| usable).map(|pair| {
             let [(tau_1, dev_1), (tau_2, dev_2)] = [pair[0], pair[1]];
             let apart = ((dev_2 / dev_1).ln() / (tau_2 / tau_1).ln() - slope).abs();
-            (apart, (dev_1 * dev_2).sqrt() * (tau_1 * tau_2).sqrt().powf(-slope))
+            let tau_s = (tau_1 * tau_2).sqrt();
+            (apart, SlopeLine { value: (dev_1 * dev_2).sqrt() * (read_at_s / tau_s).powf(slope), tau_s })
         });
-        pairs.filter(|(apart, _)| *apart <= 0.25).min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, at_one)| at_one)
+        let nearest = pairs.filter(|(apart, _)| *apart <= 0.25).min_by(|(a, _), (b, _)| a.total_cmp(b));
+        let (_, found) = nearest.ok_or(NotRead::NoSlope)?;
+        let is_inside = points.first().is_some_and(|(first, _)| *first <= read_at_s)
+            && points.last().is_some_and(|(last, _)| read_at_s <= *last);
+        if is_inside { Ok(found) } else { Err(NotRead::OutsideCurve) }
     };
     let lowest = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
     let inner = lowest.filter(|lowest| usable && *lowest > 0 && lowest + 1 < points.len());
+    let flat = |lowest: usize| SlopeLine { value: points[lowest].1 / PLATEAU.sqrt(), tau_s: points[lowest].0 };
     ClassicalReading {
-        white: line(-0.5),
-        bias_instability: inner.map(|lowest| points[lowest].1 / PLATEAU.sqrt()),
-        rate_random_walk: line(0.5).map(|at_one| at_one * 3_f64.sqrt()),
+        white: line(-0.5, ClassicalReading::WHITE_TAU_S),
+        bias_instability: inner.map(flat).ok_or(NotRead::NoMinimum),
+        rate_random_walk: line(0.5, ClassicalReading::RANDOM_WALK_TAU_S),
     }
 }
 
@@ -143,19 +199,40 @@ mod tests {
     fn lines_and_minimum_are_read_where_they_are() {
         let (tau_s, deviations) = curve(2e-4, 3e-5, 2e-6);
         let reading = classical_reading(&tau_s, &deviations);
-        assert!((reading.white.unwrap() / 2e-4 - 1.0).abs() < 0.01, "{reading:?}");
-        assert!((reading.rate_random_walk.unwrap() / 2e-6 - 1.0).abs() < 0.1, "{reading:?}");
-        assert!((1.0..1.6).contains(&(reading.bias_instability.unwrap() / 3e-5)), "{reading:?}");
+        let value = |line: Result<SlopeLine, NotRead>| line.unwrap().value;
+        assert!((value(reading.white) / 2e-4 - 1.0).abs() < 0.01, "{reading:?}");
+        assert!((value(reading.rate_random_walk) / 2e-6 - 1.0).abs() < 0.1, "{reading:?}");
+        assert!((1.0..1.6).contains(&(value(reading.bias_instability) / 3e-5)), "{reading:?}");
+        // the line touches the curve where it was read
+        let line = reading.rate_random_walk.unwrap();
+        let there =
+            (2e-4_f64.powi(2) / line.tau_s + PLATEAU * 3e-5_f64.powi(2) + 2e-6_f64.powi(2) * line.tau_s / 3.0).sqrt();
+        assert!((line.value * (line.tau_s / 3.0).sqrt() / there - 1.0).abs() < 0.02, "{line:?}, {there}");
         // What the rule makes of white noise and random walk alone: 1.62 √(N K), not 0.
         let (tau_s, deviations) = curve(2e-4, 0.0, 2e-6);
         let reading = classical_reading(&tau_s, &deviations);
-        assert!((reading.bias_instability.unwrap() / (1.62 * (2e-4_f64 * 2e-6).sqrt()) - 1.0).abs() < 0.05);
+        assert!((value(reading.bias_instability) / (1.62 * (2e-4_f64 * 2e-6).sqrt()) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn what_the_curve_does_not_show_is_not_read() {
         let (tau_s, deviations) = curve(2e-4, 0.0, 0.0);
         let reading = classical_reading(&tau_s, &deviations);
-        assert_eq!((reading.bias_instability, reading.rate_random_walk), (None, None));
-        let nothing = ClassicalReading { white: None, bias_instability: None, rate_random_walk: None };
+        assert_eq!(reading.bias_instability, Err(NotRead::NoMinimum));
+        assert_eq!(reading.rate_random_walk, Err(NotRead::NoSlope));
+        let nothing = ClassicalReading {
+            white: Err(NotRead::NoSlope),
+            bias_instability: Err(NotRead::NoMinimum),
+            rate_random_walk: Err(NotRead::NoSlope),
+        };
         assert_eq!(classical_reading(&[], &[]), nothing);
         assert_eq!(classical_reading(&[1.0, 2.0], &[0.0, 0.0]), nothing);
+        // white noise that is averaged for 4 s at least, and a walk that ends after 2 s
+        let reading = classical_reading(&[4.0, 8.0], &[0.5, 0.125_f64.sqrt()]);
+        assert_eq!(reading.white, Err(NotRead::OutsideCurve));
+        let reading = classical_reading(&[1.0, 2.0], &[1.0, 2_f64.sqrt()]);
+        assert_eq!(reading.rate_random_walk, Err(NotRead::OutsideCurve));
+        assert_eq!(ClassicalReading::NOT_APPLICABLE.of(Term::White), Err(NotRead::NotApplicable));
     }
 
     #[test]

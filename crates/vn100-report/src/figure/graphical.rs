@@ -1,0 +1,126 @@
+//! The Allan deviation of one axis as laboratories print it: with the lines of N, B and K that the
+//! graphical slope method draws, and what it reads off them.
+
+use vn100_analysis::noise::{ClassicalReading, Deviation, NotRead, SlopeLine, Term};
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelNoise, letter};
+
+use super::{
+    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, Primitive,
+    allan::{FLAT, axes, curve, id_of, in_unit, series},
+    pretty_unit, quiet, solid,
+};
+use crate::{
+    graphical::{GRAPHICAL, laboratory_unit, not_read},
+    names::deviation_name,
+    numbers::four_digits,
+    units::ChannelValues,
+};
+
+/// In deg/s or m/s². `None` for another quantity or deviation, and without any deviation.
+pub(crate) fn graphical(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
+    let (unit, factor) = match channel.quantity {
+        Quantity::AngularRate => ("deg/s", 180.0 / std::f64::consts::PI),
+        Quantity::Acceleration => ("m/s^2", 1.0),
+        _ => return None,
+    };
+    let noise = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan)?;
+    let channel = in_unit(channel, unit, factor);
+    let lines: Vec<Result<Line, (Term, NotRead)>> = (GRAPHICAL.iter())
+        .map(|(term, _)| match noise.classical.of(*term) {
+            Ok(line) => Ok(Line::new(*term, line, factor)),
+            Err(why) => Err((*term, why)),
+        })
+        .collect();
+    // with room for the text below
+    let reaches: Vec<f64> = lines.iter().flatten().flat_map(|line| [line.deviation, 0.4 * line.deviation]).collect();
+    let (x, y) = axes(&[&channel], &reaches, deviation)?;
+    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
+    legend.extend(lines.iter().map(|line| match line {
+        Ok(line) => (LegendSample::Line(quiet(1.3, line.dash)), line.text(noise)),
+        Err((term, why)) => (LegendSample::Nothing, format!("{} {}", letter(*term), not_read(*term, *why))),
+    }));
+    let id = format!("graphical-{}", id_of(&channel.name));
+    let title = format!("{}: {}, graphical slope method", channel.name, deviation_name(deviation));
+    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
+    let (from, to) = (plot.place.x.from, plot.place.x.to);
+    let marks = lines.iter().flatten();
+    let marks = marks.map(|line| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.3, line.dash)));
+    let marks = marks.collect();
+    plot.draw(1, marks);
+    let marks = curve(&plot, 0, &channel.deviations);
+    plot.draw(0, marks);
+    let marks = lines.iter().flatten().flat_map(|line| line.reading(&plot, noise)).collect();
+    plot.draw(1, marks);
+    Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))
+}
+
+/// A straight line through the place at which its parameter is read.
+struct Line {
+    term: Term,
+    /// In the unit of the parameter.
+    value: f64,
+    tau_s: f64,
+    /// There, in the unit of the plot.
+    deviation: f64,
+    slope: f64,
+    dash: Dash,
+}
+
+impl Line {
+    fn new(term: Term, SlopeLine { value, tau_s }: SlopeLine, factor: f64) -> Self {
+        let (tau_s, level, slope, dash) = match term {
+            Term::BiasInstability => (tau_s, FLAT, 0.0, Dash::Dotted),
+            Term::RateRandomWalk => (ClassicalReading::RANDOM_WALK_TAU_S, 1.0, 0.5, Dash::Mixed),
+            Term::White | Term::Quantization | Term::RateRamp => {
+                (ClassicalReading::WHITE_TAU_S, 1.0, -0.5, Dash::Dashed)
+            }
+        };
+        Self { term, value, tau_s, deviation: value * level * factor, slope, dash }
+    }
+
+    fn at(&self, tau_s: f64) -> f64 {
+        self.deviation * (tau_s / self.tau_s).powf(self.slope)
+    }
+
+    /// As `N 0.3617 °/√h`.
+    fn text(&self, noise: &ChannelNoise) -> String {
+        let unit = laboratory_unit(noise.sensor, self.term);
+        unit.map_or_else(String::new, |(unit, factor)| {
+            format!("{} {} {}", letter(self.term), four_digits(self.value * factor), pretty_unit(unit))
+        })
+    }
+
+    /// The place, with the value beside it: away from the curve, which comes down from the left.
+    fn reading(&self, plot: &Plot, noise: &ChannelNoise) -> [Primitive; 2] {
+        let (x, y) = plot.place.of(self.tau_s, self.deviation);
+        let text = match self.term {
+            Term::BiasInstability => format!("0.664 B: {}", self.text(noise)),
+            _ => self.text(noise),
+        };
+        let (at, anchor) = match self.term {
+            // above its line, at the left
+            Term::BiasInstability => ((plot.place.area.left + 8.0, y - 5.0), Anchor::Start),
+            Term::RateRandomWalk => ((x + 8.0, y + 13.0), Anchor::Start),
+            Term::White | Term::Quantization | Term::RateRamp => ((x + 7.0, y - 6.0), Anchor::Start),
+        };
+        [plot.symbol(self.tau_s, self.deviation, Marker::Diamond, Colour::Ink), Primitive::text(at, text, anchor)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_goes_through_the_place_where_it_is_read() {
+        let line = |term| Line::new(term, SlopeLine { value: 2.0, tau_s: 500.0 }, 10.0);
+        assert_eq!(line(Term::White).at(1.0), 20.0);
+        assert!((line(Term::White).at(4.0) - 10.0).abs() < 1e-12);
+        assert!(
+            (line(Term::RateRandomWalk).at(12.0) - 40.0).abs() < 1e-12 && line(Term::RateRandomWalk).at(3.0) == 20.0
+        );
+        let flat = line(Term::BiasInstability);
+        assert!(flat.tau_s == 500.0 && flat.at(7.0) == flat.at(500.0) && (flat.at(1.0) - 0.664_28 * 20.0).abs() < 1e-9);
+    }
+}
