@@ -82,6 +82,33 @@ fn what_is_read_by_rule_is_read_off_the_allan_deviation() {
     assert!(!html.contains("Graphical slope method"), "the rules are none of the Hadamard deviation");
 }
 
+/// The first screen of a report as a picture: its own elements and style within one SVG, but for
+/// the checksum, which changes with what writes recordings. Made anew with `VN100_WRITE_STILLS=1`.
+#[test]
+fn the_picture_of_a_report_is_its_first_screen() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "lab3.mcap", &["--profile", "lab3", "--message", "VNIMU", "--duration", "2h"]);
+    let (_, html) = report(&folder, &[&capture], &[]);
+    let between = |from: &str, to: &str| html.split(from).nth(1).unwrap().split(to).next().unwrap();
+    let style = between("<style>", "</style>");
+    let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
+    let until_figure = between("<body>", "</figure>").replace("<svg", svg);
+    let (before, after) = until_figure.split_once("<div><dt>SHA-256</dt>").unwrap();
+    let (_, after) = after.split_once("</div>").unwrap();
+    let until_figure = format!("{before}{after}");
+    let picture = format!(
+        "{svg} width=\"1280\" height=\"1250\" viewBox=\"0 0 1280 1250\"><foreignObject width=\"100%\" height=\"100%\">\
+         <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{until_figure}</figure></div></section></main></body></html></foreignObject></svg>\n",
+        style.replace('&', "&amp;")
+    );
+    assert!(picture.len() < 100_000, "{} bytes", picture.len());
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("stills/report.svg");
+    if std::env::var_os("VN100_WRITE_STILLS").is_some() {
+        fs::write(&file, &picture).unwrap();
+    }
+    assert!(fs::read_to_string(&file).unwrap_or_default() == picture, "{} is not the page: VN100_WRITE_STILLS=1 makes it anew", file.display());
+}
+
 /// The rows of a CSV export of the report, as cells.
 fn rows_of(page: &Path, ending: &str) -> Vec<Vec<String>> {
     let table = fs::read_to_string(page.with_extension(ending)).unwrap();

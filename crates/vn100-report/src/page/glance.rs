@@ -102,7 +102,7 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
             @for row in field.iter().filter(|row| row.label == format!("{} mean", magnetometer.short)) {
                 div.parameter {
                     span.label { "Mean field" }
-                    span.value { (row.cells.join(" · ")) " " (row.unit) }
+                    span.value { (row.cells.join(" · ").replace('-', "−")) " " (row.unit) }
                     span.figure { (row.remark) }
                 }
             }

@@ -3,7 +3,7 @@
 //! parameters, and the grade of the gyroscope.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::{Deviation, Parameter, Term};
+use vn100_analysis::noise::{Deviation, Parameter, SlopeLine, Term};
 use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, letter};
 
 use super::{
@@ -32,6 +32,9 @@ pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
     if axes.is_empty() || record.measured.snapshot.deviation != Deviation::Allan {
         return html! { p.absent { "The graphical slope method reads the Allan deviation of gyroscopes and accelerometers, which this result has not." } };
     }
+    let lines =
+        axes.iter().flat_map(|(channel, noise)| GRAPHICAL.map(|(term, _)| (*channel, noise.classical.of(term))));
+    let rests_on_few = lines.into_iter().any(|(channel, line)| line.is_ok_and(|line| rests_on_unknown(channel, line)));
     html! {
         p {
             "The graphical slope method [4], as laboratory reports give it: a line of slope −½ read at 1 s, of slope +½ at 3 s, and the minimum over 0.664. \
@@ -40,6 +43,9 @@ pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
         }
         (grid(&figures.graphical, captions))
         (readings(&axes, record.measured.assessment.confidence, &captions.table("Graphical readings beside the fitted parameters")))
+        @if rests_on_few {
+            p { "† Read off octaves of fewer than two equivalent degrees of freedom, which wander by chance: another record would give another value." }
+        }
         @for (channel, noise) in &axes {
             @if let Some(reason) = long_taus_reason(noise.long_taus) { p { (channel.name) ": " (reason) } }
         }
@@ -69,7 +75,7 @@ fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: 
                                     @match noise.classical.of(term) {
                                         Ok(line) => {
                                             td { (four_digits(line.value * factor)) }
-                                            td { (digits(line.tau_s, 3)) }
+                                            td { (digits(line.tau_s, 3)) @if rests_on_unknown(channel, line) { " †" } }
                                         }
                                         Err(why) => { td.words colspan="2" { (not_read(term, why)) } }
                                     }
@@ -82,6 +88,12 @@ fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: 
             }
         }
     }
+}
+
+/// Whether the line touches the curve at or beside an octave without an interval.
+fn rests_on_unknown(channel: &ChannelValues, line: SlopeLine) -> bool {
+    let is_near = |tau_s: f64| (0.7..1.5).contains(&(tau_s / line.tau_s));
+    channel.octaves.iter().any(|point| is_near(point.tau_s) && !point.is_known())
 }
 
 fn fitted(parameter: Option<Parameter>, factor: f64) -> String {
