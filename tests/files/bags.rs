@@ -79,7 +79,7 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     assert_eq!(document(&both)["records"].as_array().unwrap().len(), 2);
     for (args, file) in [(&[][..], bag("mcap")), (&["--topic", "/camera/gyro/sample"], bag("db3_two"))] {
         let (code, text) = refused(vn100().arg("compare").args(args).arg(file));
-        assert!(code == Some(2) && text.contains("holds one stream"), "{code:?}: {text}");
+        assert!(code == Some(2) && text.contains("contains one stream"), "{code:?}: {text}");
     }
     let (code, text) = refused(vn100().arg("compare").arg(bag("none.bag")));
     assert!(code == Some(3) && text.contains("none.bag") && !text.contains("one stream"), "{code:?}: {text}");

@@ -290,7 +290,7 @@ fn ndjson_does_not_depend_on_how_the_bytes_arrive() {
 }
 
 #[test]
-fn another_message_is_named_with_its_cure() {
+fn another_message_is_named_with_its_remedy() {
     let output =
         with_stdin(vn100().args(["replay", "-"]), b"$VNYPR,-129.867,-000.355,-000.296*61\r\n".repeat(20).as_slice());
     assert_eq!(output.status.code(), Some(3));

@@ -22,7 +22,7 @@ fn every_refused_line_is_in_the_log_and_the_result_is_the_same() {
         let reason = format!(", {}:", kind.replace("too_long", "too long"));
         assert_eq!(entries(&log, &reason).len() as u64, count.as_u64().unwrap(), "{kind}");
     }
-    assert!(entries(&log, "corrupted.vnymr: refused at byte ").len() > 10, "{log}");
+    assert!(entries(&log, "corrupted.vnymr: rejected at byte ").len() > 10, "{log}");
     assert!(log.trim_end().ends_with("corrupted.vnymr: ended"), "{log}");
 }
 
@@ -33,7 +33,7 @@ fn what_is_asked_and_answered_is_told_of_a_live_sensor() {
     let measured = run(vn100().args(["attach", "sim", "--duration", "2s", "--json", "--log"]).arg(&log));
     assert_eq!(measured.status.code(), Some(0));
     let told = fs::read_to_string(&log).unwrap();
-    for what in ["link up: ", "sent $VNRRG,07*74", "reply $VNRRG,07,40*"] {
+    for what in ["connected: ", "sent $VNRRG,07*74", "reply $VNRRG,07,40*"] {
         // on a machine with much to do a question is asked again
         assert!(!entries(&told, &format!(" sim: {what}")).is_empty(), "{what}: {told}");
     }

@@ -194,7 +194,7 @@ fn parsed_fields_read_as_the_lines_they_came_from() {
 }
 
 #[test]
-fn values_without_a_rate_are_refused_with_the_cure() {
+fn values_without_a_rate_are_refused_with_the_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("untimed.csv");
     let untimed: String = as_csv(300).lines().map(|row| row.split_once(',').unwrap().1.to_owned() + "\n").collect();
@@ -203,7 +203,7 @@ fn values_without_a_rate_are_refused_with_the_cure() {
         let (document, exit) = replay(&path, &[]);
         let error = document["source"]["error"].as_str().unwrap().to_owned();
         assert_eq!((exit, &document["timing"]["samples"]), (2, &0.into()), "{error}");
-        assert!(error.contains("nothing in it tells its sample rate") && error.contains("--rate HZ"), "{error}");
+        assert!(error.contains("its sample rate is unknown") && error.contains("--rate HZ"), "{error}");
         error
     };
     assert!(refused(untimed.clone()).contains("where it has one, as in --columns t=NAME:s"));

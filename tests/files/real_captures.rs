@@ -102,7 +102,7 @@ fn a_sensor_that_only_warms_up_shows_no_temperature_coefficient() {
             (&"not-observable".into(), &"one-direction".into()),
             "{found}"
         );
-        assert!(found["text"].as_str().unwrap().starts_with("only heating was seen (correlation with time +0.95)"));
+        assert!(found["text"].as_str().unwrap().starts_with("the temperature only rose (correlation with time +0.95)"));
     }
 }
 

@@ -408,7 +408,7 @@ fn a_lot_has_a_row_for_each_capture_in_the_units_of_data_sheets() {
     let output =
         vn100(&["report", text(&a), text(&b), "-o", text(&page), "--export", "svg", "--figures", "run1", "--force"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(1) && stderr.contains("no figure is called run1"), "{stderr}");
+    assert!(output.status.code() == Some(1) && stderr.contains("unknown figure run1"), "{stderr}");
     let chosen =
         ["run1-allan-gyro_y.svg", "run1-spectrum-accel.svg", "run1-spectrum-gyro.svg", "run1-spectrum-mag.svg"];
     assert_eq!(figures("report-1.svg-figures"), chosen);
@@ -426,7 +426,7 @@ fn a_figure_that_is_none_is_named_with_those_there_are() {
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     let (code, told) = export("svg");
-    assert!(code == Some(1) && told.contains("no figure is called alan; there are allan-gyro,"), "{told}");
+    assert!(code == Some(1) && told.contains("unknown figure alan; the figures are allan-gyro,"), "{told}");
     let (code, told) = export("csv");
     assert!(code == Some(2) && told.contains("--export svg or png"), "{told}");
 }
@@ -488,7 +488,7 @@ fn kalibr_gets_no_random_walk_of_a_compensated_gyroscope() {
     };
     let refused = export(&["--require-estimated"]);
     assert_eq!(refused.0, Some(1), "{}", refused.1);
-    let reason = "gyroscope_random_walk: the message is bias-compensated";
+    let reason = "gyroscope_random_walk: B and K are not measurable in a bias-compensated message";
     assert!(refused.1.contains("not every value is estimated") && refused.1.contains(reason), "{}", refused.1);
     let file = folder.path().join("r.imu.yaml");
     assert!(page.exists() && !file.exists());
@@ -499,7 +499,7 @@ fn kalibr_gets_no_random_walk_of_a_compensated_gyroscope() {
     let expected =
         ["accelerometer_noise_density", "accelerometer_random_walk", "gyroscope_noise_density", "update_rate"];
     assert_eq!(names, expected);
-    assert!(yaml.contains("# gyroscope_random_walk: missing, and Kalibr needs it:\n#   the message is"), "{yaml}");
+    assert!(yaml.contains("# gyroscope_random_walk: missing, and Kalibr needs it:\n#   B and K are"), "{yaml}");
 }
 
 #[test]
@@ -566,8 +566,8 @@ fn the_page_has_a_name_of_its_own_and_every_file_is_listed() {
 #[test]
 fn names_without_a_page_are_wrong_usage() {
     for (arguments, expected) in [
-        (&["-o", "out.pdf"][..], "out.pdf does not end in .html, name a page, and print it to PDF"),
-        (&["-o", "out.pdf", "--export", "csv"], "print it to PDF"),
+        (&["-o", "out.pdf"][..], "out.pdf does not end in .html, name a page, and print it as PDF"),
+        (&["-o", "out.pdf", "--export", "csv"], "print it as PDF"),
         (&["-o", "stem"], "nothing is exported"),
         (&["-o", "stem", "--export", "csv", "--open"], "name a page to open"),
     ] {
@@ -624,7 +624,7 @@ fn a_capture_of_nothing_says_so() {
     let output = vn100(&["report", text(&capture), "-o", text(&page)]);
     assert_eq!(output.status.code(), Some(3));
     let html = fs::read_to_string(&page).unwrap();
-    assert!(html.contains("no valid sample") && html.contains("nothing to conclude from"));
+    assert!(html.contains("no valid sample") && html.contains("There are no results"));
     assert!(!html.contains("section id=\"parameters\"") && !html.contains("noise_density"), "it has no numbers");
 }
 

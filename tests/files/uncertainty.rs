@@ -67,7 +67,7 @@ fn p_stands_beside_each_estimated_slow_term_and_the_minimum_beside_b() {
     let output = vn100().arg("report").arg(&file).args(options).args(["--export", "csv", "-o"]).arg(&page).output();
     assert!(output.unwrap().status.success());
     let html = fs::read_to_string(&page).unwrap();
-    for told in ["p without B", "minimum of the curve", "Uncertainty of N beside sampling"] {
+    for told in ["p without B", "minimum of the curve", "Further uncertainty of N"] {
         assert!(html.contains(told), "{told}");
     }
     let table = fs::read_to_string(page.with_extension("parameters.csv")).unwrap();

@@ -43,7 +43,7 @@ fn a_port_that_only_hands_back_what_is_sent_is_named_with_what_to_do() {
             let error = String::from_utf8(output.stderr).unwrap();
             assert_eq!(output.status.code(), Some(3), "{arguments:?}: {error}");
             let told = format!(
-                "no sensor is heard on {name} at 9 speeds: the line echoes, and nothing came but what was sent"
+                "no sensor found on {name} at 9 baud rates: the line echoes, and only the sent bytes were received"
             );
             assert!(error.contains(&told) && error.contains("loopback plug"), "{arguments:?}: {error}");
             assert!(!error.contains("connected"), "{error}");

@@ -138,8 +138,8 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
     assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
     assert_conserved(&measured);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(error.matches(": lost: ").count(), 1, "not for every attempt: {error}");
-    assert!(error.contains("lost: the port is gone"), "the first cause, not that of an attempt: {error}");
+    assert_eq!(error.matches(": disconnected: ").count(), 1, "not for every attempt: {error}");
+    assert!(error.contains("disconnected: the port disappeared"), "the first cause, not that of an attempt: {error}");
     assert_same_but_source(replay(&recording, &[]).0, measured);
 }
 
@@ -153,7 +153,7 @@ fn a_sensor_that_comes_back_under_another_name_is_followed() {
     assert!(measured["link"]["down_s"].as_f64().is_some_and(|down_s| down_s > 0.0), "{}", measured["link"]);
     assert_conserved(&measured);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(error.matches(": lost: the port is gone").count(), 1, "{error}");
+    assert_eq!(error.matches(": disconnected: the port disappeared").count(), 1, "{error}");
 }
 
 #[test]
@@ -288,7 +288,10 @@ fn another_message_is_named_with_the_line_that_cures_it() {
     let configured = sensor.run("configure", &["--set-message", "VNYPR"]);
     assert_eq!(configured.status.code(), Some(0), "its lines come as set");
     let told = String::from_utf8(configured.stdout).unwrap();
-    assert!(told.contains("the message (register 06) from 14 to 1;") && told.contains("--save keeps it"), "{told}");
+    assert!(
+        told.contains("the message (register 06) from 14 to 1;") && told.contains("unless --save is given"),
+        "{told}"
+    );
     let output = sensor.run("attach", &["--json"]);
     assert_eq!(output.status.code(), Some(3));
     let told = document(&output);

@@ -72,7 +72,7 @@ fn assert_paused(sensor: &Sensor) {
     let heard = sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "1s", "--json"]);
     let error = String::from_utf8(heard.stderr).unwrap();
     assert_eq!(heard.status.code(), Some(3), "{error}");
-    assert!(error.contains("nothing came; its output may be paused"), "{error}");
+    assert!(error.contains("no data received; its output may be paused"), "{error}");
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn an_output_that_was_found_paused_is_told_and_left_so() {
     assert_eq!((attached.status.code(), &measured["link"]["outputs_resumed"]), (Some(0), &1.into()), "{error}");
     let port = sensor.port().display().to_string();
     for told in
-        ["the output of the sensor was paused, as by a", "its output is paused again, as before the measurement"]
+        ["the sensor's output was paused; it is resumed", "its output is paused again, as before the measurement"]
     {
         assert_eq!(error.matches(&format!("{port}: {told}")).count(), 1, "{error}");
     }
@@ -102,7 +102,7 @@ fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_config
     let attached = sensor.run("attach", &["--set-rate", "20", "--duration", "1s", "--json"]);
     let error = String::from_utf8(attached.stderr.clone()).unwrap();
     assert_eq!((attached.status.code(), &document(&attached)["timing"]["rate_hz"]), (Some(0), &20.0.into()), "{error}");
-    assert!(error.contains("its output was paused, and is on now"), "{error}");
+    assert!(error.contains("its output was paused and is on now"), "{error}");
     assert!(error.contains("settings restored, with its output paused"), "{error}");
     assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
     assert_paused(&sensor);

@@ -32,13 +32,13 @@ fn keys_lead_through_the_view_and_the_result_follows() {
     session.wait_for("Allan deviation");
     assert_ne!(Modes::of(&session.line), session.before, "keys are read one by one");
     session.press("?");
-    session.wait_to_see("this help: arrows turn it, esc closes it");
+    session.wait_to_see("this help: arrows turn pages, esc closes it");
     session.press("x");
     session.wait_to_see("Allan deviation");
     session.press("\t");
-    session.wait_to_see("white noise");
+    session.wait_to_see("Angle Random Walk");
     session.press("r");
-    session.wait_to_see("Forget everything");
+    session.wait_to_see("Discard everything");
     session.press("y");
     session.wait_to_see("started over after");
     session.press("q");
@@ -94,7 +94,7 @@ fn a_key_that_comes_with_another_size_is_not_lost() {
     let mut session = Session::start(&format!("replay {} --speed 1x", replay_log("clean-minute.vnymr").display()));
     session.wait_for("Allan deviation");
     // help comes, and goes
-    for (columns, (key, shown)) in (80..100).zip([("?", "attached"), ("\r", "Stats")].into_iter().cycle()) {
+    for (columns, (key, shown)) in (80..100).zip([("?", "suspend;"), ("\r", "Stats")].into_iter().cycle()) {
         let before = session.output().len();
         set_size(session.keyboard.as_ref().unwrap(), columns, 30);
         session.press(key);
@@ -261,7 +261,7 @@ fn the_end_of_a_capture_is_looked_back_from() {
     let mut session = Session::start(&format!("replay {} --speed max", replay_log("clean-minute.vnymr").display()));
     session.wait_to_see("end, max");
     session.press(" ");
-    session.wait_to_see("nothing more comes");
+    session.wait_to_see("end of the capture");
     session.press("<");
     session.wait_to_see("end, 1000x");
     session.press("g30\r");
@@ -277,7 +277,7 @@ fn the_end_of_a_capture_is_looked_back_from() {
 fn a_part_of_a_capture_ends_as_the_whole_does() {
     let log = replay_log("clean-minute.vnymr");
     let mut session = Session::start(&format!("replay {} --speed max --duration 10s", log.display()));
-    session.wait_to_see("read as far as asked");
+    session.wait_to_see("duration reached");
     session.press("<");
     session.wait_to_see("end, 1000x");
     session.press("q");
@@ -308,7 +308,7 @@ fn a_warm_up_that_is_over_stays_so_when_one_looks_back() {
     session.press("g70\r");
     session.wait_to_see("240 samples in 6 s");
     session.press("g10\r");
-    session.wait_to_see("no time is excluded any more");
+    session.wait_to_see("nothing is excluded any more");
     session.press("q");
     session.assert_left_well();
     assert!(session.output().contains("6 s  240 samples"));

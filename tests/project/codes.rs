@@ -58,7 +58,8 @@ fn every_variant_has_a_code_of_its_own() {
 #[test]
 fn the_documentation_has_a_row_for_each_code_and_no_other() {
     let text = fs::read_to_string(crates().join("../docs/words.md")).unwrap();
-    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| `")).collect();
+    let (codes, _) = text.split_once("## Warnings").unwrap();
+    let rows: Vec<&str> = codes.lines().filter(|line| line.starts_with("| `")).collect();
     let expected: Vec<String> = all_codes()
         .iter()
         .map(|Code { key, code, word, meaning }| format!("| `{key}` | `{code}` | {word} | {meaning} |"))

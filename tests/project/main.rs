@@ -10,5 +10,6 @@ mod layering;
 mod readme;
 mod reliability;
 mod source;
+mod tables;
 mod validation;
 mod vocabulary;

@@ -9,8 +9,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Markdown files of the project, but for logs of changes.
-fn documents() -> Vec<PathBuf> {
+/// The Markdown files of the project: beside its root, `docs` and the code map.
+pub(crate) fn documents() -> Vec<PathBuf> {
     let of = |folder: PathBuf| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
     let mut all = of(root());
     all.extend(of(root().join("docs")));

@@ -1,8 +1,15 @@
-//! Words that the project no longer uses, kept out of code and comments.
+//! Words that the project no longer uses, kept out of code, comments, messages and documents.
 
-use std::{fs, path::Path};
+use std::{
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+};
 
-use crate::source::{source_files, strings, without_strings};
+use crate::{
+    readme::documents,
+    source::{source_files, strings, without_strings},
+};
 
 /// A word or phrase, what stands for it now, and where it may still stand.
 struct Retired {
@@ -75,12 +82,6 @@ fn stands_in(retired: &Retired, line: &[String]) -> bool {
     false
 }
 
-/// Beginnings of the files whose string literals are checked as well: what users read.
-const CHECKED_TEXTS: [&str; 2] = ["vn100-analysis/", "vn100-cli/"];
-
-/// Among them those whose literals are not yet.
-const UNCHECKED_TEXTS: [&str; 1] = ["vn100-cli/src/view"];
-
 /// Where a retired word stands in these lines of a file.
 fn found_in(name: &str, lines: impl Iterator<Item = (usize, String)>, retired: &[Retired]) -> Vec<String> {
     let is_here = |word: &&Retired| !word.allowed_files.iter().any(|file| name.starts_with(file.as_str()));
@@ -109,20 +110,52 @@ fn retired_words_are_gone_from_code_and_comments() {
 }
 
 #[test]
-fn retired_words_are_gone_from_what_users_read() {
+fn retired_words_are_gone_from_messages() {
     let retired = retired();
-    let begins = |name: &str, with: &[&str]| with.iter().any(|beginning| name.starts_with(beginning));
     let (mut read, mut found) = (0, Vec::new());
     for (name, text) in source_files() {
-        if !begins(&name, &CHECKED_TEXTS) || begins(&name, &UNCHECKED_TEXTS) {
-            continue;
-        }
         // one word alone may be a code, which is a contract
         let texts: Vec<(usize, String)> = strings(&text).into_iter().filter(|(_, text)| text.contains(' ')).collect();
         read += texts.len();
         found.extend(found_in(&name, texts.into_iter(), &retired));
     }
-    assert!(read > 500, "{read} texts");
+    assert!(read > 2000, "{read} texts");
+    assert!(found.is_empty(), "{} retired words:\n{}", found.len(), found.join("\n"));
+}
+
+/// The files that users read as they are: documents, the parts of the page, schemas, data sheets.
+fn shown_files() -> Vec<PathBuf> {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let report = root.join("crates/vn100-report");
+    let more = [root.join("replay-logs"), report.join("src/page"), report.join("schemas"), report.join("datasheets")];
+    let more = more.iter().flat_map(|folder| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
+    let is_text = |path: &PathBuf| {
+        let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        ["md", "js", "css", "toml"].contains(&ending) || path.ends_with("schemas/analysis.json")
+    };
+    documents().into_iter().chain(more).filter(is_text).collect()
+}
+
+/// The line without names of tests, keys and codes: what stands in backquotes, and all of a schema
+/// but its descriptions.
+fn without_code(name: &str, line: &str) -> String {
+    if name.ends_with(".json") {
+        return line.split_once("\"description\": \"").map_or("", |(_, rest)| rest.split('"').next().unwrap()).into();
+    }
+    line.split('`').step_by(2).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn retired_words_are_gone_from_documents() {
+    let retired = retired();
+    let files = shown_files();
+    assert!(files.len() >= 15, "{files:?}");
+    let mut found = Vec::new();
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let name = file.strip_prefix(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).unwrap().to_str().unwrap();
+        found.extend(found_in(name, (1..).zip(text.lines().map(|line| without_code(name, line))), &retired));
+    }
     assert!(found.is_empty(), "{} retired words:\n{}", found.len(), found.join("\n"));
 }
 

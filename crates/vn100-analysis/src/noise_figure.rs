@@ -61,7 +61,9 @@ impl NoiseFigure {
         let bias_removed = layout.compensated == Some(true)
             && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
         (bias_removed && self.term != Term::White).then(|| {
-            format!("{self} is not measurable in {message}: the attitude filter takes the bias out; VNIMU carries the sensor's own rates")
+            format!(
+                "{self} is not measurable in {message}: the attitude filter removes the bias; VNIMU is uncompensated"
+            )
         })
     }
 }

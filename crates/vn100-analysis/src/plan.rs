@@ -53,7 +53,7 @@ pub enum Known {
 pub enum WantError {
     /// There is no sign between a figure and what follows.
     #[error(
-        "{0:?} is no want: a figure and how well it shall be known, as in \"gyro N ±5%\", how small it shall be seen, as in \"gyro K >= 2e-7\", or the limit it shall be judged by, as in \"accel B <= 0.04 mg\""
+        "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 2e-7\", or a limit, as in \"accel B <= 0.04 mg\""
     )]
     Form(String),
     /// The figure is none.
@@ -76,10 +76,10 @@ pub enum WantError {
         units: String,
     },
     /// N is always there.
-    #[error("say how well {0} shall be known, as in \"{0} ±5%\"")]
+    #[error("the precision of {0} is missing, as in \"{0} ±5%\"")]
     White(String),
     /// No typical random walk is known.
-    #[error("say how small a walk shall be seen, as in \"{0} >= 2e-7\": no typical figure is known")]
+    #[error("the size of the random walk to detect is missing, as in \"{0} >= 2e-7\"; no typical figure is known")]
     Walk(String),
 }
 
@@ -216,7 +216,7 @@ pub struct PlannedWant {
 pub enum PlanningError {
     /// The data sheet does not say what the length depends on.
     #[error(
-        "how long {want:?} takes depends on {missing}, for which the data sheet {datasheet:?} has no figure of that sensor: add it, or name a \
+        "the length for {want:?} depends on {missing}, which the data sheet {datasheet:?} does not give for that sensor: add it, or give a \
          value, as in \"gyro K >= 2e-7\""
     )]
     NotQuoted {
@@ -229,8 +229,8 @@ pub enum PlanningError {
     },
     /// The line is too slow.
     #[error("{line_length} bytes {rate_hz} times a second do not fit {baud} baud; {}", match highest_hz {
-        Some(hz) => format!("at most {hz} Hz do, or take a faster line"),
-        None => "take a faster line".into(),
+        Some(hz) => format!("reduce the rate to {hz} Hz, or use a higher baud rate"),
+        None => "use a higher baud rate".into(),
     })]
     DoesNotFit {
         /// Bytes of a line.
@@ -427,7 +427,7 @@ mod tests {
             ("gyro K", "gyro K >= 2e-7"),
             ("gyro K ±5%", "gyro K >= 2e-7"),
             ("gyro R", "N, B or K"),
-            ("gyro N 2%", "\"gyro N 2%\" is no want: a figure and how well it shall be known, as in \"gyro N ±5%\""),
+            ("gyro N 2%", "invalid target \"gyro N 2%\"; expected a parameter with a precision, as in \"gyro N ±5%\""),
             ("gyro N 2 %", "\"gyro N ±5%\""),
             ("gyro K 2e-7", "\"gyro K >= 2e-7\""),
             ("gyro R 2%", "N, B or K"),

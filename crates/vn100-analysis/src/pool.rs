@@ -195,7 +195,7 @@ fn notes(records: &[ComparedRecord<'_>], parts: &[PoolPart], used: &[usize]) -> 
     }
     if used.len() > 1 && known.len() < used.len() {
         let unknown = names(&|part| parts[part].serial.is_none());
-        notes.push(format!("serial number unknown: {unknown}; that it is the same sensor is taken on trust"));
+        notes.push(format!("serial number unknown: {unknown}; the same sensor is assumed"));
     }
     let is_assumed = |part: usize| {
         records[part]
@@ -207,7 +207,7 @@ fn notes(records: &[ComparedRecord<'_>], parts: &[PoolPart], used: &[usize]) -> 
     };
     if used.len() > 1 && used.iter().any(|part| is_assumed(*part)) {
         let unknown = names(&is_assumed);
-        notes.push(format!("averaging window unknown: {unknown}; it is taken to be the factory default"));
+        notes.push(format!("averaging window unknown: {unknown}; the factory default is assumed"));
     }
     if used.len() < 2 {
         notes.push("fewer than two recordings belong together: nothing is pooled".into());

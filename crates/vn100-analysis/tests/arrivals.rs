@@ -118,7 +118,7 @@ fn refused_stamps_leave_the_bad_lines_as_evidence() {
     analysis.finish();
     analysis.absorb(&Batch { link: StreamCounts { connects: 1, ..StreamCounts::default() }, ..Batch::default() });
     let live = told(&analysis.snapshot());
-    assert!(live.contains("Bytes that were held back arrive so") && !live.contains("set the rate"), "{live}");
+    assert!(live.contains("Delayed bytes arrive like that") && !live.contains("set the rate"), "{live}");
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn stamps_refused_once_are_told_behind_the_next_link_too() {
     assert_eq!(snapshot.timing.missing_from, MissingFrom::Arrival, "both were found by arrival");
     let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap();
     assert!(
-        told.to_string().contains("100.0000 Hz") && told.to_string().contains("until the link was lost"),
+        told.to_string().contains("100.0000 Hz") && told.to_string().contains("until the link disconnected"),
         "{}",
         told
     );

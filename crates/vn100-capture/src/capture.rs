@@ -275,7 +275,7 @@ pub enum OpenError {
     },
     /// Readable, but not a capture of a VN-100.
     #[error(
-        "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
+        "{} is not a capture this program reads: searched for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
          binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz and ZIP; found {found}",
         path.display()
     )]

@@ -141,7 +141,7 @@ enum ColumnUse {
 pub enum CsvError {
     /// Rows of numbers, none of them known by the names in the header.
     #[error(
-        "no column of this CSV file is known: looked for {}; found {}",
+        "no known column in this CSV file: expected {}; found {}",
         header::ColumnPlaces::SEARCHED,
         .found.join(", ")
     )]
@@ -179,7 +179,7 @@ pub enum CsvError {
     },
     /// The unit of the stamps does not follow from them.
     #[error(
-        "the unit of the stamps in column {column:?} is not sure: they step by {step} from row to row, which {}",
+        "the unit of the time stamps in column {column:?} is ambiguous: they step by {step} from row to row, which {}",
         stamp::may_be(units)
     )]
     StampUnit {
@@ -193,7 +193,7 @@ pub enum CsvError {
         units: Vec<&'static str>,
     },
     /// Whether day or month comes first does not follow from the dates.
-    #[error("the dates in column {column:?} may have the day or the month first")]
+    #[error("the dates in column {column:?} may begin with the day or with the month")]
     DateOrder {
         /// Their name.
         column: String,
@@ -202,7 +202,7 @@ pub enum CsvError {
     },
     /// No stamp is understood.
     #[error(
-        "the stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {text:?}: name another column"
+        "the time stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {text:?}: name another column"
     )]
     Stamps {
         /// Their name.

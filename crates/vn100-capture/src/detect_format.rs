@@ -60,6 +60,31 @@ pub enum Format {
     Bag(BagForm),
 }
 
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Text,
+        Self::Raw,
+        Self::Csv,
+        Self::Mcap,
+        Self::Bag(BagForm::Ros1),
+        Self::Bag(BagForm::Db3),
+        Self::Bag(BagForm::Mcap),
+    ];
+
+    /// Its name in results.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Raw => "raw",
+            Self::Csv => "csv",
+            Self::Mcap => "mcap",
+            Self::Bag(form) => form.code(),
+        }
+    }
+}
+
 /// What the head of a file was taken for.
 #[derive(Debug)]
 pub(crate) enum Detected {
@@ -178,7 +203,7 @@ fn is_evidence(item: &Item<'_>) -> bool {
         Item::Reply(sentence) | Item::Other(sentence) => {
             sentence.check != Check::None || sentence.body.starts_with(b"VN")
         }
-        Item::Rejected(bad) => bad.raw.starts_with(b"$VN") && bad.kind != RejectReason::Truncated,
+        Item::Rejected(rejected) => rejected.raw.starts_with(b"$VN") && rejected.kind != RejectReason::Truncated,
     }
 }
 
@@ -235,5 +260,5 @@ fn describe(head: &[u8]) -> String {
     let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
     let ellipsis = if first.chars().count() > 60 { "…" } else { "" };
     let how_much = if head.len() < HEAD_BYTES { "" } else { ", in its first megabyte," };
-    format!("text that begins with \"{shown}{ellipsis}\" and{how_much} holds none of them")
+    format!("text that begins with \"{shown}{ellipsis}\" and{how_much} contains none of them")
 }

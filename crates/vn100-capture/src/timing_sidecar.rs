@@ -98,7 +98,7 @@ impl Sidecar {
             Some(offset) => format!("the rows end at line {} with offset {offset}", self.line),
             None => "there is no row".into(),
         };
-        let excluded = format!("and the capture goes on: it is left out from byte {} on", self.reach());
+        let excluded = format!("but the capture is longer: it is excluded from byte {} on", self.reach());
         self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {excluded}"))
     }
 
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(stamps.len(), (122 + 4096) / LINE.len());
         let error = error.unwrap();
         assert!(error.contains("the rows end at line 3 with offset 122"), "{error}");
-        assert!(error.contains("left out from byte 4218 on"), "{error}");
+        assert!(error.contains("excluded from byte 4218 on"), "{error}");
         // as far as the longest read before
         let (stamps, error) = stamped(&capture, "10,0\n20,6100\n");
         assert_eq!((stamps.len(), error), (100, None));

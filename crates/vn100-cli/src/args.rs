@@ -44,7 +44,7 @@ impl Args {
     pub(crate) fn checked(self) -> Result<Self, clap::Error> {
         let refusal = match &self.command {
             Subcommand::Attach(args) if args.measure.estimator == Estimator::Full => Some(
-                "--estimator full is for replay: its memory grows with the record, and a live sensor has no end. Record it, and replay that"
+                "--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording"
                     .into(),
             ),
             Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {

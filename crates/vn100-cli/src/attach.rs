@@ -252,5 +252,5 @@ async fn follow(
 
 /// Assesses and writes without holding up the tasks that measure.
 async fn write_aside(write: impl FnOnce() -> Result<()> + Send + 'static) -> Result<()> {
-    task::spawn_blocking(write).await.context("the output stopped by a fault of this program")?
+    task::spawn_blocking(write).await.context("internal error: the output stopped")?
 }

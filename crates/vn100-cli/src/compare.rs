@@ -38,7 +38,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     if let [FileStream { path, options, .. }] = &*inputs
         && (path == Path::new("-") || Capture::open(path, options).is_ok())
     {
-        let text = "holds one stream; name two captures or more, or one of two streams";
+        let text = "contains one stream; give two captures or more, or one with two streams";
         report(&format!("{} {text}", path.display()));
         return Ok(Completion::NotGiven);
     }

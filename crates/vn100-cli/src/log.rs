@@ -65,7 +65,7 @@ impl Log {
                 if let Some((path, open)) = &mut file
                     && let Err(error) = writeln!(open, "{}", printable(entry))
                 {
-                    report(&format!("{}: the log cannot be written, and ends here: {error}", path.display()));
+                    report(&format!("{}: cannot write the log, it ends here: {error}", path.display()));
                     file = None;
                 }
             };
@@ -73,7 +73,9 @@ impl Log {
                 write(&entry);
                 match lost.swap(0, Ordering::Relaxed) {
                     0 => {}
-                    lost => write(&format!("{lost} entries are missing here: they came faster than they are written")),
+                    lost => {
+                        write(&format!("{lost} entries are missing here: they arrived faster than the log is written"))
+                    }
                 }
             }
         });
@@ -134,7 +136,7 @@ impl Entries {
     /// Logs an attempt to open a link that failed.
     pub(crate) fn link_state(&self, name: &str, state: &LinkState) {
         if let LinkState::Down { cause, retry_in, .. } = state {
-            self.put(name, &format!("trying again in {} ms: {cause}", retry_in.as_millis()));
+            self.put(name, &format!("retrying in {} ms: {cause}", retry_in.as_millis()));
         }
     }
 
@@ -169,22 +171,22 @@ pub(crate) fn takes_terminal(args: &LogArgs) -> bool {
 fn create(path: &Path) -> Result<File> {
     // also for a dangling link
     File::create_new(path).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log never replaces a file", path.display()),
-        _ => anyhow::Error::new(error).context(format!("cannot make the log {}", path.display())),
+        io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log does not replace a file", path.display()),
+        _ => anyhow::Error::new(error).context(format!("cannot create the log {}", path.display())),
     })
 }
 
 fn link_event(kind: &LinkEventKind) -> String {
     match kind {
-        LinkEventKind::Up { port, baud: Some(baud) } => format!("link up: {port} at {baud} baud"),
-        LinkEventKind::Up { port, baud: None } => format!("link up: {port}"),
-        LinkEventKind::Down { cause } => format!("link down: {cause}"),
+        LinkEventKind::Up { port, baud: Some(baud) } => format!("connected: {port} at {baud} baud"),
+        LinkEventKind::Up { port, baud: None } => format!("connected: {port}"),
+        LinkEventKind::Down { cause } => format!("disconnected: {cause}"),
         LinkEventKind::DiscardedDuringBaudScan { bytes } => {
             format!("{bytes} bytes arrived before the sensor was identified")
         }
         LinkEventKind::Overrun { bytes } => format!("{bytes} bytes were lost before they were read"),
         LinkEventKind::UnsolicitedError { error } => {
-            format!("the sensor refused a command that did not come from here: {error}")
+            format!("unsolicited device error: {error}")
         }
         LinkEventKind::OutputResumed => "the output of the sensor was paused, and is resumed".into(),
         LinkEventKind::OutputPaused => "the output of the sensor is paused again, as before".into(),
@@ -194,7 +196,7 @@ fn link_event(kind: &LinkEventKind) -> String {
 fn refused_rows(csv: &CsvReport) -> impl Iterator<Item = String> {
     csv.rejected.iter().map(|rows| {
         format!(
-            "refused {} rows, {}: the first in line {}: {}",
+            "rejected {} rows, {}: the first in line {}: {}",
             rows.count, rows.reason, rows.first_line, rows.first_text
         )
     })

@@ -78,9 +78,10 @@ fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
     }
 }
 
-const METHOD: &str = "Aims at 80 % of records that meet it, on all axes meant together (of simulated ones N 78 to 98 %, B 70 %, K 87 %); a shorter record may be lucky, and --until stops there. By \
-                      the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: estimated; K beside \
-                      the B assumed, which hides it. <=: the verdict on the limit is decided. A resting sensor, no vibration, no gaps.";
+const METHOD: &str = "Lengths at which 80 % of records meet the target on all its axes (simulated: N 78 to 98 %, B 70 %, K 87 %), for a sensor \
+                      at rest without vibration or gaps, from the covariance of the octaves in the fit; with --until a measurement stops as soon as \
+                      the target is met. N ±P%: half the interval over the value. B, K: estimated, K in the presence of the assumed B. \
+                      <=: the limit is decided.";
 
 /// Of a length.
 const OUT_OF_REACH: &str = "more than 100 days";
@@ -88,9 +89,9 @@ const OUT_OF_REACH: &str = "more than 100 days";
 const MOUNTING: [&str; 5] = [
     "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
     "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; do not touch the table",
-    "a steady temperature: no sun, no draught, no heater that switches; VNIMU carries the temperature, look at it afterwards",
-    "no iron and no changing current near it, if the magnetometer is to be judged",
-    "a computer that does not sleep, the line at its short latency, room on the disk",
+    "a steady temperature: no sun, no draught, no heater that switches; VNIMU contains the temperature for a later check",
+    "no iron and no changing current near it, if the magnetometer is measured",
+    "a computer that does not sleep, a USB latency of 1 ms, enough disk space",
 ];
 
 fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
@@ -102,14 +103,14 @@ fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet
         writeln!(out, "{}", fill(line, "  - ", "    "))?;
     }
     let commands = commands(plan, given, asked);
-    writeln!(out, "\nset the sensor; nothing is kept through switching it off")?;
+    writeln!(out, "\nconfigure the sensor; the settings are lost at power-off")?;
     write_command(out, &commands.configure)?;
-    writeln!(out, "measure, and keep the raw bytes")?;
+    writeln!(out, "measure, and record the raw bytes")?;
     write_command(out, &commands.attach)?;
     if !asked || plan.record_s.is_none() {
-        writeln!(out, "  (T: {} of warm-up, and the length wanted)", span(plan.warm_up_s, " "))?;
+        writeln!(out, "  (T: {} of warm-up plus the length above)", span(plan.warm_up_s, " "))?;
     }
-    writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with")?;
+    writeln!(out, "undo: power-cycle the sensor, or set the factory defaults")?;
     write_command(out, &commands.undo)
 }
 
@@ -128,7 +129,7 @@ fn write_command(out: &mut String, command: &str) -> fmt::Result {
 }
 
 fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> fmt::Result {
-    writeln!(out, "how long, behind the warm-up, with intervals at {confidence}")?;
+    writeln!(out, "length after the warm-up, intervals at {confidence}")?;
     for planned in &plan.wants {
         let length = planned.record_s.map_or(OUT_OF_REACH.into(), coarse);
         writeln!(out, "  {:<34} {length}", planned.want.to_string())?;
@@ -138,12 +139,12 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
         }
         if let Some(rule_s) = planned.by_rule_s {
             let without = planned.without_bias_instability_s.map_or(OUT_OF_REACH.into(), coarse);
-            writeln!(out, "    without any B {without}; by the rule 20 sqrt(3) N/K {}", coarse(rule_s))?;
+            writeln!(out, "    without B {without}; rule of thumb 20 sqrt(3) N/K: {}", coarse(rule_s))?;
         }
     }
     if asked {
         let all = plan.record_s.map_or(OUT_OF_REACH.into(), |record_s| format!("{}, rounded up", span(record_s, " ")));
-        writeln!(out, "  {:<34} {all}", "all of them")?;
+        writeln!(out, "  {:<34} {all}", "all targets")?;
     }
     writeln!(out, "{}", fill(METHOD, "", ""))
 }
@@ -159,8 +160,8 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
         .flat_map(|(_, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(axes_name(sensor), quoted)))
         .collect();
     let text = format!(
-        "Assumed, by the data sheet {}{note}: {}; of a range the lower end. A B that is printed as the minimum of the deviation is that over 0.664; \
-         a smaller B takes longer to see.",
+        "Assumed from the data sheet {}{note}: {}; the lower end of a range. A B printed as the minimum of the deviation is divided by 0.664; \
+         a smaller B takes longer to detect.",
         printable(&datasheet.name),
         figures.join("; ")
     );
@@ -174,17 +175,17 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
     let rows = [
         (
             "message",
-            "VNIMU: the gyro of VNYMR has its bias taken out by the attitude filter, and cannot show B, K or R however long it is recorded".into(),
+            "VNIMU: in VNYMR the attitude filter removes the gyro bias, so B, K and R are not measurable".into(),
         ),
         (
             "rate",
-            format!("{rate_hz} Hz: B and K show at long averaging times, where a higher rate adds nothing"),
+            format!("{rate_hz} Hz: B and K are measured at long averaging times, where a higher rate adds nothing"),
         ),
         (
             "window",
             format!(
-                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: their white noise then neither folds nor is smoothed, and N is their own. The \
-                 magnetometer is not averaged: its N reads {:.2} times its own, sqrt({}/{rate_hz})",
+                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: no aliasing and no smoothing, so N is the sensor's own. The \
+                 magnetometer is not averaged: aliasing raises its N {:.2} times, sqrt({}/{rate_hz})",
                 plan.window,
                 mag.white_factor(),
                 Onboard::MAG_REFRESH_HZ
@@ -203,8 +204,8 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
         (
             "warm-up",
             format!(
-                "{} excluded: published practice is 10 to 30 minutes, the longer for B or K; the maker's figure is not known. The recording \
-                 keeps it: see where the temperature settles, and replay with another --skip",
+                "{} excluded: published practice is 10 to 30 minutes, longer for B or K; VectorNav gives no figure. The recording \
+                 contains the warm-up: check where the temperature settles, and replay with another --skip",
                 span(plan.warm_up_s, " ")
             ),
         ),

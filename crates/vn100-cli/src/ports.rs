@@ -60,7 +60,7 @@ pub(crate) fn only_likely(ports: &[PortEntry]) -> Result<String, String> {
         [] => "no serial port is available".into(),
         _ => format!("available ports: {}", ports.iter().map(named).collect::<Vec<_>>().join(", ")),
     };
-    let why = if likely.is_empty() { "no port is a likely one" } else { "several ports are likely ones" };
+    let why = if likely.is_empty() { "no port is a likely VN-100" } else { "several ports are likely VN-100s" };
     Err(format!("no SOURCE given, and {why}; {available}; `vn100 attach sim` measures an emulated sensor"))
 }
 

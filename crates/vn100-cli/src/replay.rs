@@ -55,11 +55,11 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
 fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
     if !view::is_there() {
         bail!(
-            "--speed is for the view, which needs a terminal before and behind it; without --speed the result is printed at once"
+            "--speed needs the live view, and that a terminal for input and output; without --speed the result is printed at once"
         );
     }
     if takes_terminal(&args.files.log) {
-        bail!("-v would be written over the view: --log FILE keeps the diagnostics beside it");
+        bail!("-v would overwrite the view: use --log FILE");
     }
     let work = async |log| replay_all(args, speed, log).await;
     run_logged(&mut Builder::new_multi_thread(), &args.files.log, work)
@@ -135,7 +135,7 @@ async fn measure_all(
     let files: Vec<JoinHandle<Result<Measured>>> =
         inputs.iter().map(|input| task::spawn(measure_one(spec(input.clone()), Arc::clone(&job)))).collect();
     for file in files {
-        let measured = file.await.context("a measurement stopped by a fault of this program")??;
+        let measured = file.await.context("internal error: a measurement stopped")??;
         job.progress.suspend(|| take(measured))?;
     }
     Ok(())

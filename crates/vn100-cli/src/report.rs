@@ -58,7 +58,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
             all.push(measured);
             Ok(())
         })?;
-        stored.join().map_err(|_| anyhow!("the checksums stopped by a fault of this program"))
+        stored.join().map_err(|_| anyhow!("internal error: the checksums stopped"))
     })?;
     for (measured, stored) in all.iter_mut().zip(stored) {
         measured.facts.file = stored;

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// A task of the measurement panicked.
-pub(crate) const FAULT: &str = "the measurement stopped by a fault of this program";
+pub(crate) const FAULT: &str = "internal error: the measurement stopped";
 
 pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
     let evaluation = Arc::clone(evaluation);
@@ -79,14 +79,14 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
     let text = match &recording.error {
         Some(error) => {
             let advice = match error.kind() {
-                io::ErrorKind::NotFound => "leave it in its place until the end",
+                io::ErrorKind::NotFound => "do not remove it before the end",
                 _ => "free the disk, or record elsewhere",
             };
             let bytes = HumanBytes(recording.bytes);
             format!("{path} ends after {bytes} of the bytes read: {error}. The result does not depend on it; {advice}")
         }
         None if unrecorded_bytes > 0 => format!(
-            "{path} lacks {unrecorded_bytes} bytes, which the disk did not take in time, and says where; the result does not depend on it"
+            "{path} lacks {unrecorded_bytes} bytes, because the disk was too slow; it marks where. The result does not depend on it"
         ),
         None => return,
     };

@@ -30,7 +30,7 @@ const REFRESH_HZ: u32 = 800;
 
 pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     if args.link.listen_only {
-        bail!("--listen-only sends nothing to the sensor, so that it cannot be asked");
+        bail!("--listen-only sends nothing, so the sensor cannot be identified");
     }
     let name = args.source.to_string();
     let info = with_sensor(&args.source, &args.link, async |link, stop| {
@@ -142,11 +142,10 @@ impl Info {
             sends: match (message, rate) {
                 (Some(AsyncType::OFF), _) => "no message; --set-message VNYMR makes it send one".into(),
                 (Some(message), Some(rate)) => {
-                    let name =
-                        message.header().map_or_else(|| format!("message {message}, not known here,"), Into::into);
+                    let name = message.header().map_or_else(|| format!("unsupported message {message}"), Into::into);
                     format!("{name} at {rate} Hz")
                 }
-                _ => "not known".into(),
+                _ => "unknown".into(),
             },
             rate_hz: rate.map(AsyncRate::hz),
             window: filter.map(|filter| [filter.mag_window, filter.accel_window, filter.gyro_window]),
@@ -166,7 +165,7 @@ impl Info {
     }
 
     fn write(&self, out: &mut String) -> std::fmt::Result {
-        let known = |text: &Option<String>| text.as_deref().map_or("not known".to_owned(), printable);
+        let known = |text: &Option<String>| text.as_deref().map_or("unknown".to_owned(), printable);
         writeln!(out, "{}: {}", printable(&self.source), known(&self.model))?;
         writeln!(
             out,
@@ -191,10 +190,10 @@ impl Info {
                     format!("{message} {}", hz.map_or("not even 1 Hz".into(), |hz| format!("{hz} Hz")))
                 })
                 .collect();
-            writeln!(out, "  at most    {} at this speed", highest.join(", "))?;
+            writeln!(out, "  at most    {} at this baud rate", highest.join(", "))?;
         }
         if self.line.is_none() && self.rate_hz.is_some() {
-            writeln!(out, "  line       how much of it is in use is not known")?;
+            writeln!(out, "  line       load unknown")?;
         }
         if let Some([mag, accel, gyro]) = self.window {
             writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer, {mag} magnetometer refreshes")?;
@@ -203,7 +202,7 @@ impl Info {
             {
                 writeln!(
                     out,
-                    "             of 800 a second: noise is folded in at {rate_hz} Hz; --window {} averages all",
+                    "             of 800 a second: noise aliases at {rate_hz} Hz; --window {} avoids it",
                     REFRESH_HZ / rate_hz
                 )?;
             }
@@ -228,17 +227,17 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
         bail!("nothing to change: give --set-rate, --set-message, --set-baud, --window, --count or --save");
     }
     if args.link.listen_only {
-        bail!("--listen-only sends nothing to the sensor, so that it cannot be changed");
+        bail!("--listen-only sends nothing, so the sensor cannot be configured");
     }
     if settings.baud.is_some() && args.source.kind() == "tcp" {
-        bail!("the serial server sets the baud rate, and would lose the sensor at another: --set-baud needs a port");
+        bail!("the serial server would lose the sensor at another baud rate: --set-baud needs a serial port");
     }
     let configured = with_sensor(&args.source, &args.link, async |link, stop| {
         Ok(vn100_driver::configure(&link, &settings, &stop).await?)
     })?;
     let kept = match (settings.save, configured.changes.is_empty()) {
-        (true, _) => "; the sensor keeps all its settings when it is switched off",
-        (false, false) => "; until it is switched off: --save keeps it",
+        (true, _) => "; saved, kept at power-off",
+        (false, false) => "; lost at power-off unless --save is given",
         (false, true) => "",
     };
     print(&format!("{}: {}{kept}\n", printable(&args.source.to_string()), describe(&configured)))?;
@@ -250,8 +249,8 @@ pub(crate) fn describe(configured: &Configured) -> String {
     let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
     let changed = if changes.is_empty() { "no change needed".into() } else { changes.join(", ") };
     let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
-    let verdict = if configured.rate_is_kept() { "" } else { ": NOT as set; check the cable and the baud rate" };
-    let found = if configured.was_paused { "; its output was paused, and is on now" } else { "" };
+    let verdict = if configured.rate_is_kept() { "" } else { ": NOT as configured; check the cable and the baud rate" };
+    let found = if configured.was_paused { "; its output was paused and is on now" } else { "" };
     printable(&format!("{changed}{found}; {measured_hz:.1} Hz measured, {rate_hz} Hz set{verdict}"))
 }
 
@@ -283,25 +282,25 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    VNIMU 100 Hz, VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this speed\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
-             of 800 a second: noise is folded in at 40 Hz; --window 20 averages all\n"
+             at most    VNIMU 100 Hz, VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             of 800 a second: noise aliases at 40 Hz; --window 20 avoids it\n"
         );
     }
 
     #[test]
     fn a_message_that_is_not_known_is_not_called_none() {
         for (register, sends) in [
-            (Some("252"), "message 252, not known here, at 40 Hz"),
+            (Some("252"), "unsupported message 252 at 40 Hz"),
             (Some("0"), "no message; --set-message VNYMR makes it send one"),
-            (Some("x"), "not known"),
-            (None, "not known"),
+            (Some("x"), "unknown"),
+            (None, "unknown"),
         ] {
             let mut registers = factory_registers();
             registers.remove(&6);
             registers.extend(register.map(|text| (6, text.to_owned())));
             let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
             assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
-            assert_eq!(text.contains("in use is not known"), register != Some("0"), "{text}");
+            assert_eq!(text.contains("load unknown"), register != Some("0"), "{text}");
         }
     }
 
@@ -309,6 +308,6 @@ mod tests {
     fn nothing_is_made_up_for_a_sensor_without_registers() {
         let info = Info::new("tcp://a:1".into(), None, BTreeMap::new());
         assert!(info.line.is_none() && info.message.is_none() && info.rate_hz.is_none());
-        assert!(info.text().contains("not known"));
+        assert!(info.text().contains("unknown"));
     }
 }

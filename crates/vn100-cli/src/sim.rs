@@ -50,7 +50,7 @@ fn emulate(args: &SimArgs) -> Result<Completion> {
             Some(duration) => _ = time::timeout(duration, stop.cancelled()).await,
             None => stop.cancelled().await,
         }
-        let stats = task::spawn_blocking(|| sensor.stop()).await.context("the emulator stopped by a fault")??;
+        let stats = task::spawn_blocking(|| sensor.stop()).await.context("internal error: the emulator stopped")??;
         report(&summary(&stats));
         Ok(Completion::Complete)
     })
@@ -79,7 +79,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let mut generator = Generator::new(&args.sensor.truth(), rate_hz, args.sensor.seed)?;
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
-        bail!("a record of {duration:?} at {rate_hz} Hz holds no sample: ask for a longer one");
+        bail!("a record of {duration:?} at {rate_hz} Hz contains no sample: give a longer duration");
     }
     if output == Path::new("-") {
         write(io::stdout().lock(), &mut generator, message, samples).context("cannot write to standard output")?;
@@ -109,7 +109,7 @@ fn make_room(output: &Path) -> Result<()> {
         Ok(found) if found.is_file() => {
             fs::remove_file(output).with_context(|| format!("cannot replace {}", output.display()))
         }
-        Ok(_) => bail!("{} is not a file of its own, and --force replaces nothing else", output.display()),
+        Ok(_) => bail!("{} is not a regular file, and --force replaces nothing else", output.display()),
         // any other problem is reported by the write
         Err(_) => Ok(()),
     }

@@ -129,9 +129,9 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if reported_since != Some(*since_ns) => {
             Some(format!("the sensor restarted: {error}"))
         }
-        LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
-            "the output of the sensor was paused, as by a program that broke off; it is resumed for the measurement and paused again on exit".into(),
-        ),
+        LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(up).is_none_or(|up| !up.output_resumed) => {
+            Some("the sensor's output was paused; it is resumed for the measurement and paused again on exit".into())
+        }
         LinkState::Up(up) if matches!(reported, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
             Some("the sensor sends again".into())
         }
@@ -140,8 +140,8 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
             Some(format!("connected to {port}{speed}"))
         }
         LinkState::Silent(_) => Some("the sensor is silent".into()),
-        LinkState::Down { was_up: true, cause, .. } => Some(format!("lost: {cause}; trying again")),
-        LinkState::Down { was_up: false, cause, .. } => Some(format!("not there yet: {cause}; trying again")),
+        LinkState::Down { was_up: true, cause, .. } => Some(format!("disconnected: {cause}; retrying")),
+        LinkState::Down { was_up: false, cause, .. } => Some(format!("cannot connect: {cause}; retrying")),
         _ => None,
     }
 }
@@ -162,26 +162,26 @@ pub(crate) fn link_name(state: &LinkState) -> String {
         LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud"),
         LinkState::Up(_) => "connected".into(),
         LinkState::Silent(_) => "SILENT".into(),
-        LinkState::Down { was_up: true, .. } => "LOST".into(),
-        LinkState::Down { was_up: false, .. } => "not there yet".into(),
+        LinkState::Down { was_up: true, .. } => "DISCONNECTED".into(),
+        LinkState::Down { was_up: false, .. } => "not connected".into(),
         _ => "ending".into(),
     }
 }
 
 fn counts(snapshot: &Snapshot) -> String {
     let timing = &snapshot.timing;
-    let bad = snapshot.link.tally.rejected.total();
-    let held = snapshot.lines_held().map(|lines| format!("{lines} lines held, finding their rate"));
-    match held {
+    let rejected = snapshot.link.tally.rejected.total();
+    let pending = snapshot.lines_held().map(|lines| format!("{lines} samples pending, measuring the rate"));
+    match pending {
         // neither a time nor a rate is known yet
-        Some(held) if timing.samples == 0 => format!("{held}, {bad} rejected"),
-        held => format!(
-            "{} samples in {:.0} s at {} Hz, {bad} rejected, {} missing{}",
+        Some(pending) if timing.samples == 0 => format!("{pending}, {rejected} rejected"),
+        pending => format!(
+            "{} samples in {:.0} s at {} Hz, {rejected} rejected, {} dropped{}",
             timing.samples,
             timing.duration_s(),
             timing.rate_hz,
             timing.missing,
-            held.map_or(String::new(), |held| format!(", {held}"))
+            pending.map_or(String::new(), |pending| format!(", {pending}"))
         ),
     }
 }
@@ -235,8 +235,8 @@ mod tests {
             analysis.absorb(&Batch { counts, layout, arrivals, ..Batch::default() });
             super::counts(&analysis.snapshot())
         };
-        assert_eq!(reported(7), "7 lines held, finding their rate, 0 rejected");
-        assert_eq!(reported(80), "80 samples in 2 s at 40 Hz, 0 rejected, 0 missing");
+        assert_eq!(reported(7), "7 samples pending, measuring the rate, 0 rejected");
+        assert_eq!(reported(80), "80 samples in 2 s at 40 Hz, 0 rejected, 0 dropped");
     }
 
     #[test]

@@ -119,7 +119,7 @@ fn write_warnings(out: &mut String, measured: &Measured) -> fmt::Result {
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
     match warnings.first() {
-        Some(first) => writeln!(out, "  (vn100 explain {}: a kind of warning in full)", first.kind.name()),
+        Some(first) => writeln!(out, "  (`vn100 explain {}` explains a kind of warning)", first.kind.name()),
         None => Ok(()),
     }
 }
@@ -138,17 +138,17 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         short(timing.rate_hz)
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let bad = format!("  rejected   {}", rejected_lines(tally));
-    write_wrapped(out, &bad)?;
+    let rejected = format!("  rejected   {}", rejected_lines(tally));
+    write_wrapped(out, &rejected)?;
     writeln!(
         out,
-        "  missing    {} in {}, by {evidence}; {}",
+        "  dropped    {} in {}, by {evidence}; {}",
         counted(timing.missing, "sample"),
         counted(timing.gaps, "gap"),
         counted(timing.segments, "segment")
     )?;
     if snapshot.outages.times > 0 {
-        writeln!(out, "  link       {}: samples of that time are not counted as missing", snapshot.outages)?;
+        writeln!(out, "  link       {}: samples of that time are not counted as dropped", snapshot.outages)?;
     }
     if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. }) = snapshot.arrivals {
         writeln!(out, "  rate       {hz:.4} Hz measured, {} from nominal", ppm(offset_ppm))?;
@@ -165,7 +165,13 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         link.other_messages(),
         timing.excluded
     )?;
-    writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
+    writeln!(
+        out,
+        "  bytes      {} ({} discarded, {} binary packets)",
+        link.bytes(),
+        link.skipped_bytes(),
+        tally.packets
+    )
 }
 
 /// A row of the head, which may be longer than a line.
@@ -181,10 +187,10 @@ fn write_bag(out: &mut String, bag: &BagReport) -> fmt::Result {
     line(out, "topic", &printable(&format!("{topic} ({type_name}): {messages} messages, {used} used")))?;
     line(out, "stamps", &printable(&bag.stamps.to_string()))?;
     let counts = [
-        (bag.without_sample, "without a sentence, or a number that a count can hold"),
-        (bag.unreadable, "cut or of another form"),
-        (bag.reordered, "behind one of a later time, and put in their place"),
-        (bag.late, "too late for that, and left where they came"),
+        (bag.without_sample, "without a sentence or a number in range"),
+        (bag.unreadable, "cut or malformed"),
+        (bag.reordered, "out of order, reordered"),
+        (bag.late, "out of order, too late to reorder"),
     ];
     for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
         line(out, "", &format!("{count} {what}"))?;

@@ -31,7 +31,7 @@ fn parse_conditions(text: &str) -> Result<BTreeMap<String, String>> {
             }
         };
         if is_reserved(&name) {
-            bail!("{name} is a name of the program's own");
+            bail!("{name} is a reserved name");
         }
         Ok((name, text))
     };
@@ -51,8 +51,7 @@ pub(crate) fn evaluation(args: &MeasureArgs, filter_models: bool) -> Result<Eval
     let evaluation = Evaluation::new(datasheet, asked, filter_models).context("the built-in data sheet")?;
     for (figure, sheet) in evaluation.not_deciding() {
         report(&format!(
-            "--fail-on \"{figure}\" decides nothing against {sheet}, which says what is typical and names no limit; --typical-is-limit takes the \
-             one for the other"
+            "--fail-on \"{figure}\" needs a limit, but {sheet} gives only a typical figure; --typical-is-limit treats it as a limit"
         ));
     }
     Ok(evaluation)

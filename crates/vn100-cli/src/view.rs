@@ -69,9 +69,9 @@ impl View {
         evaluation: Arc<Evaluation>,
         stop: CancellationToken,
     ) -> Result<Self> {
-        let signals = TerminalSignals::listen().context("cannot listen to what the terminal tells")?;
+        let signals = TerminalSignals::listen().context("cannot read the events of the terminal")?;
         let screen = Screen::take().map_err(|error| {
-            anyhow!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
+            anyhow!("cannot draw on the terminal: {error}; pipe the output through `cat` for plain text")
         })?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
@@ -84,7 +84,7 @@ impl View {
                 // the program may have left without waiting
                 let _ = sender.send(ended);
             })
-            .context("cannot start the thread of the view")?;
+            .context("cannot start the thread of the live view")?;
         Ok(Self { close, ended, messages })
     }
 
@@ -126,7 +126,7 @@ impl View {
     }
 }
 
-const FAULT: &str = "the view has ended by a fault of this program; the measurement goes on, Ctrl-C ends it";
+const FAULT: &str = "internal error: the live view has ended; the measurement continues, Ctrl-C ends it";
 
 impl Drop for View {
     fn drop(&mut self) {

@@ -50,11 +50,13 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         }
         SessionEvent::NoLongerExcluded { until } => {
             let until = time(until.as_secs_f64());
-            format!("no time is excluded any more: the mark was at {until}, after this place")
+            format!("nothing is excluded any more: the excluded time reached to {until}, after this place")
         }
-        SessionEvent::Refused(CommandRefusal::NotCounted) => "its samples are still being counted, or cannot be".into(),
-        SessionEvent::Refused(CommandRefusal::AtEnd) => "nothing more comes; [ or g goes back, and pauses there".into(),
-        SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture is over".into()),
+        SessionEvent::Refused(CommandRefusal::NotCounted) => {
+            "its samples are not counted yet, or cannot be counted".into()
+        }
+        SessionEvent::Refused(CommandRefusal::AtEnd) => "end of the capture; [ or g goes back and pauses".into(),
+        SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture has ended".into()),
     };
     Some(format!("{name}: {text}"))
 }
@@ -75,12 +77,12 @@ pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option
             let rate = rate_hz.map_or(String::new(), |hz| format!(" --set-rate {hz}"));
             let seconds = NO_MEASUREMENT_AFTER.as_secs();
             Some(format!(
-                "{name}: no {message} has come for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
-                 cures it; --save keeps it"
+                "{name}: no {message} has arrived for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
+                 restores it; --save keeps it"
             ))
         }
         EndReason::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
-            "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` cures it; --save \
+            "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` restores it; --save \
              keeps it"
         )),
         EndReason::SourceEnded
@@ -95,7 +97,7 @@ fn not_started(name: &str, error: &StartError) -> String {
     let text = chain(error);
     match error {
         // the error names its file
-        StartError::Capture(error) => format!("{text}{}", cure(error)),
+        StartError::Capture(error) => format!("{text}{}", remedy(error)),
         StartError::RateUnknown { refusal } => {
             let times = if refusal.is_some() { "a better one" } else { "one" };
             about(
@@ -110,10 +112,10 @@ fn not_started(name: &str, error: &StartError) -> String {
 }
 
 /// The option that would make the capture readable.
-fn cure(error: &OpenError) -> String {
+fn remedy(error: &OpenError) -> String {
     let hint = match error {
         OpenError::Csv { problem, .. } => problem.hint(),
-        OpenError::Bag { problem, .. } => return bag_cure(problem).into(),
+        OpenError::Bag { problem, .. } => return bag_remedy(problem).into(),
         _ => None,
     };
     match hint {
@@ -129,7 +131,7 @@ fn cure(error: &OpenError) -> String {
 }
 
 /// The option that would make a topic of the bag readable; on a line of its own behind a list.
-const fn bag_cure(problem: &BagError) -> &'static str {
+const fn bag_remedy(problem: &BagError) -> &'static str {
     match problem {
         BagError::SeveralTopics { .. } => "\nName one of them with --topic",
         BagError::NoTopic { topics, .. } if !topics.is_empty() => "\nName one of them with --topic",

@@ -71,7 +71,7 @@ pub enum ConnectError {
         problem: PortProblem,
     },
     /// `tcp://` is followed by something else than a host and a port.
-    #[error("{0} is not an address: write tcp://host:port, such as tcp://192.168.1.20:2000")]
+    #[error("{0} is not an address of the form tcp://host:port, such as tcp://192.168.1.20:2000")]
     Address(String),
     /// The server behind the address cannot be reached.
     #[error("cannot connect to {address}: {}", server_advice(error))]
@@ -98,7 +98,7 @@ pub enum PortProblem {
     AnotherAdapter(Vec<PortEntry>),
     /// The user may not open it, only members of the group: `dialout` where that is not known,
     /// `None` where there is none but root's.
-    #[error("that is not allowed to this user; {}", permission_advice(.0.as_deref()))]
+    #[error("permission denied; {}", permission_advice(.0.as_deref()))]
     Denied(Option<String>),
     /// It is something else than a serial port.
     #[error("it is not a serial port; {}", candidate_advice(.0))]
@@ -171,21 +171,18 @@ fn group_of(_path: &Path) -> Option<String> {
 fn server_advice(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::ConnectionRefused => {
-            "nothing takes connections there: start the serial server, and look at the \
-                                             number of its port"
-                .into()
+            "connection refused: start the serial server, and check its port number".into()
         }
-        io::ErrorKind::TimedOut => "no answer: is the server on, and in this network?".into(),
-        _ => format!("{error}; look at the name of the server, and at the network"),
+        io::ErrorKind::TimedOut => "no answer: check that the server is on and in this network".into(),
+        _ => format!("{error}; check the name of the server and the network"),
     }
 }
 
 fn permission_advice(group: Option<&str>) -> String {
     match group {
-        Some(group) => format!("it is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again"),
+        Some(group) => format!("join the group {group}: `sudo usermod -aG {group} $USER`, then log in again"),
         None => {
-            "it is for no group that a user could join: a rule of udev can give it to one, as it does for most adapters"
-                .into()
+            "it belongs to no group that a user could join: a udev rule can assign one, as for most adapters".into()
         }
     }
 }

@@ -122,7 +122,7 @@ pub enum CommandError {
     #[error(transparent)]
     QueueFull(#[from] QueueFull),
     /// The link was opened to send nothing.
-    #[error("nothing is sent on this link: it was opened to listen only")]
+    #[error("this link is listen-only: nothing is sent")]
     ListenOnly,
     /// The link is closed for good.
     #[error("the link to the sensor is closed; open it again")]

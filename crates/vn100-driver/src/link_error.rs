@@ -14,7 +14,7 @@ pub(crate) enum LinkError {
     Open(#[from] ConnectError),
     #[error("{}", lost(.0))]
     Lost(#[from] io::Error),
-    #[error("no sensor is heard on {port}{}: {}", at_speeds(tried), received_instead(*bytes, *echoes))]
+    #[error("no sensor found on {port}{}: {}", at_speeds(tried), received_instead(*bytes, *echoes))]
     NoSensor {
         port: String,
         tried: Vec<u32>,
@@ -24,19 +24,19 @@ pub(crate) enum LinkError {
         /// Whether the sensor was asked.
         asked: bool,
     },
-    #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
+    #[error("{bytes} bytes received in {ms} ms contain no valid sentence")]
     Garbled { bytes: u64, ms: u128 },
-    #[error("the other end closed the connection, as a server that stops, or that has the port for another program")]
+    #[error("the server closed the connection: it stopped, or serves the port to another program")]
     Disconnected,
-    #[error("the sensor says nothing and does not answer")]
+    #[error("the sensor sends nothing and does not reply")]
     NoAnswer,
     #[error("{0}")]
     Restarted(DeviceError),
     #[error("the sensor was silent, and may have restarted")]
     SettingsLost,
-    #[error("another sensor, serial {serial}, is on the port; it was {known}")]
+    #[error("another sensor is on the port: serial number {serial}, expected {known}")]
     OtherSensor { serial: String, known: String },
-    #[error("the sensor is back and cannot be set as it was: {0}")]
+    #[error("the sensor reconnected, but its settings cannot be reapplied: {0}")]
     NotSet(#[from] RequestFailure),
 }
 
@@ -46,7 +46,7 @@ pub(crate) enum LinkError {
 pub enum LinkHint {
     /// Ask the sensor, whose output may be paused: the link only listens, and nothing is received.
     AskSensor,
-    /// Look for what connects the two directions of the line: it echoes.
+    /// Find what connects the two directions of the line: it echoes.
     FindEcho,
     /// Check the cable, the power, and the baud rate at which the server has opened its port.
     CheckServerBaudRate,
@@ -60,12 +60,12 @@ impl LinkHint {
     pub fn text(self) -> &'static str {
         match self {
             Self::AskSensor => {
-                "its output may be paused, which cannot be told without asking it: do not only listen, or check the \
+                "its output may be paused, which only a request can show: allow sending, or check the \
                  cable and the power of the sensor"
             }
             Self::FindEcho => "take a loopback plug off; on RS-485 check the wires and the power of the sensor",
             Self::CheckServerBaudRate => {
-                "check the cable and the power of the sensor, and the speed that the server is set to"
+                "check the cable and the power of the sensor, and the baud rate set on the server"
             }
             Self::CheckBaudRate => "check the cable, the power of the sensor and the baud rate",
         }
@@ -101,17 +101,17 @@ fn lost(error: &io::Error) -> String {
         ErrorKind::UnexpectedEof | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => {
             LinkError::Disconnected.to_string()
         }
-        _ => format!("the link was lost: {error}"),
+        _ => format!("disconnected: {error}"),
     }
 }
 
-const GONE: &str = "the port is gone, as when the cable is pulled out or the adapter loses its power";
+const GONE: &str = "the port disappeared, as when the cable is unplugged or the adapter loses power";
 
 fn at_speeds(tried: &[u32]) -> String {
     match tried {
         [] => String::new(),
         [baud] => format!(" at {baud} baud"),
-        several => format!(" at {} speeds", several.len()),
+        several => format!(" at {} baud rates", several.len()),
     }
 }
 
@@ -119,10 +119,10 @@ fn at_speeds(tried: &[u32]) -> String {
 fn received_instead(bytes: u64, echoes: u64) -> String {
     let others = bytes.saturating_sub(echoes * QUESTION_BYTES);
     match (echoes, others) {
-        (0, 0) => "nothing came".into(),
-        (0, bytes) => format!("{bytes} bytes came and none of them made a good line"),
-        (_, 0) => "the line echoes, and nothing came but what was sent".into(),
-        (_, bytes) => format!("the line echoes, and {bytes} bytes that were not sent made no good line"),
+        (0, 0) => "no data received".into(),
+        (0, bytes) => format!("{bytes} bytes received without a valid sentence"),
+        (_, 0) => "the line echoes, and only the sent bytes were received".into(),
+        (_, bytes) => format!("the line echoes, and {bytes} other bytes were received without a valid sentence"),
     }
 }
 
@@ -141,7 +141,7 @@ mod tests {
             assert_eq!(LinkError::from(io::Error::from(kind)).to_string(), LinkError::Disconnected.to_string());
         }
         let other = LinkError::from(io::Error::other("a fault")).to_string();
-        assert_eq!(other, "the link was lost: a fault");
+        assert_eq!(other, "disconnected: a fault");
     }
 
     #[test]
@@ -151,16 +151,12 @@ mod tests {
             LinkError::NoSensor { port: "x".into(), tried, bytes, echoes, asked }
         };
         let cases = [
-            (no_sensor(&[9600], 0, 0, true), LinkHint::CheckBaudRate, "x at 9600 baud: nothing came"),
-            (
-                no_sensor(&[9600], 1, 0, false),
-                LinkHint::CheckBaudRate,
-                "1 bytes came and none of them made a good line",
-            ),
-            (no_sensor(&[9600, 19_200], 0, 0, false), LinkHint::AskSensor, "x at 2 speeds: nothing came"),
-            (no_sensor(&[], 0, 0, true), LinkHint::CheckServerBaudRate, "x: nothing came"),
-            (no_sensor(&[], 28, 2, true), LinkHint::FindEcho, "echoes, and nothing came but what was sent"),
-            (no_sensor(&[], 29, 2, true), LinkHint::FindEcho, "echoes, and 1 bytes that were not sent made no good"),
+            (no_sensor(&[9600], 0, 0, true), LinkHint::CheckBaudRate, "x at 9600 baud: no data received"),
+            (no_sensor(&[9600], 1, 0, false), LinkHint::CheckBaudRate, "1 bytes received without a valid sentence"),
+            (no_sensor(&[9600, 19_200], 0, 0, false), LinkHint::AskSensor, "x at 2 baud rates: no data received"),
+            (no_sensor(&[], 0, 0, true), LinkHint::CheckServerBaudRate, "x: no data received"),
+            (no_sensor(&[], 28, 2, true), LinkHint::FindEcho, "echoes, and only the sent bytes were received"),
+            (no_sensor(&[], 29, 2, true), LinkHint::FindEcho, "echoes, and 1 other bytes were received without a"),
         ];
         for (error, hint, text) in cases {
             assert_eq!(error.hint(), Some(hint), "{error}");

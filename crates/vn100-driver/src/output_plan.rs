@@ -43,10 +43,10 @@ impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { register, before, after } = self;
         let name = match *register {
-            Register::BAUD_RATE => "the speed of the line",
+            Register::BAUD_RATE => "the baud rate",
             Register::ASYNC_TYPE => "the message",
             Register::ASYNC_RATE => "the rate",
-            Register::PROTOCOL_CONTROL => "the form of the lines",
+            Register::PROTOCOL_CONTROL => "the format of the sentences",
             Register::SYNC_CONTROL => "the synchronisation",
             Register::IMU_FILTER => "the averaging windows",
             _ => return write!(f, "register {register} from {before} to {after}"),
@@ -91,10 +91,10 @@ pub enum PlanError {
         allowed: String,
     },
     /// A register does not hold what it should.
-    #[error("{0}; this sensor cannot be set here")]
+    #[error("{0}; this sensor cannot be configured here")]
     Value(#[from] ValueError),
     /// The sensor does not have a register that the plan needs.
-    #[error("this sensor has no register {0}, without which it cannot be set so")]
+    #[error("this sensor lacks register {0}, which the setting needs")]
     Missing(Register),
 }
 
@@ -109,7 +109,7 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
     match (slower, faster) {
         (Some(slower), Some(faster)) => format!("{slower}, or {faster}"),
         (Some(way), None) | (None, Some(way)) => way,
-        (None, None) => "no line carries so much".into(),
+        (None, None) => "no baud rate is high enough".into(),
     }
 }
 
@@ -197,7 +197,7 @@ impl Output {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
             let allowed = || list(BaudRate::ALL.map(BaudRate::bits_per_s));
-            new.baud = BaudRate::new(bits_per_s).ok_or_else(|| not_allowed("the speed", bits_per_s, allowed()))?;
+            new.baud = BaudRate::new(bits_per_s).ok_or_else(|| not_allowed("the baud rate", bits_per_s, allowed()))?;
         }
         if let Some(name) = &settings.message {
             let allowed = || list((0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header));

@@ -195,7 +195,7 @@ fn read_ms(timer: &PathBuf) -> Option<u32> {
 
 fn advice(timer: &Path, ms: u32) -> String {
     format!(
-        "the adapter keeps bytes for up to {ms} ms; shorten that once with `echo {SHORTEST_MS} | sudo tee {}`, or for good with the udev \
+        "the adapter buffers bytes for up to {ms} ms; shorten that once with `echo {SHORTEST_MS} | sudo tee {}`, or for good with the udev \
          rule `ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", ATTR{{latency_timer}}=\"{SHORTEST_MS}\"` in \
          /etc/udev/rules.d/99-vn100.rules",
         timer.display()

@@ -108,7 +108,7 @@ impl Connection for TcpConnection {
     }
 
     fn set_baud(&mut self, _baud: u32) -> io::Result<()> {
-        Err(io::Error::new(ErrorKind::Unsupported, "the serial server sets the speed of its line"))
+        Err(io::Error::new(ErrorKind::Unsupported, "the serial server sets its own baud rate"))
     }
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
@@ -183,6 +183,9 @@ mod tests {
         let error = in_answer_time(std::future::pending::<io::Result<()>>()).await.unwrap_err();
         assert_eq!((error.kind(), begin.elapsed()), (ErrorKind::TimedOut, ANSWER_TIME));
         let message = ConnectError::Server { address: "tcp://sensor:2000".into(), error }.to_string();
-        assert_eq!(message, "cannot connect to tcp://sensor:2000: no answer: is the server on, and in this network?");
+        assert_eq!(
+            message,
+            "cannot connect to tcp://sensor:2000: no answer: check that the server is on and in this network"
+        );
     }
 }

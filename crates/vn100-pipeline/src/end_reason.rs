@@ -58,7 +58,7 @@ pub enum StartError {
     #[error(transparent)]
     StreamInput(Box<dyn Error + Send + Sync>),
     /// It holds values of any sensor, nothing in it shows their rate, and none was given.
-    #[error("nothing in it tells its sample rate{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
+    #[error("its sample rate is unknown{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
     RateUnknown {
         /// Why its times do not show it; `None` where it has none.
         refusal: Option<Refusal>,
@@ -75,7 +75,7 @@ impl fmt::Display for EndReason {
             Self::NotStarted(error) => error.fmt(f),
             Self::SourceFailed(error) => error.fmt(f),
             Self::SourceEnded | Self::DurationReached | Self::GoalsDecided => {
-                f.write_str("the end of the source, or of the time asked for")
+                f.write_str("end of the source, or duration reached")
             }
             Self::Stopped | Self::NoMeasurement => f.write_str("stopped"),
             Self::OtherMessages { .. } => f.write_str("the sensor sends another message"),
@@ -115,7 +115,7 @@ mod tests {
     fn a_recording_says_why_it_ended() {
         let change = RateChange { after_samples: 1, from_hz: 200.0, to_hz: 40.0 };
         let other = EndReason::OtherMessages { message: "VNYMR".into(), other: None, rate_hz: None };
-        let whole = "the end of the source, or of the time asked for";
+        let whole = "end of the source, or duration reached";
         for (reason, text) in [
             (EndReason::NotStarted(StartError::Stopped), "not read, interrupted"),
             (EndReason::SourceEnded, whole),

@@ -51,16 +51,16 @@ pub enum LiveError {
     #[error("interrupted")]
     Stopped,
     /// A stream without a way back.
-    #[error("standard input cannot be asked anything: name a port")]
+    #[error("standard input is not a sensor that replies: name a port")]
     NoCommands,
     /// Likewise, where the temperature is asked for.
-    #[error("standard input cannot be asked for the temperature: name a port")]
+    #[error("the temperature cannot be polled on standard input: name a port")]
     NoTemperature,
     /// The thread that reads a stream cannot be started.
-    #[error("cannot start to read")]
+    #[error("cannot start reading")]
     Read(#[source] io::Error),
     /// The task of the link has ended.
-    #[error("the link stopped by a fault of this program")]
+    #[error("internal error: the link stopped")]
     LinkTask(#[from] task::JoinError),
 }
 

@@ -89,7 +89,7 @@ pub(crate) enum Origin {
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>> },
     /// Its end follows the stop.
     Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// Its samples are held back. It lasts until the stop: it can go back from its end.
+    /// Its samples are delayed. It lasts until the stop: it can go back from its end.
     Paced(PaceStart),
     /// The stop alone ends it, or its own end.
     Events,
@@ -151,7 +151,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
         state.recording = latest(&mut recording);
     });
     source.publish(channels);
-    let mut held = VecDeque::new();
+    let mut pending = VecDeque::new();
     loop {
         tokio::select! {
             // a command received in time counts
@@ -169,7 +169,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             () = changed(&mut recording) => channels.state.send_modify(|state| state.recording = latest(&mut recording)),
             _ = ticks.tick(), if source.has_changed && source.is_watched(channels) => source.publish(channels),
             _ = looks.tick(), if source.watchdog.is_some() => source.watch(channels),
-            event = next_due(&mut events, &mut held, source.pace.as_ref()), if source.end.is_none() => {
+            event = next_due(&mut events, &mut pending, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
                     // else what is still on its way is of no use
@@ -185,25 +185,25 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     }
 }
 
-/// Dropping the future loses nothing: what was received waits in `held`.
+/// Dropping the future loses nothing: what was received waits in `pending`.
 async fn next_due(
     events: &mut mpsc::Receiver<Event>,
-    held: &mut VecDeque<Event>,
+    pending: &mut VecDeque<Event>,
     pace: Option<&Pace>,
 ) -> Option<Event> {
     let Some(pace) = pace else { return events.recv().await };
-    if held.is_empty() {
+    if pending.is_empty() {
         match events.recv().await? {
             Event::Batch(batch) => {
                 let mut lines = batch.lines();
                 while let Some(line) = lines.next_line() {
-                    held.push_back(line.clone().into());
+                    pending.push_back(line.clone().into());
                 }
             }
-            event => held.push_back(event),
+            event => pending.push_back(event),
         }
     }
-    if let Some(Event::Batch(batch)) = held.front()
+    if let Some(Event::Batch(batch)) = pending.front()
         && batch.row_count() > 0
     {
         match pace.due() {
@@ -212,7 +212,7 @@ async fn next_due(
             Due::Never => future::pending().await,
         }
     }
-    held.pop_front()
+    pending.pop_front()
 }
 
 /// Waits until a watched value changes; for ever where there is none, or it never will again.

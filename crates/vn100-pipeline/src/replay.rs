@@ -10,7 +10,7 @@ use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
 use vn100_analysis::{RateFrom, Settings, SourceFacts};
-use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
+use vn100_capture::{Capture, CaptureOptions, Event, OpenError};
 
 use crate::{
     end_reason::{EndReason, SessionResult, StartError},
@@ -69,14 +69,7 @@ fn open_capture(path: &Path, options: &CaptureOptions) -> Result<Capture, OpenEr
 }
 
 fn kind(capture: &Capture, name: &str) -> &'static str {
-    match capture.format {
-        _ if name == "-" => "stdin",
-        Format::Text => "text",
-        Format::Raw => "raw",
-        Format::Csv => "csv",
-        Format::Mcap => "mcap",
-        Format::Bag(form) => form.code(),
-    }
+    if name == "-" { "stdin" } else { capture.format.code() }
 }
 
 pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> SessionResult {

@@ -23,7 +23,7 @@ pub enum SetupError {
     #[error(transparent)]
     Command(#[from] CommandError),
     /// Another one is on the port; it is left as it is.
-    #[error("another sensor, serial {now}, is on the port; it was {known}")]
+    #[error("another sensor is on the port: serial number {now}, expected {known}")]
     AnotherSensor {
         /// Its serial number.
         now: String,

@@ -8,7 +8,7 @@ use vn100_analysis::{RateChange, Snapshot};
 use crate::end_reason::EndReason;
 
 /// A sensor that sends no measurement in this time, or none at its rate, was set to something else.
-/// A burst of bytes that were held back on the way is shorter.
+/// A burst of bytes that were delayed on the way is shorter.
 pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 #[derive(Debug, Default)]
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(stream.second_at(None, true), (None, None));
         assert_eq!(stream.second_at(Some(change), true), (changed, None));
         assert_eq!(stream.second_at(Some(change), true), (None, None));
-        // as behind a burst of bytes that were held back
+        // as behind a burst of delayed bytes
         assert_eq!(stream.second_at(None, true), (Some(RateEvent::Restored(40.0)), None));
         assert_eq!(stream.second_at(None, true), (None, None));
         assert_eq!(stream.second_at(Some(change), true), (changed, None));

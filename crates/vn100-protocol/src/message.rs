@@ -18,7 +18,7 @@ use crate::message::{decimal::DecimalError, layout::Channel};
 #[non_exhaustive]
 pub enum GrammarError {
     /// Not as many fields as the message has.
-    #[error("the line has {found} fields and should have {expected}")]
+    #[error("the sentence has {found} fields, {expected} are expected")]
     FieldCount {
         /// The numbers of the message.
         expected: usize,
@@ -34,7 +34,7 @@ pub enum GrammarError {
         error: DecimalError,
     },
     /// The numbers are not printed as any firmware prints them.
-    #[error("{channel} has {found} decimals and should have {expected}, going by the first number of the line")]
+    #[error("{channel} has {found} decimals, {expected} are expected from the first number of the sentence")]
     Decimals {
         /// The first channel printed otherwise.
         channel: &'static str,
@@ -45,7 +45,7 @@ pub enum GrammarError {
     },
     /// The fields behind the numbers are not a suffix.
     #[error(
-        "the fields behind the numbers should be T with 1 to 20 digits and S with 4 hexadecimal digits, each at most once"
+        "the fields after the numbers should be T with 1 to 20 digits and S with 4 hexadecimal digits, each at most once"
     )]
     Suffix,
 }

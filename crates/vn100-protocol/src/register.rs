@@ -59,7 +59,7 @@ pub trait WritableValue: RegisterValue + fmt::Display {
 #[non_exhaustive]
 pub enum ValueError {
     /// The contents are of another register.
-    #[error("register {found} does not hold such a value; register {} does", .expected[0])]
+    #[error("register {found} does not have this value; register {} does", .expected[0])]
     Register {
         /// The registers that hold the value.
         expected: &'static [Register],
@@ -67,7 +67,7 @@ pub enum ValueError {
         found: Register,
     },
     /// Fewer fields than the value has.
-    #[error("register {register} ends before the field {name:?}")]
+    #[error("register {register} lacks the field {name:?}")]
     Missing {
         /// Which register.
         register: Register,
@@ -83,7 +83,7 @@ pub enum ValueError {
         text: String,
     },
     /// A field that is not what it should be.
-    #[error("register {register}: {name} is {text:?} and should be {expected}")]
+    #[error("register {register}: {name} is {text:?}, expected {expected}")]
     Field {
         /// Which register.
         register: Register,

@@ -45,17 +45,17 @@ pub const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
     let (name, meaning) = match why {
         WhyNoCoefficient::Moved => ("moved", "the sensor was moved"),
         WhyNoCoefficient::BiasNotInStream => {
-            ("bias-not-in-stream", "a filter takes the bias out before the stream has it")
+            ("bias-not-in-stream", "a filter removes the bias before the sensor sends the samples")
         }
         WhyNoCoefficient::Constant => ("constant", "the values do not vary"),
         WhyNoCoefficient::Temperature(NoCoefficient::TooShort { .. }) => {
-            ("too-short", "fewer than 32 blocks with samples and temperature lie behind one another")
+            ("too-short", "fewer than 32 consecutive blocks have samples and a temperature")
         }
         WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => {
             ("excursion", "the temperature changed by less than 1 °C")
         }
         WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { .. }) => {
-            ("one-direction", "the temperature only rose or only fell: a drift of any other cause would look the same")
+            ("one-direction", "the temperature only rose or only fell, so that any other drift would look the same")
         }
     };
     code("temperature.reason", name, name, meaning)
@@ -70,43 +70,41 @@ const fn code(key: &'static str, code: &'static str, word: &'static str, meaning
 pub fn code_of_verdict(verdict: Verdict) -> Code {
     let of = |name, word, meaning| code("verdict", name, word, meaning);
     match verdict {
-        Verdict::Pass => of(
-            "pass",
-            "pass",
-            "the whole interval lies within the limit, the uncertainty of aliasing counted against it",
+        Verdict::Pass => {
+            of("pass", "pass", "the whole interval lies within the limit, even with the uncertainty of aliasing")
+        }
+        Verdict::Fail => of("fail", "fail", "the whole interval lies beyond the limit, and aliasing cannot explain it"),
+        Verdict::Typical => of(
+            "typical",
+            "typical",
+            "the upper end of the interval lies within the typical range, which is no guarantee",
         ),
-        Verdict::Fail => {
-            of("fail", "fail", "the whole interval lies beyond the limit, and nothing that the stream does explains it")
-        }
-        Verdict::Typical => {
-            of("typical", "typical", "the upper end of the interval lies within what is typical, which is no guarantee")
-        }
         Verdict::AboveTypical => of(
             "above-typical",
             "above typical",
-            "the whole interval lies above what is typical, which is no guarantee and fails nothing",
+            "the whole interval lies above the typical range, which is no guarantee and no limit",
         ),
         Verdict::BelowTypical => of(
             "below-typical",
             "below typical",
-            "the whole interval lies below what is typical: better than many sensors",
+            "the whole interval lies below the typical range: better than many sensors",
         ),
         Verdict::Inconclusive => of(
             "inconclusive",
             "inconclusive",
-            "the interval spans the limit, or the upper end of what is typical; a longer record may decide",
+            "the interval spans the limit, or the upper end of the typical range; a longer record may decide",
         ),
         Verdict::Consistent => of(
             "consistent",
             "consistent",
-            "nothing speaks against the figure, and what would decide is not known: averaging window, rate, a line removed, or whether the density is one- or two-sided",
+            "the interval agrees with the figure, but a verdict needs what is unknown: the averaging window, the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided",
         ),
         Verdict::Undecided => of(
             "undecided",
             "undecided",
-            "there is no interval, or it lies beyond the figure and what the stream does to it is not known",
+            "there is no interval, or it lies beyond the figure and the effect of aliasing is unknown",
         ),
-        Verdict::NotComparable => of("not-comparable", "not comparable", "the stream does not carry the parameter"),
+        Verdict::NotComparable => of("not-comparable", "not comparable", "the message does not carry the parameter"),
     }
 }
 
@@ -118,21 +116,21 @@ pub const fn code_of_status(status: Status) -> Code {
     }
     match status {
         Status::Estimated => {
-            of("estimated", "estimated", "the parameter is there, and has a value and a two-sided interval")
+            of("estimated", "estimated", "the term was detected; it has a value and a two-sided confidence interval")
         }
         Status::Bounded => {
-            of("bounded", "at most", "it was not detected and may be zero; it is not above the upper bound")
+            of("bounded", "upper bound", "the term was not detected and may be zero; only its upper bound is given")
         }
         Status::NotObservable => {
-            of("not-observable", "not observable", "the record does not show it, mostly for its length")
+            of("not-observable", "not observable", "the record does not show it, mostly because it is too short")
         }
         Status::NotMeasurable => {
-            of("not-measurable", "not measurable", "the stream does not carry it, however long the record")
+            of("not-measurable", "not measurable", "the message does not carry it, however long the record")
         }
         Status::ModelRejected => of(
             "model-rejected",
-            "no model fits",
-            "no range of averaging times follows the noise model; N may have a bound by the curve all the same",
+            "model rejected",
+            "no range of averaging times follows the noise model; N may still have an upper bound",
         ),
     }
 }
@@ -147,7 +145,7 @@ pub fn code_of_grade(grade: Grade) -> Code {
         }
         Grade::Tactical => of("tactical", "B below 1 deg/h and N below 0.05 deg/sqrt(h)"),
         Grade::Industrial => of("industrial", "B below 30 deg/h and N below 0.5 deg/sqrt(h)"),
-        Grade::Consumer => of("consumer", "B or N above that of industrial"),
+        Grade::Consumer => of("consumer", "B or N above the industrial limits"),
     }
 }
 
@@ -156,27 +154,31 @@ pub fn code_of_grade(grade: Grade) -> Code {
 pub fn code_of_rate(from: RateFrom) -> Code {
     let of = |name, word, meaning| code("rate_from", name, word, meaning);
     match from {
-        RateFrom::Option => of("option", "as asked", "the user gave it"),
-        RateFrom::Device => of("device", "as the sensor says", "the sensor printed its output rate"),
-        RateFrom::Arrival => {
-            of("arrival", "by the arrival of its lines", "the arrival times show which of its rates it sends at")
+        RateFrom::Option => of("option", "as given", "given by the user"),
+        RateFrom::Device => {
+            of("device", "as reported by the sensor", "the sensor reported its output rate (register 07)")
         }
-        RateFrom::Assumed => of("assumed", "assumed", "nothing shows it: the factory default of 40 Hz"),
+        RateFrom::Arrival => {
+            of("arrival", "from arrival times", "the nominal rate of the sensor that the arrival times match")
+        }
+        RateFrom::Assumed => of("assumed", "assumed", "unknown: the factory default of 40 Hz"),
     }
 }
 
-/// By which evidence missing samples were counted.
+/// How dropped samples were counted.
 #[must_use]
 pub fn code_of_missing(from: MissingFrom) -> Code {
     let of = |name, word, meaning| code("missing_from", name, word, meaning);
     match from {
         MissingFrom::Counter => {
-            of("counter", "the counter in each line", "the sensor counts its samples, and losses are exact")
+            of("counter", "row counter", "the sensor counts its samples, so that dropped ones are counted exactly")
         }
-        MissingFrom::Arrival => of("arrival", "arrival times", "gaps between arrival times"),
-        MissingFrom::RejectedRows => {
-            of("bad-lines", "bad lines", "each damaged line counts as one sample; lines lost whole are not seen")
-        }
+        MissingFrom::Arrival => of("arrival", "arrival times", "gaps in the arrival times"),
+        MissingFrom::RejectedRows => of(
+            "bad-lines",
+            "rejected lines",
+            "each rejected line counts as one dropped sample; entirely missing lines are not detected",
+        ),
     }
 }
 
@@ -185,10 +187,10 @@ pub fn code_of_missing(from: MissingFrom) -> Code {
 pub fn code_of_window(from: WindowFrom) -> Code {
     let of = |name, word, meaning| code("window_from", name, word, meaning);
     match from {
-        WindowFrom::Register => of("register", "register 85", "register 85 stands in the stream"),
-        WindowFrom::Given => of("option", "as given", "the user said what register 85 was"),
+        WindowFrom::Register => of("register", "register 85", "the capture contains register 85"),
+        WindowFrom::Given => of("option", "as given", "the user gave the value of register 85"),
         WindowFrom::Default => {
-            of("default", "factory default", "nothing shows it: the factory default, which may have been changed")
+            of("default", "factory default", "unknown: the factory default, which may have been changed")
         }
     }
 }

@@ -44,7 +44,7 @@ pub enum DatasheetError {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FigureError {
     /// The unit is none of the parameter's.
-    #[error("{unit:?} is no unit of this figure: use one of {}", choices.join(", "))]
+    #[error("unknown unit {unit:?} of this figure: use one of {}", choices.join(", "))]
     Unit {
         /// As written.
         unit: String,

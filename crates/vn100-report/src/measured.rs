@@ -152,8 +152,8 @@ pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
     let bytes = snapshot.link.bytes();
     match snapshot.timing.excluded {
         0 => format!("{name}: no valid sample in {bytes} bytes"),
-        1 => format!("{name}: its one sample lies in the time to be skipped"),
-        excluded => format!("{name}: all {excluded} samples lie in the time to be skipped"),
+        1 => format!("{name}: its only sample lies in the excluded time"),
+        excluded => format!("{name}: all {excluded} samples lie in the excluded time"),
     }
 }
 
@@ -332,7 +332,7 @@ mod tests {
         let measured = ended(facts(None), nothing());
         assert_eq!(measured.completion, Completion::NoData);
         assert_eq!(measured.facts.error.as_deref(), Some("a.csv: no valid sample in 0 bytes"));
-        for (excluded, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
+        for (excluded, text) in [(1, "its only sample lies in"), (7, "all 7 samples lie in")] {
             let mut snapshot = nothing();
             Arc::make_mut(&mut snapshot).timing.excluded = excluded;
             let error = ended(facts(None), snapshot).facts.error.unwrap();

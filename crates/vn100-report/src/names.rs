@@ -96,13 +96,8 @@ pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
 }
 
 /// The parameters of the noise, from short averaging times to long ones.
-pub const TERMS: [(Term, &str); 5] = [
-    (Term::Quantization, "quantisation"),
-    (Term::White, "white noise"),
-    (Term::BiasInstability, "bias instability"),
-    (Term::RateRandomWalk, "rate random walk"),
-    (Term::RateRamp, "rate ramp"),
-];
+pub const TERMS: [Term; 5] =
+    [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
 /// The probability that noise without that parameter would show as much of it. White noise is in
 /// every record: that it may be absent is not tested.
@@ -121,7 +116,7 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
             let percent = digits(100.0 * relative, 2);
             format!("±{percent} %, by the arrival times against {nominal_hz} Hz; within the interval")
         }
-        (None, RateFrom::Device) => "not verified without arrival times: as the sensor says".into(),
+        (None, RateFrom::Device) => "not verified without arrival times: as reported by the sensor".into(),
         (None, RateFrom::Option) => "not verified without arrival times: as given".into(),
         (None, RateFrom::Arrival) => "not verified".into(),
         (None, RateFrom::Assumed) => "unknown, the rate is assumed: 1 % of it is 0.5 % of N".into(),
@@ -150,18 +145,18 @@ pub fn in_words(status: Status) -> &'static str {
 /// How many, and of which kinds.
 #[must_use]
 pub fn rejected_lines(tally: &Tally) -> String {
-    let bad = &tally.rejected;
+    let rejected = &tally.rejected;
     let kinds = [
-        ("checksum", bad.checksum),
-        ("unchecked", bad.unchecked),
-        ("grammar", bad.grammar),
-        ("range", bad.range),
-        ("truncated", bad.truncated),
-        ("too long", bad.too_long),
+        ("checksum", rejected.checksum),
+        ("unchecked", rejected.unchecked),
+        ("grammar", rejected.grammar),
+        ("range", rejected.range),
+        ("truncated", rejected.truncated),
+        ("too long", rejected.too_long),
     ];
     let present: Vec<_> =
         kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!("{count} {kind}")).collect();
-    if present.is_empty() { "0".into() } else { format!("{} ({})", bad.total(), present.join(", ")) }
+    if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
 }
 
 /// How many questions the line brought back; nothing on a line that does not echo.
@@ -220,7 +215,7 @@ pub(crate) fn grade_name(grade: Grade) -> &'static str {
     code_of_grade(grade).code
 }
 
-/// What was measured and what a sensor at the figure reads in this stream.
+/// What was measured, and what is expected in this stream of a sensor at the figure.
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
@@ -235,10 +230,10 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         (None, Some(lower), Some(upper)) => {
             format!("measured {} to {} {}{minimum}", number(lower), number(upper), shown.0)
         }
-        (_, _, Some(upper)) => format!("measured at most {} {}{minimum}", number(upper), shown.0),
-        (_, Some(lower), None) => format!("measured at least {} {}{minimum}", number(lower), shown.0),
-        _ if verdict.verdict == Verdict::NotComparable => "not in this stream".into(),
-        _ => "not known from this record".into(),
+        (_, _, Some(upper)) => format!("measured: upper bound {} {}{minimum}", number(upper), shown.0),
+        (_, Some(lower), None) => format!("measured: lower bound {} {}{minimum}", number(lower), shown.0),
+        _ if verdict.verdict == Verdict::NotComparable => "not measurable in this stream".into(),
+        _ => "unknown from this record".into(),
     };
     let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
     let range = |(low, high): (f64, f64)| {
@@ -251,29 +246,33 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     };
     let expected = match (&verdict.readings[..], verdict.stream.factor) {
         ([two, one, ..], _) => format!(
-            "a sensor of {} reads {} at this rate and {window} if that density is two-sided, {} if one-sided, which is not known",
-            figure.printed,
+            "expected at this rate and {window}: {} if the data sheet's figure ({}) is two-sided, {} if one-sided, which it does not say",
             range(two.expected),
+            figure.printed,
             range(one.expected)
         ),
-        (_, 1.0) => format!("the data sheet says {}", figure.printed),
-        _ => format!("a sensor of {} reads {} at this rate and {window}", figure.printed, range(verdict.expected)),
+        (_, 1.0) => format!("data sheet: {}", figure.printed),
+        _ => {
+            format!("expected at this rate and {window}: {} (data sheet: {})", range(verdict.expected), figure.printed)
+        }
     };
     format!("{measured}; {expected}{}", why(verdict))
 }
 
 /// Why the evidence for a figure does not let it pass.
-pub const WHY_CONSISTENT: &str = "nothing speaks against the figure, and what would decide is not known: the averaging on board (register 85), \
-                                         the sample rate, what the removed line took, or whether the density is one- or two-sided";
+pub const WHY_CONSISTENT: &str = "the interval agrees with the figure, but a verdict needs what is unknown: the averaging window \
+     (register 85), the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided";
 
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {
-        (Verdict::AboveTypical, _) => ": above what is typical, which is no guarantee",
-        (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, taken for a limit",
+        (Verdict::AboveTypical, _) => ": above the typical range, which is no guarantee",
+        (Verdict::Fail, Claim::Typical { .. }) => ": above the typical range, treated as a limit",
         (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match verdict.unknown {
-            Some(StreamUnknown::Window) => ": more than the usual averaging on board explains",
-            Some(StreamUnknown::Rate) => ": above the figure, and cannot fail, for the rate is assumed",
-            Some(StreamUnknown::LineRemoved) => ": above the figure, and cannot fail, for a line was removed",
+            Some(StreamUnknown::Window) => ": higher than on-board decimation can explain",
+            Some(StreamUnknown::Rate) => ": above the figure; not a failure, because the rate is assumed",
+            Some(StreamUnknown::LineRemoved) => {
+                ": above the figure; not a failure, because a spectral peak was removed"
+            }
             None => "",
         },
         (Verdict::Inconclusive, _) => ": the interval spans the figure",
@@ -337,10 +336,10 @@ pub fn untested(why: Untested) -> &'static str {
     match why {
         Untested::SeveralSensors => "of several sensors",
         Untested::SameSamples => "the same samples",
-        Untested::StartUnknown => "the time between is not known",
-        Untested::MayHaveBeenOff => "the sensor may have been off between",
+        Untested::StartUnknown => "the time between the runs is unknown",
+        Untested::MayHaveBeenOff => "the sensor may have been off between the runs",
         Untested::SameTime => "made at the same time",
-        Untested::NoiseUnknown => "B and K are not known",
+        Untested::NoiseUnknown => "B and K are unknown",
     }
 }
 

@@ -147,7 +147,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
     if record.measured.snapshot.timing.samples == 0 {
         return html! {
             p.warning.problem { (lead(record)) }
-            p { "There is nothing to conclude from. What is known of the capture follows." }
+            p { "There are no results. What is known of the capture follows." }
             @if !record.measured.snapshot.warnings.is_empty() { (section("cautions", "Cautions", warnings(record, options.words))) }
             (section("record", "Record and method", facts::facts(record, options, captions)))
         };
@@ -226,7 +226,7 @@ fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
 fn filters(record: &Record<'_>, kalibr_span_s: f64) -> Markup {
     html! {
         p {
-            "Use N as measured in the stream that the filter consumes; dividing out the aliasing would make the filter trust the stream too much. Kalibr takes N and K in continuous time and SI units [8]; \
+            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. Kalibr takes N and K in continuous time and SI units [8]; \
              it has no bias-instability parameter."
         }
         pre { (KalibrYaml::of(record, kalibr_span_s).text()) }

@@ -52,7 +52,7 @@ pub enum Fault {
     Flip(Bytes, Option<u8>),
     /// The end of one line and the beginning of the next are lost.
     Splice(Duration),
-    /// Bytes are held back for a while.
+    /// Bytes are delayed for a while.
     Stall(Duration, Duration),
     /// The port vanishes.
     Unplug {
@@ -89,10 +89,10 @@ pub enum FaultPlanError {
     )]
     Unknown(String),
     /// A fault needs a time.
-    #[error("`{0}` does not say when: write `@` and a time from power-up behind its name, such as `@12.5s`")]
+    #[error("`{0}` has no time: add `@` and a time from power-up, such as `@12.5s`")]
     WhenMissing(String),
     /// A fault needs a duration.
-    #[error("`{0}` does not say how long: write `+` and a time behind the first, such as `@10s+2s`")]
+    #[error("`{0}` has no length: add `+` and a duration, such as `@10s+2s`")]
     LengthMissing(String),
     /// This is no time.
     #[error("`{text}` in `{item}` is no time: write a number and one of ms, s, min, h, such as `12.5s`")]
@@ -112,7 +112,7 @@ pub enum FaultPlanError {
     },
     /// The option after the colon is not one of this fault.
     #[error(
-        "`{detail}` behind the colon does not fit `{item}`: flip takes bit0 to bit7, unplug with two times takes other, baud needs one of {}",
+        "`{detail}` after the colon does not fit `{item}`: flip takes bit0 to bit7, unplug with two times takes other, baud needs one of {}",
         BaudRate::ALL.map(|rate| rate.to_string()).join(", ")
     )]
     Detail {

@@ -39,7 +39,7 @@ pub struct Profile {
 
 /// There is no profile of that name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("no noise profile is called {name:?}: use one of {}", Profile::NAMES.join(", "))]
+#[error("unknown noise profile {name:?}: use one of {}", Profile::NAMES.join(", "))]
 pub struct UnknownProfile {
     /// The name asked for.
     pub name: String,
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn an_unknown_name_lists_the_known_ones() {
         let error = Profile::named("lab4").unwrap_err();
-        assert_eq!(error.to_string(), "no noise profile is called \"lab4\": use one of datasheet, lab3");
+        assert_eq!(error.to_string(), "unknown noise profile \"lab4\": use one of datasheet, lab3");
     }
 
     /// By the factors as reference works print them.

@@ -88,7 +88,7 @@ pub enum PtyError {
         path: PathBuf,
     },
     /// A link of that name has a target, such as the port of another sensor.
-    #[error("{} leads to {} already: end what is there, or choose another place for the link", path.display(), leads_to.display())]
+    #[error("{} already leads to {}: end that program, or choose another place for the link", path.display(), leads_to.display())]
     LinkInUse {
         /// Where it should be.
         path: PathBuf,
@@ -99,7 +99,7 @@ pub enum PtyError {
     #[error("cannot start the thread of the emulated sensor")]
     Thread(#[source] io::Error),
     /// The thread of the sensor has ended by a fault of its own.
-    #[error("the thread of the emulated sensor has panicked")]
+    #[error("internal error in the emulated sensor")]
     Panicked,
 }
 

@@ -65,7 +65,7 @@ impl Thermal {
 /// The options of the temperature are impossible.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "\"{item}\" is no thermal truth: give gyro=DEG_S_C accel=MG_C lag=S heating=C warm-up=S cycle=C period=S age=S, times above 0 but lag and \
+    "\"{item}\" is no thermal setting: give gyro=DEG_S_C accel=MG_C lag=S heating=C warm-up=S cycle=C period=S age=S, times above 0 but lag and \
      age, which may be 0"
 )]
 pub struct ThermalError {

@@ -81,11 +81,11 @@ impl fmt::Display for PieceNotAppended {
             Self::Overlap { end, first_sample } => write!(
                 f,
                 "the piece begins at sample {first_sample}, the one before ends at sample {end}: append pieces in \
-                 the order of time, each once"
+                 order of time, each once"
             ),
             Self::OtherSamples { samples, samples_before } => write!(
                 f,
-                "the piece was begun behind {samples_before} samples, and {samples} come before it: begin it with those"
+                "the piece starts after {samples_before} samples, but {samples} precede it: start it after those"
             ),
             Self::OtherKind => write!(
                 f,

@@ -45,7 +45,7 @@ pub enum NotJudged {
         needed: f64,
     },
     /// The noise is too small against the last digit.
-    #[error("deviates by {std_counts:.2} last digits, {needed:.1} needed")]
+    #[error("standard deviation is {std_counts:.2} LSB, {needed:.1} LSB needed")]
     Quantised {
         /// Standard deviation in counts.
         std_counts: f64,
@@ -53,7 +53,7 @@ pub enum NotJudged {
         needed: f64,
     },
     /// The level drifts: the distribution is that of the drift, not of the noise.
-    #[error("slow changes: {:.0} % of variance ({:.0} % may)", 100.0 * .slow_share, 100.0 * .allowed)]
+    #[error("{:.0} % of the variance is slow drift, limit {:.0} %", 100.0 * .slow_share, 100.0 * .allowed)]
     Wandering {
         /// Share of the variance in changes slower than a segment of the spectrum.
         slow_share: f64,

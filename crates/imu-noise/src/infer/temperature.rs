@@ -64,14 +64,17 @@ impl fmt::Display for NoCoefficient {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooShort { blocks } => {
-                write!(f, "{blocks} blocks with samples and temperature behind one another, {LEAST_BLOCKS} needed")
+                write!(f, "{blocks} consecutive blocks with samples and a temperature, {LEAST_BLOCKS} needed")
             }
             Self::Excursion { excursion_c } => {
                 write!(f, "the temperature changed by {excursion_c:.1} °C, {LEAST_EXCURSION_C:.0} °C needed")
             }
             Self::OneDirection { correlation } => {
-                let seen = if *correlation > 0.0 { "heating" } else { "cooling" };
-                write!(f, "only {seen} was seen (correlation with time {correlation:+.2}), both are needed")
+                let seen = if *correlation > 0.0 { "rose" } else { "fell" };
+                write!(
+                    f,
+                    "the temperature only {seen} (correlation with time {correlation:+.2}), both directions are needed"
+                )
             }
         }
     }

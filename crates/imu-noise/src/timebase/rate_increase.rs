@@ -11,7 +11,7 @@ const HIGHER: f64 = 1.1;
 /// At 1.1 times the rate the samples of a stretch come early by 2.8 periods.
 const EARLY_STRETCH_PERIODS: f64 = 2.0;
 
-/// Most samples held back: 20 s at 200 Hz.
+/// Most pending samples: 20 s at 200 Hz.
 const MAX_HELD: usize = 4096;
 
 /// The samples from the first early one on, and the events that hold if the rate has not changed.

@@ -52,6 +52,8 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
     };
     let headline = format!("spectral peak: {}", list(&shakes, HEADLINED, peak));
     let list = list(&shakes, MOST_NAMED, |shake| peak(shake) + &also(shake));
+    // one peak on one axis is in the headline already
+    let peaks = if headline.ends_with(&list) { String::new() } else { format!(": {list}") };
     let alias = alias(strongest, snapshot.timing.rate_hz);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
     let disturbed: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
@@ -65,7 +67,7 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
     };
     let cause = cause(&shakes, snapshot.timing.rate_hz);
     let details = format!(
-        "In percent of the short-term variance: {list}.{alias}{cause} Each peak is fitted by a term of its own, and N excludes it.{instead}"
+        "Percentages are shares of the short-term variance{peaks}.{alias}{cause} Each peak is fitted by a term of its own, and N excludes it.{instead}"
     );
     Some(Warning::new(WarningKind::VibrationLine, axes, headline, details))
 }
@@ -233,7 +235,10 @@ fn withheld<'a>(channels: impl Iterator<Item = &'a Of<'a>>) -> String {
     match names.is_empty() {
         true => String::new(),
         false => {
-            format!(" The level of {} changes as noise does not: its B, K and ramp are bounds only.", names.join(" "))
+            format!(
+                " Noise does not explain the level change on {}: B, K and ramp are bounds only there.",
+                names.join(" ")
+            )
         }
     }
 }
@@ -256,7 +261,7 @@ fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     };
     let headline = format!("warm-up transient: {}", list(&warm_ups, 1, of));
     let longest = warm_ups.iter().map(|(.., skip_s)| *skip_s).reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
-    let cure = match longest {
+    let advice = match longest {
         Some(skip_s) => {
             let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
             Text::default().remedy(Remedy::Skip(Some(minutes))).then(" excludes it.")
@@ -270,7 +275,7 @@ fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     );
     let channels = names(warm_ups.iter().map(|(channel, ..)| *channel));
     let withheld = withheld(axes.iter().filter(|(_, found)| found.is_warming_up()));
-    Some(Warning::new(WarningKind::WarmUp, channels, headline, Text::from(details).append(cure).then(&withheld)))
+    Some(Warning::new(WarningKind::WarmUp, channels, headline, Text::from(details).append(advice).then(&withheld)))
 }
 
 /// A level that does not settle within the record has no time constant that the record shows.

@@ -206,9 +206,9 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
         return None;
     }
     let (channels, list): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let headline = format!("correlated noise beside the white noise of {}", channels.join(" "));
+    let headline = format!("correlated noise, in addition to white noise, on {}", channels.join(" "));
     let details = format!(
-        "{}. N holds for averaging times below the correlation time; what integrates for longer walks with the apparent random walk.",
+        "{}. N holds for averaging times below the correlation time; over longer times the integral follows the apparent random walk.",
         list.join("; ")
     );
     Some(Warning::new(WarningKind::CorrelatedNoise, channels, headline, details))
@@ -219,8 +219,8 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
 fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(String, Text)> {
     let Onboard { refresh_hz, window, window_from } = *onboard;
     let averages = match window.length {
-        0 | 1 => "averages none of them".into(),
-        length => format!("averages {length} of them"),
+        0 | 1 => "does not average them".into(),
+        length => format!("averages {length} samples"),
     };
     let source = match window_from {
         WindowFrom::Register => "register 85",
@@ -232,7 +232,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(Stri
     let sampling = format!("Sampled at {refresh_hz} Hz; the sensor {averages} ({source}) and outputs {rate_hz} Hz.");
     let is_imu = refresh_hz > Onboard::MAG_REFRESH_HZ;
     let window_to_set = onboard.unaliased_window();
-    let cure = match is_imu {
+    let advice = match is_imu {
         true => Text::from(format!(" A window of {window_to_set} (`"))
             .remedy(Remedy::Configure(Setting::Window(window_to_set)))
             .then("`) avoids it."),
@@ -242,7 +242,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(Stri
         let details = format!(
             "{sampling} Neighbouring samples share values, so that deviations at short averaging times are too low; N is corrected for it."
         );
-        Some((format!("{all}: averaging window longer than the output interval"), Text::from(details).append(cure)))
+        Some((format!("{all}: averaging window longer than the output interval"), Text::from(details).append(advice)))
     } else if factor > 1.0 + Onboard::UNCERTAINTY {
         let percent = 100.0 * Onboard::UNCERTAINTY;
         let headline = format!("aliasing raises N of {all} {factor:.2} times (±{percent:.0} %)");
@@ -250,7 +250,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(Stri
             "{sampling} White noise above {} Hz aliases into the band: multiply the density of a data sheet by that factor before comparing.",
             rate_hz / 2.0
         );
-        let details = Text::from(details).append(cure);
+        let details = Text::from(details).append(advice);
         Some((
             headline,
             match onboard.window_known() || !is_imu {

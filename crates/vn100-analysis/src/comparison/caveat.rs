@@ -16,7 +16,7 @@ pub enum CaveatKind {
     Channels,
     /// Rates without an averaging time in common.
     NoCommonTau,
-    /// The sensor averaged or decimated differently, so that its white noise folds differently.
+    /// The sensor averaged or decimated differently, so that its white noise aliases differently.
     Sampling,
     /// The bias was taken out of the gyroscope in one of them.
     Compensation,
@@ -124,16 +124,16 @@ fn without_chance(records: &[ComparedRecord<'_>], stayed_on: bool) -> Option<Cav
     if !unknown.is_empty() {
         let names: Vec<&str> = unknown.iter().map(|number| records[*number].name).collect();
         let text = format!(
-            "when {} began is not known, and slow noise moves a mean the further, the longer ago it was: how far means lie apart is given without \
-             the probability that noise alone does it. A recording keeps the time",
+            "the start of {} is unknown, and slow noise moves a mean further over a longer time: differences of means are given without a \
+             significance. A recording contains its start",
             names.join(", ")
         );
         return Some(Caveat { kind: CaveatKind::StartUnknown, records: unknown, text: text.into() });
     }
     (!stayed_on).then(|| {
         let text = Text::from(
-            "each record is a connection of its own, and a sensor that was switched off between them starts with another bias: how far means lie \
-             apart is given without the probability that noise alone does it. Where it stayed on, say ",
+            "each record is a connection of its own, and a sensor that was switched off between them starts with another bias: differences of \
+             means are given without a significance. If it stayed on, set ",
         );
         let text = text.remedy(Remedy::SayStayedOn);
         Caveat { kind: CaveatKind::MayHaveBeenOff, records: measured, text }
@@ -203,8 +203,8 @@ fn sampling(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKin
             format!(" (by {of_a:.2} in {} and {of_b:.2} in {}, ±{:.0} %)", a.name, b.name, 100.0 * Onboard::UNCERTAINTY)
         });
         let text = format!(
-            "the sensor averages and decimates differently in {} and {}: its white noise folds differently{by}, and a difference of short octaves \
-             or of N need not be one of the sensors",
+            "the sensor averages and decimates differently in {} and {}: aliasing raises its white noise differently{by}, so that differences of short \
+             octaves or of N need not be differences of the sensors",
             a.name, b.name
         );
         (CaveatKind::Sampling, text)
@@ -215,10 +215,10 @@ fn compensation(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(Cavea
     let compensated = |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref()?.compensated;
     let whether = match (compensated(a), compensated(b)) {
         (a, b) if a == b => return None,
-        (None, _) => format!("may be taken out in {}, which does not say so", a.name),
-        (_, None) => format!("may be taken out in {}, which does not say so", b.name),
-        (Some(true), _) => format!("is taken out in {} and not in {}", a.name, b.name),
-        (Some(false), _) => format!("is taken out in {} and not in {}", b.name, a.name),
+        (None, _) => format!("may be removed in {}, which does not state it", a.name),
+        (_, None) => format!("may be removed in {}, which does not state it", b.name),
+        (Some(true), _) => format!("is removed in {} but not in {}", a.name, b.name),
+        (Some(false), _) => format!("is removed in {} but not in {}", b.name, a.name),
     };
     let text = format!("the gyroscope's bias {whether}: its octaves are compared up to {BEFORE_FILTER_S} s");
     Some((CaveatKind::Compensation, text))

@@ -140,7 +140,7 @@ impl Advice {
         }
         if snapshot.other_rate_samples > 0 {
             let headline = format!("{} at another rate excluded", samples(snapshot.other_rate_samples));
-            let details = "They arrived as bytes do that were held back. No averaging window spans that place.";
+            let details = "They arrived in a burst, as delayed bytes do. No averaging window spans that place.";
             self.warn(WarningKind::RateChanged, headline, details);
         }
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
@@ -233,11 +233,11 @@ impl Advice {
                 arrivals.samples_together
             );
             let details = Text::from(
-                "The latency timer of a USB serial adapter holds them back, for 16 ms unless it is set to 1 ms; ",
+                "The latency timer of a USB serial adapter delays them, by 16 ms unless it is set to 1 ms; ",
             )
             .remedy(Remedy::MeasureLive)
             .then(
-                " sets it where it is allowed to, and otherwise explains how. Deviations are not affected because arrival times never \
+                " sets it where permitted, and otherwise explains how. Deviations are not affected because arrival times never \
                  enter them; the place of a gap is less certain.",
             );
             self.warn(WarningKind::BunchedArrival, headline, details);

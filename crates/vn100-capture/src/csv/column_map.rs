@@ -71,10 +71,10 @@ pub(crate) enum ColumnName {
 #[non_exhaustive]
 pub enum ColumnMapError {
     /// A part between two commas is not of the form `CHANNEL=COLUMN:UNIT`.
-    #[error("{0:?} does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
+    #[error("{0:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
     Form(String),
     /// No channel has this name.
-    #[error("{channel:?} in {part:?} is no channel: name one of {}", channel_names())]
+    #[error("unknown channel {channel:?} in {part:?}: use one of {}", channel_names())]
     Channel {
         /// The text before the `=`.
         channel: String,
@@ -82,7 +82,7 @@ pub enum ColumnMapError {
         part: String,
     },
     /// This is no unit of the channel.
-    #[error("{unit:?} in {part:?} is no unit of {channel}: name {}", unit_names(channel))]
+    #[error("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel))]
     Unit {
         /// The text after the last `:`.
         unit: String,
@@ -95,7 +95,7 @@ pub enum ColumnMapError {
     #[error("column 0 in {0:?} does not exist: columns are numbered from 1")]
     ColumnZero(String),
     /// A channel is there twice.
-    #[error("{channel} is mapped twice, the second time in {part:?}: keep one")]
+    #[error("{channel} is mapped twice, again in {part:?}: keep one")]
     Twice {
         /// The channel.
         channel: String,
@@ -103,10 +103,10 @@ pub enum ColumnMapError {
         part: String,
     },
     /// A column of sentences beside columns of values.
-    #[error("raw names sentences, which hold all channels: name no other channel beside it")]
+    #[error("raw=NAME gives whole sentences, which hold all channels: map no other channel")]
     RawBesideChannels,
     /// No part at all.
-    #[error("no channel is mapped: name at least one of {}", channel_names())]
+    #[error("no channel is mapped: map at least one of {}", channel_names())]
     NoChannel,
 }
 
@@ -376,24 +376,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_the_cure() {
+    fn what_is_wrong_is_named_with_the_remedy() {
         assert_eq!(
             channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \
              pressure value t raw"
         );
         for (text, message) in [
-            ("", "no channel is mapped: name at least one of CHANNELS"),
-            (" , ", "no channel is mapped: name at least one of CHANNELS"),
-            ("gyro_x=wx", "\"gyro_x=wx\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
-            ("gyro_x", "\"gyro_x\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
-            ("gyro_x=:g", "\"gyro_x=:g\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
-            ("gyr_x=wx:g", "\"gyr_x\" in \"gyr_x=wx:g\" is no channel: name one of CHANNELS"),
-            ("gyro_x=wx:g", "\"g\" in \"gyro_x=wx:g\" is no unit of gyro_x: name one of rad/s deg/s deg/h mdeg/s"),
-            ("t=1:min", "\"min\" in \"t=1:min\" is no unit of t: name one of s ms us ns iso dmy mdy clock"),
+            ("", "no channel is mapped: map at least one of CHANNELS"),
+            (" , ", "no channel is mapped: map at least one of CHANNELS"),
+            ("gyro_x=wx", "\"gyro_x=wx\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyro_x", "\"gyro_x\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyro_x=:g", "\"gyro_x=:g\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyr_x=wx:g", "unknown channel \"gyr_x\" in \"gyr_x=wx:g\": use one of CHANNELS"),
+            ("gyro_x=wx:g", "unknown unit \"g\" of gyro_x in \"gyro_x=wx:g\": use one of rad/s deg/s deg/h mdeg/s"),
+            ("t=1:min", "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns iso dmy mdy clock"),
             ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
-            ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, the second time in \"yaw=2:deg\": keep one"),
-            ("t=1:s,t=2:s", "t is mapped twice, the second time in \"t=2:s\": keep one"),
+            ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, again in \"yaw=2:deg\": keep one"),
+            ("t=1:s,t=2:s", "t is mapped twice, again in \"t=2:s\": keep one"),
         ] {
             let message = message.replace("CHANNELS", &channel_names());
             assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);
@@ -416,7 +416,7 @@ mod tests {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
         }
         let without = "value=2:".parse::<ColumnMap>().unwrap_err().to_string();
-        assert_eq!(without, "\"\" in \"value=2:\" is no unit of value: name one, such as s/s, ns or V");
+        assert_eq!(without, "unknown unit \"\" of value in \"value=2:\": use one, such as s/s, ns or V");
         assert!(channel_of("value").is_none(), "a column of this name is not taken for one");
     }
 

@@ -148,7 +148,11 @@ impl StampScan {
 
 /// The possible units of a step, in words.
 pub(super) fn may_be(units: &[&str]) -> String {
-    if units.is_empty() { "is 1 ms to 1 s in no unit".into() } else { format!("may be {}", units.join(" or ")) }
+    if units.is_empty() {
+        "is not between 1 ms and 1 s in any unit".into()
+    } else {
+        format!("may be {}", units.join(" or "))
+    }
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

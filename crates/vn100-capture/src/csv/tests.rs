@@ -139,7 +139,7 @@ fn the_parsed_captures_equal_their_sentences() {
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
         let expected = samples(&sentences, Options { accept_unchecked: true });
         println!(
-            "{:50} {:6} rows {:3} odd, last stamp {} ns",
+            "{:50} {:6} rows {:3} rejected, last stamp {} ns",
             path.file_name().unwrap().display(),
             whole.report.rows,
             whole.rejected_rows(),

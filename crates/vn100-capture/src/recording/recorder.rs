@@ -170,7 +170,7 @@ impl Recorder {
         if ended {
             return last;
         }
-        let died = io::Error::other("the recording stopped by a fault of this program");
+        let died = io::Error::other("internal error: the recording stopped");
         RecordingState { error: Some(Arc::new(died)), ended: true, ..last }
     }
 }

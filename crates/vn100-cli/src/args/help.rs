@@ -23,7 +23,7 @@ pub(crate) const ENVIRONMENT: [(&str, &str); 2] =
 const GOOD: ExitStatus = (0, "success");
 const FAILED: ExitStatus = (1, "failed");
 const USAGE: ExitStatus = (2, "wrong usage");
-const NO_DATA: ExitStatus = (3, "source not opened, or nothing valid in it");
+const NO_DATA: ExitStatus = (3, "source not opened, or without a valid sample");
 const NOT_MET: ExitStatus = (4, "--until or --fail-on not met");
 
 const OFFLINE: &[ExitStatus] = &[GOOD, FAILED, USAGE];
@@ -88,7 +88,7 @@ const COMMANDS: [CommandHelp; 15] = [
         name: "configure",
         examples: &[
             (
-                "uncompensated at 100 Hz without aliasing, kept",
+                "uncompensated at 100 Hz without aliasing, saved",
                 "configure /dev/ttyUSB0 --set-message VNIMU --set-rate 100 --window 8 --save",
             ),
             ("a counter in each line", "configure /dev/ttyUSB0 --count on"),
@@ -122,7 +122,7 @@ const COMMANDS: [CommandHelp; 15] = [
     CommandHelp {
         name: "plan",
         examples: &[
-            ("the usual wants", "plan"),
+            ("the usual targets", "plan"),
             ("how long N to 2 % and B take at 40 Hz", "plan --want 'gyro N ±2%' --want 'gyro B' -r 40"),
         ],
         exit_status: OFFLINE,
@@ -145,7 +145,7 @@ const COMMANDS: [CommandHelp; 15] = [
     CommandHelp {
         name: "sim",
         examples: &[
-            ("a sensor on a port of a stable name", "sim --link /tmp/vn100"),
+            ("an emulated sensor on a port with a fixed name", "sim --link /tmp/vn100"),
             ("five hours of known noise at once", "sim -o lab.mcap -d 5h --message VNIMU --profile lab3"),
         ],
         exit_status: OFFLINE,

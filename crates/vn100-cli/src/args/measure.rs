@@ -223,7 +223,7 @@ const STAMPS: [(&str, &str, Stamps); 2] = [
 fn one_of<T: Copy + Send + Sync>(choices: &'static [(&str, &str, T)]) -> impl TypedValueParser<Value = T> {
     let described = choices.iter().map(|(name, help, _)| PossibleValue::new(*name).help(*help));
     PossibleValuesParser::new(described).try_map(|name| {
-        choices.iter().find(|(known, ..)| *known == name).map(|(.., choice)| *choice).ok_or("there is no such choice")
+        choices.iter().find(|(known, ..)| *known == name).map(|(.., choice)| *choice).ok_or("unknown choice")
     })
 }
 
@@ -436,13 +436,13 @@ impl ReportArgs {
         let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
         let has_figures = self.export.iter().any(|form| form.is_figures());
         if !self.figures.is_empty() && !has_figures {
-            return Some("--figures chooses what --export svg or png writes: add one of them".into());
+            return Some("--figures selects what --export svg or png writes: add one of them".into());
         }
         if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
             return self.files.refused_taus();
         }
         let advice = match is_pdf {
-            true => "name a page, and print it to PDF in a browser",
+            true => "name a page, and print it as PDF in a browser",
             false if self.open => "name a page to open",
             false => "and nothing is exported: name a page, or --export something",
         };

@@ -89,7 +89,7 @@ impl<'a> Exports<'a> {
                     names.push(name);
                 }
             }
-            check(Err(anyhow!("no figure is called {unknown}; there are {}", names.join(", "))))?;
+            check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))))?;
         }
         let forms = self.forms.iter().filter(|form| unknown.is_none() || !form.is_figures());
         for form in forms.clone() {

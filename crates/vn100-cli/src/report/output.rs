@@ -49,7 +49,7 @@ impl Output {
     /// The same for a folder of many files.
     pub(crate) fn check_folder(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
         if self.force && fs::symlink_metadata(path).is_ok() && !is_folder(path) {
-            bail!("{} is no folder, and figures are to lie in it: give another name", path.display());
+            bail!("{} is no folder for the figures: give another name", path.display());
         }
         self.check_place(path, inputs)
     }
@@ -59,14 +59,14 @@ impl Output {
             fs::canonicalize(input).ok().zip(fs::canonicalize(path).ok()).is_some_and(|(a, b)| a == b)
         };
         if inputs.iter().any(same) {
-            bail!("{} is a capture that is to be read: give the report another name", path.display());
+            bail!("{} is one of the captures: give the report another name", path.display());
         }
         if !self.force && fs::symlink_metadata(path).is_ok() {
             bail!("{} exists: give another name, or --force to replace it", path.display());
         }
         let folder = folder(path);
         if !folder.is_dir() {
-            bail!("there is no folder {}: make it, or give another name", folder.display());
+            bail!("there is no folder {}: create it, or give another name", folder.display());
         }
         Ok(())
     }
@@ -91,7 +91,7 @@ impl Output {
     pub(crate) fn make_folder(&self, path: &Path) -> Result<()> {
         match fs::create_dir(path) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists && self.force && is_folder(path) => Ok(()),
-            made => made.with_context(|| format!("cannot make the folder {}", path.display())),
+            made => made.with_context(|| format!("cannot create the folder {}", path.display())),
         }
     }
 }

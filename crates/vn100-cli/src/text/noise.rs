@@ -14,8 +14,8 @@ use vn100_analysis::{
 };
 use vn100_report::{
     names::{
-        ParameterNames, WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of, parameter_names,
-        sentence, shown_in, verdict_name,
+        ParameterNames, TERMS, WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of,
+        parameter_names, sentence, shown_in, verdict_name,
     },
     numbers::plain::{digits, four_digits, p_value, short},
     temperature::{coefficient_parameter, lag_text, share_text},
@@ -24,10 +24,6 @@ use vn100_report::{
 
 use super::{fill, row};
 use crate::words::remedy_words;
-
-/// In the order in which results are given, from short averaging times to long ones.
-pub(super) const TERMS: [Term; 5] =
-    [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
 /// Name, short name and symbol: `Angle Random Walk (ARW) N`.
 pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
@@ -172,7 +168,7 @@ fn write_visible(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     if group.iter().all(|(_, noise)| noise.detectable_rrw.is_none()) {
         return Ok(());
     }
-    let label = format!("  visible, {} h more", short(DetectableRrw::MORE_S / 3600.0));
+    let label = format!("  detectable, +{} h", short(DetectableRrw::MORE_S / 3600.0));
     row(out, &label, group, |(_, noise)| {
         noise.detectable_rrw.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
     })

@@ -5,17 +5,13 @@ use std::fmt::{self, Write};
 
 use vn100_analysis::{Pool, PooledChannel, PooledParameter, sensor_of};
 use vn100_report::{
-    names::names_of,
+    names::{TERMS, names_of},
     numbers::plain::{counted, four_digits, short},
     printable,
     units::si_unit,
 };
 
-use super::{
-    COLUMN, fill,
-    noise::{TERMS, title},
-    row,
-};
+use super::{COLUMN, fill, noise::title, row};
 
 pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
     let used: Vec<&str> = pool.parts.iter().filter(|part| part.refused.is_none()).map(|part| &*part.name).collect();

@@ -59,7 +59,7 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
             ))
         }
         Quantity::AngularRate => Some(format!(
-            "Magnitude of the mean rate: {of_mean:.2e} rad/s. It contains the Earth rate, {EARTH_RATE_RAD_S:.2e} rad/s, beside the bias"
+            "Magnitude of the mean rate: {of_mean:.2e} rad/s (bias plus the Earth rate of {EARTH_RATE_RAD_S:.2e} rad/s)"
         )),
         Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => None,
     }

@@ -66,7 +66,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
         spans.push(Span::styled(format!(" {sign} {axis} "), theme.axis(curve.axis)));
     }
     if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
-        let text = if whole { " ┈ model and parts " } else { " ┈ model " };
+        let text = if whole { " ┈ model and terms " } else { " ┈ model " };
         spans.push(Span::styled(text, theme.faint()));
     }
     // nothing is to be waited for behind the end
@@ -92,7 +92,7 @@ fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
         let interval = match (point.lower, point.upper) {
             (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
-            _ if point.deviation.is_some() => "too few for an interval".into(),
+            _ if point.deviation.is_some() => "no interval, edf < 2".into(),
             _ => "no interval yet".into(),
         };
         let edf = point.edf.map_or(String::new(), |edf| format!("  edf {}", digits(edf, 3)));
@@ -107,7 +107,7 @@ fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
 fn noise_name(alpha: i8) -> &'static str {
     match PowerLaw::nearest(alpha) {
         PowerLaw::WhitePhase => "quantisation or vibration",
-        PowerLaw::FlickerPhase => "falling fast",
+        PowerLaw::FlickerPhase => "steep",
         PowerLaw::White => "white",
         PowerLaw::Flicker => "flicker",
         PowerLaw::RandomWalk => "random walk",
@@ -134,7 +134,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
         curves: plot.curves.iter().map(|curve| AllanCurve { points: seen(&curve), ..curve.clone() }).collect(),
     };
     let Some(y) = LogAxis::over(shown.deviations()) else {
-        let text = " No deviation yet: the values have not changed.";
+        let text = " No deviation: the values are constant.";
         frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
         return;
     };

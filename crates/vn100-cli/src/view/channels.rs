@@ -182,7 +182,7 @@ fn draw_histogram(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, channel: 
         _ => String::new(),
     };
     let fits = |text: &String| text.chars().count() <= usize::from(area.width);
-    let texts = [" how often which value; dots: the normal curve", " dots: normal curve", " dots: normal"];
+    let texts = [" samples per bin; dots: Gaussian", " dots: Gaussian"];
     let text = texts.map(|text| format!("{text}{shape}")).into_iter().find(fits);
     let text = text.unwrap_or_else(|| shape.trim_start_matches(';').to_owned());
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);

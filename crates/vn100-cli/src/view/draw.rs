@@ -161,7 +161,7 @@ fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let lines = vec![
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),
         Line::raw(format!("the view needs {}x{}", LEAST.0, LEAST.1)),
-        Line::raw("the measurement goes on"),
+        Line::raw("the measurement continues"),
         Line::raw(format!("{} samples", grouped(scene.source.snapshot.timing.samples))),
         Line::raw("q quits"),
     ];

@@ -89,21 +89,21 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
     let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
     match (&source.phase, &source.link) {
         (SourcePhase::Preparing, _) => ("preparing".into(), theme.warning()),
-        (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
+        (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.error()),
         (SourcePhase::Ended(None), _) => ("ended".into(), Style::new()),
         (SourcePhase::Measuring, None) => match source.playback {
             // the requested duration
             Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
-                ("read as far as asked".into(), Style::new())
+                ("duration reached".into(), Style::new())
             }
-            Some(playback) if playback.at_end => ("read to its end".into(), Style::new()),
+            Some(playback) if playback.at_end => ("end of capture".into(), Style::new()),
             Some(playback) if playback.paused => ("paused".into(), theme.warning()),
             _ => ("reading".into(), theme.good()),
         },
         (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
-            LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.bad()),
-            LinkState::Down { was_up: true, .. } => (link_name(link), theme.bad()),
+            LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.error()),
+            LinkState::Down { was_up: true, .. } => (link_name(link), theme.error()),
             LinkState::Opening | LinkState::Probing { .. } | LinkState::Down { .. } => {
                 (link_name(link), theme.warning())
             }
@@ -133,7 +133,7 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
         }
         parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
         if scene.state.frozen {
-            parts.add(" FROZEN, measuring goes on ", theme.chosen());
+            parts.add(" FROZEN, still measuring ", theme.chosen());
         }
         parts.line()
     };
@@ -145,12 +145,12 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     match timing.rate_from {
-        RateFrom::Assumed if timing.samples == 0 => parts.add("rate not known yet", theme.faint()),
+        RateFrom::Assumed if timing.samples == 0 => parts.add("rate unknown", theme.faint()),
         from => {
             let (source, style) = match from {
-                RateFrom::Option => (" as asked", Style::new()),
-                RateFrom::Device => (" set", Style::new()),
-                RateFrom::Arrival => (" by arrival", Style::new()),
+                RateFrom::Option => (" as given", Style::new()),
+                RateFrom::Device => (" as reported", Style::new()),
+                RateFrom::Arrival => (" from arrivals", Style::new()),
                 RateFrom::Assumed => (" ASSUMED", theme.warning()),
             };
             parts.add(format!("rate {} Hz{source}", digits_trimmed(timing.rate_hz, 6)), style);
@@ -176,7 +176,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     }
     if let Some(load) = source.line_load() {
         let style = if load > 0.9 { theme.warning() } else { Style::new() };
-        parts.add(format!("line {:.0} %", 100.0 * load), style);
+        parts.add(format!("load {:.0} %", 100.0 * load), style);
     }
     parts.line()
 }
@@ -191,15 +191,15 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     };
     parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
     let tally = &snapshot.link.tally;
-    let bad = if detail == Detail::Least { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
-    parts.add(format!("bad lines {bad}"), counted(tally.rejected.total()));
+    let rejected = if detail == Detail::Least { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
+    parts.add(format!("rejected {rejected}"), counted(tally.rejected.total()));
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
-    parts.add(format!("missing {}{gaps}", grouped(timing.missing)), counted(timing.missing));
+    parts.add(format!("dropped {}{gaps}", grouped(timing.missing)), counted(timing.missing));
     if timing.excluded > 0 {
         let changed = snapshot.rate_change.is_some();
         let style = if changed { theme.warning() } else { Style::new() };
-        parts.add(format!("left out {}", grouped(timing.excluded)), style);
+        parts.add(format!("excluded {}", grouped(timing.excluded)), style);
     }
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {
@@ -211,7 +211,7 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         parts.add(source, theme.warning());
     }
     match &source.recording {
-        Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.bad()),
+        Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.error()),
         Some(recording) => {
             let name = recording.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let name = printable(&name);
@@ -257,7 +257,7 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Play
 const LINES: usize = 5;
 
 pub(crate) fn draw_overview(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let frozen = if scene.state.frozen { ", FROZEN, measuring goes on" } else { "" };
+    let frozen = if scene.state.frozen { ", FROZEN, still measuring" } else { "" };
     let block = Block::new().borders(Borders::ALL).title(format!(" {} sources{frozen} ", scene.sources.len()));
     let inner = block.inner(area);
     frame.render_widget(block, area);
@@ -277,7 +277,7 @@ fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec
     let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
     let lost = snapshot.link.tally.rejected.total() + timing.missing;
     let health =
-        format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.rejected.total()), grouped(timing.missing));
+        format!("  rejected {}  dropped {}", grouped(snapshot.link.tally.rejected.total()), grouped(timing.missing));
     let head = |name: &str| {
         Line::from(vec![
             Span::styled(format!(" {} {name} ", place + 1), chosen),
@@ -309,7 +309,7 @@ fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec
         head,
         Line::raw(counts),
         Line::raw(format!("   {}", noise.join("   "))),
-        Line::styled(warned, if broken { theme.bad() } else { theme.warning() }),
+        Line::styled(warned, if broken { theme.error() } else { theme.warning() }),
         Line::raw(""),
     ]
 }

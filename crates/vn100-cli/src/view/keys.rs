@@ -20,8 +20,8 @@ use super::{
 pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);
     let question = state.question.as_ref().map(|question| match question {
-        Question::StartOver => of_source(scene, area.width, "Forget everything so far, start over? y / n"),
-        Question::EndWarmUp => of_source(scene, area.width, "Leave out all so far, as warm-up? y / n"),
+        Question::StartOver => of_source(scene, area.width, "Discard everything so far and start over? y / n"),
+        Question::EndWarmUp => of_source(scene, area.width, "Exclude everything so far as warm-up? y / n"),
         Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
     });
     if let Some(text) = question {
@@ -66,7 +66,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     }
     let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
-        let space = (!at_end).then_some(("space", if paused { "go on" } else { "pause" }));
+        let space = (!at_end).then_some(("space", if paused { "resume" } else { "pause" }));
         space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
     });
     let is_waiting = scene.source.snapshot.timing.samples == 0;
@@ -92,48 +92,49 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
 }
 
 const KEYS: [(&str, &str); 22] = [
-    ("q  Ctrl-C", "quit: the result is printed"),
-    ("Q", "quit, and keep this screen above the result"),
-    ("?", "this help: arrows turn it, esc closes it"),
-    ("tab shift-tab", "next panel, the one before"),
-    ("!", "the warnings, each in full"),
-    ("e enter  esc", "the panel alone, and back"),
+    ("q  Ctrl-C", "quit and print the result"),
+    ("Q", "quit, keep this screen above the result"),
+    ("?", "this help: arrows turn pages, esc closes it"),
+    ("tab shift-tab", "next, previous panel"),
+    ("!", "all warnings, each in full"),
+    ("e enter  esc", "enlarge the panel, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
-    ("x y z  a", "one axis large with its model; all axes"),
-    ("up down  k j", "channel before, next; in Warnings: warning"),
+    ("x y z  a", "one axis with its model; all axes"),
+    ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
-    ("= -", "zoom around the cursor; in Signal: in time"),
-    ("u", "next units of N, B, K and the curve"),
-    ("f", "freeze the view; measuring goes on"),
+    ("= -", "zoom at the cursor; in Signal: time span"),
+    ("u", "other units of N, B, K and the curve"),
+    ("f", "freeze the view; the measurement continues"),
     ("s", "save the result so far as JSON, curve as SVG"),
-    ("w", "warm-up is over: leave out what came so far"),
-    ("r", "start over, as if attached now"),
-    ("Ctrl-Z", "to the shell; nothing is read until fg"),
-    ("o  n p", "several sources: overview, next, before"),
-    ("space  .", "replay: pause, go on; a second of data more"),
+    ("w", "warm-up over: exclude everything so far"),
+    ("r", "start over: discard everything so far"),
+    ("Ctrl-Z", "suspend; nothing is read until fg"),
+    ("o  n p", "several sources: overview, next, previous"),
+    ("space  .", "replay: pause or resume; one second forward"),
     ("> <", "replay: faster, slower"),
-    ("g  [ ]", "replay: go to a percentage; a tenth back, on"),
+    ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
     ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 
 /// Behind the first of them stands what the bars mean, which the level of confidence is part of.
-const MEANINGS: [(&str, &str); 16] = [
-    ("σ(τ)", "how much means over τ seconds differ"),
-    ("↑ ↓", "the bar goes on outside the plot"),
-    ("edf", "degrees of freedom: few, a wide bar"),
-    ("N", "white noise: σ down as 1/√τ"),
-    ("B", "bias instability: flat floor of σ"),
-    ("K", "rate random walk: σ up as √τ"),
-    ("≤", "at most this, and perhaps none at all"),
-    ("not yet seen", "the record is too short to tell"),
-    ("not in stream", "the message does not carry it"),
-    ("sensor", "the sensor's own N, without folding"),
-    ("verdict", "held against the data sheet"),
-    ("fit p", "below 0.01 the model does not fit"),
-    ("ppm", "the sensor's clock beside this host's"),
-    ("p50 p99 max", "ms between lines: half, 99 %, all"),
-    ("line", "how much of the line's speed is taken"),
-    ("missing", "samples not there: lost or damaged"),
+const MEANINGS: [(&str, &str); 17] = [
+    ("σ(τ)", "deviation between averages over τ seconds"),
+    ("↑ ↓", "the bar extends beyond the plot"),
+    ("edf", "equivalent degrees of freedom of a point"),
+    ("N", "ARW, VRW: white noise, σ falls as 1/√τ"),
+    ("B", "bias instability: flat minimum of σ"),
+    ("K", "random walk of the bias: σ rises as √τ"),
+    ("≤", "upper bound: not detected, may be zero"),
+    ("not observable", "the record is too short"),
+    ("not measurable", "the message does not carry it"),
+    ("sensor", "the sensor's own N, without aliasing"),
+    ("verdict", "comparison with the data sheet"),
+    ("fit p", "goodness of fit: below 0.01 rejected"),
+    ("ppm", "clock offset: measured over nominal rate"),
+    ("p50 p99 max", "ms between sentences: median, 99 %, max"),
+    ("load", "share of the baud rate in use"),
+    ("rejected", "damaged sentences: checksum, fields"),
+    ("dropped", "samples that never arrived, or rejected"),
 ];
 
 const KEY_COLUMNS: u16 = 62;
@@ -147,12 +148,12 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     let keys = lines(&KEYS, 16, Style::new(), scene.theme);
     // no more digits than are useful, and no rounding to 100 %
     let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;
-    let bars = format!("the truth lies within: {percent} % sure");
+    let bars = format!("{percent} % confidence interval");
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
     let meanings = lines(&meanings, 14, scene.theme.faint(), scene.theme);
     let height = usize::from(inner.height);
     if inner.width >= SIDE_BY_SIDE && height >= keys.len() {
-        frame.render_widget(block.title(" Keys, and what the signs mean "), area);
+        frame.render_widget(block.title(" Keys and symbols "), area);
         let [left, right] = Layout::horizontal([Constraint::Length(KEY_COLUMNS), Constraint::Fill(1)]).areas(inner);
         frame.render_widget(Paragraph::new(keys), left);
         frame.render_widget(Paragraph::new(meanings), right);
@@ -161,8 +162,8 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     let pages: Vec<&[Line<'_>]> = keys.chunks(height).chain(meanings.chunks(height)).collect();
     let page = page % pages.len();
     let of_keys = page < keys.len().div_ceil(height);
-    let subject = if of_keys { "Keys" } else { "What the signs mean" };
-    let title = format!(" {subject}: page {} of {}, → turns it ", page + 1, pages.len());
+    let subject = if of_keys { "Keys" } else { "Symbols" };
+    let title = format!(" {subject}: page {} of {}, → next page ", page + 1, pages.len());
     frame.render_widget(block.title(title), area);
     frame.render_widget(Paragraph::new(pages[page].to_vec()), inner);
 }

@@ -13,7 +13,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::{TERMS, names_of, verdict_name},
+    names::{TERMS, names_of, parameter_names, verdict_name},
     numbers::plain::{digits, digits_trimmed, spread, tau, time},
     units::ChannelValues,
 };
@@ -49,7 +49,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         lines.truncate(height.saturating_sub(1));
         let shared = area.width < frame.area().width;
         let where_else = if shared { "tab to Noise, then e" } else { "on a larger screen" };
-        lines.push(Line::styled(format!(" {hidden} lines more: {where_else}"), scene.theme.warning()));
+        lines.push(Line::styled(format!(" {hidden} more lines: {where_else}"), scene.theme.warning()));
     }
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }), inner);
 }
@@ -94,8 +94,8 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
     let mut lines: Vec<Line<'static>> =
         doubts(source, &axes).into_iter().map(|text| Line::styled(theme.spelled(text), theme.warning())).collect();
     lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
-    for (term, name) in TERMS.into_iter().filter(|(term, _)| *term != Term::RateRamp) {
-        let letter = letter(term);
+    for term in TERMS.into_iter().filter(|term| *term != Term::RateRamp) {
+        let (letter, name) = (letter(term), parameter_names(sensor, term).name);
         let parameters: Vec<Option<Parameter>> =
             axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();
         if parameters.iter().all(Option::is_none) {
@@ -104,7 +104,7 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
         if parameters.iter().flatten().all(|parameter| parameter.status == Status::NotMeasurable) {
             lines.push(Line::from(vec![
                 Span::styled(format!(" {letter}"), Style::new().bold()),
-                Span::raw(format!(" {name}: not in this stream")),
+                Span::raw(format!(" {name}: not measurable in this message")),
             ]));
             continue;
         }
@@ -148,7 +148,7 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
                 lines.push(row("sensor", own.into_iter().map(Option::unwrap_or_default).collect()));
                 let factor = group.channels.iter().find_map(|place| own_white(source, *place)).map_or(1.0, |(_, f)| f);
                 let within = 100.0 * Onboard::UNCERTAINTY;
-                let text = format!(" the sensor's own: N ÷ {factor:.2} ±{within:.0} %, folded on board");
+                let text = format!(" sensor: N ÷ {factor:.2} ±{within:.0} %, without aliasing");
                 lines.push(Line::styled(theme.spelled(text), theme.faint()));
             }
         }
@@ -189,12 +189,12 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
     match quantity {
         Quantity::Temperature => [
             " No noise parameters: temperature follows the room",
-            " and the sensor's own heat, and no model of noise",
-            " is fitted to it. See its deviation and statistics.",
+            " and the sensor's own heating, so no noise model",
+            " is fitted. See its deviation and statistics.",
         ],
         Quantity::Pressure => [
             " No noise parameters: pressure follows the weather,",
-            " and no model of noise is fitted to it. See its",
+            " so no noise model is fitted. See its",
             " deviation and statistics.",
         ],
         _ => [
@@ -215,9 +215,9 @@ fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
 fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
     let number = |value: f64| digits_trimmed(value * unit.factor, 3);
     let claim = match figure.claim {
-        Claim::Limit(limit) => format!("at most {}", number(limit)),
-        Claim::Typical { from, to, .. } if from == to => format!("typically {}", number(from)),
-        Claim::Typical { from, to, .. } => format!("typically {} to {}", number(from), number(to)),
+        Claim::Limit(limit) => format!("max {}", number(limit)),
+        Claim::Typical { from, to, .. } if from == to => format!("typ {}", number(from)),
+        Claim::Typical { from, to, .. } => format!("typ {} to {}", number(from), number(to)),
     };
     format!("{claim} {}", shown_unit(unit))
 }
@@ -225,25 +225,25 @@ fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
 fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
     let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.detectable_rrw);
     let least = later.map(|later| later.at_least).reduce(f64::max)?;
-    Some(format!("K ≥ {} would be seen after {} more", digits(least * factor, 2), time(DetectableRrw::MORE_S)))
+    Some(format!("K ≥ {} detectable with {} more", digits(least * factor, 2), time(DetectableRrw::MORE_S)))
 }
 
 /// Why the numbers are not, or not quite, those of the sensor.
 fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
     let mut doubts = Vec::new();
     if source.assessment.motion.is_some() {
-        doubts.push("! the sensor was moved: these are of the motion, not its noise".to_owned());
+        doubts.push("! the sensor was moved: this is its motion, not its noise".to_owned());
     }
     let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
     match long_taus {
         Some(LongTauValidity::Compensated) => {
-            doubts.push("! no B, K in this message: its filter takes the bias out; VNIMU has them".to_owned());
+            doubts.push("! bias-compensated message: B and K not measurable; use VNIMU".to_owned());
         }
         Some(LongTauValidity::LooksCompensated) => {
-            doubts.push("! something takes the bias out: B and K are not given".to_owned());
+            doubts.push("! a filter removes the bias: B and K not measurable".to_owned());
         }
         Some(LongTauValidity::Surroundings) => {
-            doubts.push("! at long τ the field around shows: N alone is given".to_owned());
+            doubts.push("! at long τ the ambient field dominates: only N is the sensor's".to_owned());
         }
         Some(LongTauValidity::Sensor | LongTauValidity::Motion) | None => {}
     }
@@ -255,7 +255,7 @@ fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
         .collect();
     kinds.dedup();
     if !kinds.is_empty() {
-        doubts.push(format!("! read with: {}", kinds.join(", ")));
+        doubts.push(format!("! affected by: {}", kinds.join(", ")));
     }
     doubts
 }
@@ -263,8 +263,8 @@ fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
 fn status(status: Status) -> &'static str {
     match status {
         Status::Estimated | Status::Bounded => "-",
-        Status::NotObservable => "not yet seen",
-        Status::NotMeasurable => "not in stream",
-        Status::ModelRejected => "no model fits",
+        Status::NotObservable => "not observable",
+        Status::NotMeasurable => "not measurable",
+        Status::ModelRejected => "model rejected",
     }
 }

@@ -90,11 +90,11 @@ impl SourceView {
     pub(crate) fn errors(&self) -> Vec<String> {
         let link = match &self.link {
             Some(LinkState::Down { was_up: true, cause, .. }) => {
-                Some(format!("LOST: {}; it is opened again as soon as it is back", printable(cause)))
+                Some(format!("DISCONNECTED: {}; reconnecting", printable(cause)))
             }
             Some(LinkState::Silent(up)) => {
                 let port = printable(&up.port);
-                Some(format!("SILENT: {port} is open, and nothing comes on it: look at power and cable"))
+                Some(format!("SILENT: {port} is open, but no data arrives; check power and cable"))
             }
             _ => None,
         };
@@ -102,7 +102,7 @@ impl SourceView {
             .recording
             .as_ref()
             .and_then(|recording| recording.error.as_ref())
-            .map(|error| format!("RECORDING FAILED: {}; the measurement goes on", printable(&error.to_string())));
+            .map(|error| format!("RECORDING FAILED: {}; the measurement continues", printable(&error.to_string())));
         link.into_iter().chain(recording).collect()
     }
 
@@ -186,10 +186,10 @@ impl SourceMonitor {
     /// Sends a command to the session; the answer for the user, if there is one.
     pub(crate) fn command(&self, command: Command) -> Option<String> {
         if !matches!(self.state.borrow().stage, Stage::Measuring) {
-            return Some("nothing is measured there".into());
+            return Some("no measurement is running there".into());
         }
         // pressing the key again will succeed
-        self.commands.try_send(command).err().map(|_| "that cannot be done now".into())
+        self.commands.try_send(command).err().map(|_| "not possible now, try again".into())
     }
 }
 

@@ -177,7 +177,7 @@ fn something_came(wait: Duration) -> io::Result<bool> {
     }
     let came = terminal[0].revents();
     if came.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
-        return Err(io::Error::new(io::ErrorKind::NotConnected, "the terminal is gone"));
+        return Err(io::Error::new(io::ErrorKind::NotConnected, "the terminal was closed"));
     }
     Ok(came.contains(PollFlags::IN))
 }

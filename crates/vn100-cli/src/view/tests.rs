@@ -96,10 +96,10 @@ fn each_sensor_and_one_axis_with_its_model() {
 #[test]
 fn the_data_sheet_is_shown_in_the_unit_chosen() {
     for (units, shown) in [
-        (0, ["typically 3.5e-3 deg/s/√Hz", "at most 2.78e-3 deg/s"]),
-        (1, ["typically 0.21 deg/√h", "at most 10 deg/h"]),
-        (2, ["typically 12.6 deg/h/√Hz", "at most 10 deg/h"]),
-        (3, ["typically 6.11e-5 rad/s/√Hz", "at most 4.85e-5 rad/s"]),
+        (0, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
+        (1, ["typ 0.21 deg/√h", "max 10 deg/h"]),
+        (2, ["typ 12.6 deg/h/√Hz", "max 10 deg/h"]),
+        (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
@@ -186,7 +186,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     for (name, link) in [
         ("opening", LinkState::Opening),
         ("probing", LinkState::Probing { port: port(), baud: Some(57_600) }),
-        ("heard", up()),
+        ("connected", up()),
     ] {
         let source = SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
         check(&format!("waiting-{name}"), &one(), &[source]);
@@ -288,7 +288,7 @@ fn several_sources_have_an_overview() {
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
         let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)).0);
-        for shown in ["bad lines 4  missing 4", ": Forget everything so far, start over? y / n"] {
+        for shown in ["rejected 4  dropped 4", ": Discard everything so far and start over? y / n"] {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
     }

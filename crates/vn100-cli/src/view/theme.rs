@@ -80,7 +80,7 @@ impl Theme {
         self.colour(YELLOW, Color::Yellow).add_modifier(Modifier::BOLD)
     }
 
-    pub(crate) fn bad(self) -> Style {
+    pub(crate) fn error(self) -> Style {
         match self.colours {
             Colours::None => Style::new().add_modifier(Modifier::REVERSED),
             _ => self.colour(VERMILION, Color::LightRed).add_modifier(Modifier::BOLD),
@@ -200,7 +200,7 @@ mod tests {
     fn no_two_axes_look_alike_nor_like_a_judgement() {
         for colours in [Colours::True, Colours::Sixteen] {
             let theme = Theme { colours, ascii: true };
-            let judgements = [theme.good(), theme.warning(), theme.bad(), theme.faint()];
+            let judgements = [theme.good(), theme.warning(), theme.error(), theme.faint()];
             let styles = [0, 1, 2].map(|axis| theme.axis(axis)).into_iter().chain(judgements);
             let different: std::collections::HashSet<_> = styles.map(Theme::colour_of).collect();
             assert_eq!(different.len(), 7, "{colours:?}");

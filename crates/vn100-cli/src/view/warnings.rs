@@ -28,7 +28,7 @@ pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
 pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     const PRESS: &str = " press !";
     let Scene { source, theme, .. } = scene;
-    let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.bad())).collect();
+    let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.error())).collect();
     texts.extend(source.warnings.iter().map(|warning| (theme.spelled(warning.title()), theme.warning())));
     if texts.is_empty() {
         let samples = source.snapshot.timing.samples > 0;
@@ -72,16 +72,16 @@ fn names(texts: &[(String, Style)]) -> String {
 /// What was lost so far: rejected sentences by kind, dropped samples, reconnects; none that is 0.
 fn lost(source: &SourceView) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
-    let bad = link.tally.rejected.total();
+    let rejected = link.tally.rejected.total();
     let reconnects = link.connects.saturating_sub(1);
     let other = [
-        (timing.missing, format!("missing {} in {} gaps", grouped(timing.missing), grouped(timing.gaps))),
+        (timing.missing, format!("dropped {} in {} gaps", grouped(timing.missing), grouped(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
-        (timing.excluded, format!("left out {}", grouped(timing.excluded))),
+        (timing.excluded, format!("excluded {}", grouped(timing.excluded))),
     ];
     let other: Vec<String> = other.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect();
-    let bad = (bad > 0).then(|| format!("bad lines {}", rejected_lines(&link.tally)));
-    bad.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
+    let rejected = (rejected > 0).then(|| format!("rejected {}", rejected_lines(&link.tally)));
+    rejected.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
 }
 
 /// All of them by name, and the one chosen in full.
@@ -93,7 +93,7 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     };
     let inner = framed(frame, area, scene, Panel::Warnings, title);
     if warnings.is_empty() {
-        frame.render_widget(Paragraph::new(" Nothing is known that would spoil the result."), inner);
+        frame.render_widget(Paragraph::new(" No warning affects this result."), inner);
         return;
     }
     let chosen = scene.state.warning.min(warnings.len() - 1);
@@ -135,7 +135,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
     lines.extend(why.into_iter().map(|line| Line::raw(format!("- {line}"))));
     lines.push(Line::raw(""));
     lines.push(Line::raw(format!(
-        "So far {} bytes, {} good lines, {} bad lines.",
+        "So far {} bytes, {} valid sentences, {} rejected.",
         grouped(source.snapshot.link.bytes()),
         grouped(tally.valid_sentences()),
         grouped(tally.rejected.total())
@@ -154,92 +154,92 @@ fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
     if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
         (&source.phase, &source.link, source.snapshot.lines_held())
     {
-        return held(name, lines);
+        return pending(name, lines);
     }
     match (&source.phase, &source.link) {
         (SourcePhase::Preparing, _) => (
-            format!(
-                "Preparing {name}: the recording is made ready, and what was asked to be changed on the sensor is."
-            ),
-            vec!["While the speed of the line is looked for this takes some seconds."],
+            format!("Preparing {name}: creating the recording and changing the settings of the sensor as requested."),
+            vec!["A baud scan takes some seconds."],
         ),
         (SourcePhase::Ended(reason), _) => {
             (format!("{name} has ended without a measurement."), reason.iter().map(String::as_str).collect())
         }
         (SourcePhase::Measuring, None) => (
-            format!("Reading {name}, looking for the first measurement."),
-            vec!["A stream that was cut off begins in the middle of a line: the first whole one counts."],
+            format!("Reading {name}, waiting for the first measurement."),
+            vec!["A stream may begin in the middle of a sentence: the first whole one counts."],
         ),
         (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Opening if source.origin.kind == Some("tcp") => (
                 format!("Opening {name}."),
                 vec![
                     "The server may be off, in another network, or behind a firewall.",
-                    "It may take one connection at a time, and have it.",
-                    "Its port may be another: the number stands in its settings.",
+                    "It may accept one connection at a time, and have one already.",
+                    "It may listen on another port: see its settings.",
                 ],
             ),
             LinkState::Opening => (
                 format!("Opening {name}."),
                 vec![
                     "Another program may have it open.",
-                    "You may have no right to it: on Linux, your user belongs in the group dialout.",
+                    "You may lack the permission: on Linux, add your user to the group dialout.",
                     "It may have another name now: `vn100 ports` lists them.",
                 ],
             ),
             LinkState::Probing { port, baud } => (
                 match baud {
-                    Some(baud) => format!("Listening on {port} at {baud} baud; all speeds of the sensor are tried."),
+                    Some(baud) => format!("Listening on {port} at {baud} baud; scanning all baud rates of the sensor."),
                     None => format!("Connected to {port}; listening for a sensor."),
                 },
                 vec![
                     "The sensor may be without power, or still starting.",
-                    "Receive and transmit may be swapped, or RS-232 levels meet a TTL input.",
-                    "It may send nothing: then it is asked, unless --listen-only forbids it.",
+                    "RX and TX may be swapped, or RS-232 levels connected to a TTL input.",
+                    "Its output may be off: the program asks it, unless --listen-only is set.",
                 ],
             ),
             LinkState::Up(up) => (
                 match up.baud {
-                    Some(baud) => format!("{} is heard at {baud} baud; waiting for the first measurement.", up.port),
-                    None => format!("{} is heard; waiting for the first measurement.", up.port),
+                    Some(baud) => {
+                        format!("{} is connected at {baud} baud; waiting for the first measurement.", up.port)
+                    }
+                    None => format!("{} is connected; waiting for the first measurement.", up.port),
                 },
                 vec![
-                    "At low rates a line takes up to a second.",
+                    "At low rates a sentence takes up to a second.",
                     "The sensor may send another message: `vn100 configure PORT --set-message VNYMR`.",
-                    "Lines without a checksum are left out, unless --accept-unchecked lets them in.",
+                    "Sentences without a checksum are rejected, unless --accept-unchecked is set.",
                 ],
             ),
             LinkState::Silent(up) => (
-                format!("{} is open, and nothing has come on it for several lines' time.", up.port),
+                format!("{} is open, but no data has arrived for several sample intervals.", up.port),
                 vec![
-                    "The sensor may have lost its power.",
+                    "The sensor may have lost power.",
                     "Its output may have been switched off: `vn100 configure PORT --set-rate 40`.",
-                    "Another program may have changed its speed.",
+                    "Another program may have changed its baud rate.",
                 ],
             ),
             LinkState::Down { was_up, cause, retry_in, .. } => (
                 format!(
                     "{}: {cause}. Trying again in {} ms.",
-                    if *was_up { "The link is lost" } else { "There is no link yet" },
+                    if *was_up { "Disconnected" } else { "Not connected yet" },
                     retry_in.as_millis()
                 ),
-                vec!["It is opened again as soon as it is back; what was measured stands."],
+                vec!["It reconnects automatically; the samples so far are kept."],
             ),
             _ => ("Ending.".to_owned(), Vec::new()),
         },
     }
 }
 
-fn held(name: &str, lines: u64) -> (String, Vec<&'static str>) {
+fn pending(name: &str, lines: u64) -> (String, Vec<&'static str>) {
     (
         format!(
-            "{name} sends; the rate is being found. Its first {} lines are held until their times tell it, and what is missing.",
+            "{name} sends data; the sample rate is being measured. Its first {} samples are pending until their arrival times give it.",
             grouped(lines)
         ),
         vec![
-            "On a quiet line that takes 32 lines, or a second and 5 lines where the sensor tells its rate.",
-            "On a disturbed or busy one it takes up to 1024 lines, half a minute at 40 Hz.",
-            "None of them is lost: they are counted as soon as it is known.",
+            "Without gaps that takes 32 samples, or a second and 5 samples where the sensor reports its rate.",
+            "With gaps or on a busy host it takes up to 1024 samples, half a minute at 40 Hz.",
+            "None of them is lost: they are measured once the rate is known.",
         ],
     )
 }

@@ -70,7 +70,7 @@ enum AttemptStage {
 /// A sensor that is silent at the rate it had before may be stalled: its adapter holds back the
 /// bytes, answers too, and delivers them all at once, perhaps while another rate is tried. So the
 /// first good frame after such a silence is discarded, and the rate it had before is tried next:
-/// only what arrives behind a held-back burst shows the baud rate.
+/// only what arrives behind a delayed burst shows the baud rate.
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
@@ -79,7 +79,7 @@ pub(super) struct BaudScan {
     until: Duration,
     is_first: bool,
     is_found: bool,
-    /// Whether bytes may be held back.
+    /// Whether bytes may be delayed.
     may_be_stalled: bool,
     began: Duration,
     tried: Vec<u32>,

@@ -177,7 +177,7 @@ fn what_cannot_be_says_what_can() {
     }
     let settings = OutputSettings::default;
     let baud = OutputSettings { baud: Some(56_000), ..settings() };
-    assert!(error(&sold, &baud).starts_with("the speed can be 9600, 19200, "));
+    assert!(error(&sold, &baud).starts_with("the baud rate can be 9600, 19200, "));
     let message = OutputSettings { message: Some("VNXYZ".into()), ..settings() };
     assert!(error(&sold, &message).starts_with("the message can be VNYPR, VNQTN, "));
     for window in [0, 801, 65_540] {
@@ -190,11 +190,11 @@ fn what_cannot_be_says_what_can() {
         current
     };
     let window = OutputSettings { window: Some(20), ..settings() };
-    let text = "this sensor has no register 85, without which it cannot be set so";
+    let text = "this sensor lacks register 85, which the setting needs";
     assert_eq!(error(&without(Register::IMU_FILTER), &window), text);
-    assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("no register 32"));
+    assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("lacks register 32"));
     let damaged = with(sold.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
-    assert!(error(&damaged, &count(true)).starts_with("register 32 ends before the field "));
+    assert!(error(&damaged, &count(true)).starts_with("register 32 lacks the field "));
     // and is passed over where it does not matter
     for passable in [without(Register::SYNC_CONTROL), without(Register::IMU_FILTER), damaged] {
         assert_eq!(planned(&passable, &rate(50)), ["07,50"]);
@@ -265,10 +265,10 @@ proptest! {
 fn a_change_names_what_is_changed() {
     let fields = |text| RegisterFields::new(text).unwrap();
     for (register, name) in [
-        (Register::BAUD_RATE, "the speed of the line (register 05) from 1 to 2"),
+        (Register::BAUD_RATE, "the baud rate (register 05) from 1 to 2"),
         (Register::ASYNC_TYPE, "the message (register 06) from 1 to 2"),
         (Register::ASYNC_RATE, "the rate (register 07) from 1 to 2"),
-        (Register::PROTOCOL_CONTROL, "the form of the lines (register 30) from 1 to 2"),
+        (Register::PROTOCOL_CONTROL, "the format of the sentences (register 30) from 1 to 2"),
         (Register::SYNC_CONTROL, "the synchronisation (register 32) from 1 to 2"),
         (Register::IMU_FILTER, "the averaging windows (register 85) from 1 to 2"),
         (Register::BINARY_OUTPUT_1, "register 75 from 1 to 2"),

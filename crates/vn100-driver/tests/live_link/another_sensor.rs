@@ -65,7 +65,7 @@ async fn another_sensor_behind_the_name_is_neither_measured_nor_written_to() {
     sensor.world().registers.insert(3, OTHER.into());
     sensor.world().plugged = true;
     let told = link.end().await;
-    assert_eq!(told.error.unwrap(), "another sensor, serial 0100012345, is on the port; it was 0100099887");
+    assert_eq!(told.error.unwrap(), "another sensor is on the port: serial number 0100012345, expected 0100099887");
     let world = sensor.world();
     assert_eq!((told.rows, told.counts.bytes()), (rows, world.bytes));
     let reads = world.written[written..].iter().all(|(_, line)| line.starts_with(b"$VNRRG,"));
@@ -85,7 +85,10 @@ async fn a_sensor_that_is_known_from_before_is_measured_and_another_one_is_not()
             assert!(link.stop().await.rows > 30);
         } else {
             let told = link.end().await;
-            assert_eq!(told.error.unwrap(), "another sensor, serial 0100012345, is on the port; it was 0100099887");
+            assert_eq!(
+                told.error.unwrap(),
+                "another sensor is on the port: serial number 0100012345, expected 0100099887"
+            );
             assert_eq!((told.rows, told.counts.connects), (0, 0));
         }
         assert!(sensor.world().written.iter().all(|(_, line)| line.starts_with(b"$VNRRG,")), "nothing is set");
@@ -116,7 +119,7 @@ async fn no_line_of_another_sensor_behind_an_adapter_that_stays_gets_in() {
         link.run(ms(40)).await;
         sensor.world().garbled = false;
         let told = link.end().await;
-        assert_eq!(told.error.unwrap(), "another sensor, serial 0100012345, is on the port; it was 0100099887");
+        assert_eq!(told.error.unwrap(), "another sensor is on the port: serial number 0100012345, expected 0100099887");
         assert_eq!(told.rows, rows, "answers after {answers_after:?}");
         // the lines that were held while it was asked
         assert!(sensor.world().lines > rows);

@@ -239,7 +239,8 @@ async fn a_sensor_that_does_not_come_back_while_it_is_counted_may_stay_changed()
     power_fails(&sensor, false);
     let error = link.until_done(work).await.unwrap_err().to_string();
     assert!(
-        error.starts_with("the link went down before ") && error.contains("; the sensor may stay changed: "),
+        error.starts_with("the link disconnected before the reply to ")
+            && error.contains("; the sensor may stay changed: "),
         "{error}"
     );
     link.stop().await;

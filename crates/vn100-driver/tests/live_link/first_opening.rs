@@ -52,8 +52,8 @@ async fn a_link_that_never_was_up_ends_with_the_reason() {
     let sensor = Sensor::new(115_200, 40);
     let told = sensor.link(LinkOptions { baud: Some(9600), ..LinkOptions::default() }).end().await;
     let error = told.error.unwrap();
-    assert!(error.starts_with("no sensor is heard on /dev/imu at 9600 baud: "), "{error}");
-    assert!(error.contains("bytes came and none of them made a good line"), "{error}");
+    assert!(error.starts_with("no sensor found on /dev/imu at 9600 baud: "), "{error}");
+    assert!(error.contains("bytes received without a valid sentence"), "{error}");
     assert_eq!(told.counts.baud_scan_bytes, sensor.world().bytes);
     assert!(sensor.world().opened.len() == 2, "a sensor that was just switched on says nothing at first");
 }
@@ -75,6 +75,6 @@ async fn a_port_that_is_garbled_when_it_is_opened_first_is_opened_again() {
     sensor.world().garbled = true;
     sensor.world().bad_openings = 100;
     let told = sensor.link(listening()).end().await;
-    assert!(told.error.unwrap().contains("none of them made a good line"));
+    assert!(told.error.unwrap().contains("without a valid sentence"));
     assert_eq!(sensor.world().opened.len(), 5, "it may be no sensor at all");
 }

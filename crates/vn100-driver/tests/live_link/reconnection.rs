@@ -88,7 +88,7 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
         // switched off behind its adapter
         sensor.world().answers = false;
         link.until_down().await;
-        let cause = "the sensor says nothing and does not answer".into();
+        let cause = "the sensor sends nothing and does not reply".into();
         assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
         link.run(ms(5000)).await;
         sensor.world().answers = true;
@@ -248,7 +248,9 @@ async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
     let state = link.handle.state().borrow().clone();
     let LinkState::Down { cause, .. } = state else { panic!("{state:?}") };
     assert!(
-        cause.starts_with("the sensor is back and cannot be set as it was: the sensor refused $VNWRG,07,20"),
+        cause.starts_with(
+            "the sensor reconnected, but its settings cannot be reapplied: the sensor refused $VNWRG,07,20"
+        ),
         "{cause}"
     );
     assert_eq!(link.told.counts.connects, 1);
@@ -287,7 +289,7 @@ async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again
         link.until_down().await;
         assert!(began.elapsed() <= ms(350), "{:?}", began.elapsed());
         let bytes = sensor.world().bytes - garbled_at;
-        let cause = format!("{bytes} bytes came in 300 ms and no good line was among them");
+        let cause = format!("{bytes} bytes received in 300 ms contain no valid sentence");
         assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
         link.until_up().await;
         link.run(ms(500)).await;

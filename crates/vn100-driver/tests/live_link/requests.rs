@@ -111,7 +111,7 @@ async fn a_line_that_only_echoes_has_no_sensor_on_it() {
     let sensor = echoing(115_200);
     (sensor.world().streams, sensor.world().answers) = (false, false);
     let told = sensor.link(LinkOptions::default()).end().await;
-    let expected = "no sensor is heard on /dev/imu at 9 speeds: the line echoes, and nothing came but what was sent; take a loopback \
+    let expected = "no sensor found on /dev/imu at 9 baud rates: the line echoes, and only the sent bytes were received; take a loopback \
                     plug off; on RS-485 check the wires and the power of the sensor";
     assert_eq!(told.error.as_deref(), Some(expected));
     assert_eq!(told.counts.connects, 0);

@@ -172,7 +172,7 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     let recording = result.recording.unwrap();
     assert!(recording.ended && recording.error.is_none() && recording.bytes >= 120 * LINE.len() as u64);
     assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
-    assert_eq!(reason(&recording.path), "the end of the source, or of the time asked for");
+    assert_eq!(reason(&recording.path), "end of the source, or duration reached");
     let spec = vn100_pipeline::ReplaySpec {
         path: recording.path,
         capture: CaptureOptions::default(),

@@ -68,7 +68,7 @@ pub struct RejectedSentence<'a> {
 #[non_exhaustive]
 pub enum RejectReason {
     /// The check digits do not fit the line, or are no check digits.
-    #[error("checksum: the line gives {computed}, its end says {}", Received(*.received))]
+    #[error("checksum: computed {computed}, received {}", Received(*.received))]
     Checksum {
         /// What the body of the line gives, in the kind of check it carries.
         computed: CheckDigits,
@@ -77,7 +77,7 @@ pub enum RejectReason {
         received: Option<CheckDigits>,
     },
     /// The line ends without any check digits, and such lines were not asked for.
-    #[error("unchecked: the line ends without a checksum; such lines are taken only on request")]
+    #[error("unchecked: the sentence has no checksum; such sentences are accepted only on request")]
     Unchecked,
     /// The checksum is right, but the message is not what its header promises.
     #[error("grammar: {0}")]
@@ -86,7 +86,7 @@ pub enum RejectReason {
     #[error("range: {0}")]
     Range(#[from] RangeError),
     /// Another `$`, a byte that is not printable ASCII, or the end of the stream came first.
-    #[error("truncated: the line breaks off before its end")]
+    #[error("truncated: the sentence ends before its checksum")]
     Truncated,
     /// No end within the length of the longest sentence.
     #[error("too long: no end after {} bytes, more than any sentence has", MAX_BODY)]

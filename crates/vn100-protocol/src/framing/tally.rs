@@ -14,7 +14,7 @@ pub struct Tally {
     pub packet_bytes: u64,
     /// Bytes between all these.
     pub skipped_bytes: u64,
-    /// Bytes held back until more of them arrive: the beginning of a sentence or packet.
+    /// Bytes pending until more of them arrive: the beginning of a sentence or packet.
     pub buffered_bytes: u64,
     /// Samples: sentences of the [`MESSAGES`](crate::MESSAGES).
     pub samples: u64,

@@ -25,22 +25,22 @@ pub enum DecimalError {
         found: u8,
     },
     /// No digit stands before the point.
-    #[error("no digit stands before the point: at least one must")]
+    #[error("there is no digit before the point, at least one is needed")]
     NoWholeDigits,
     /// The digits are not followed by a point.
-    #[error("the point is missing: a whole number has one too, with at least one decimal")]
+    #[error("the point is missing: a number has at least one decimal")]
     NoPoint,
     /// No digit stands behind the point.
-    #[error("no digit stands behind the point: at least one must")]
+    #[error("there is no digit after the point, at least one is needed")]
     NoDecimals,
     /// A byte that no number has: an exponent, a space, a letter, a second point.
-    #[error("{:?} has no place in a number: sign, digits, point, digits, nothing else", char::from(*found))]
+    #[error("unexpected {:?} in a number: it consists of sign, digits, point and digits", char::from(*found))]
     Unexpected {
         /// That byte.
         found: u8,
     },
     /// More digits than a 32-bit count holds, or more than 255 of them behind the point.
-    #[error("the digits make a count beyond {} or stand more than 255 places behind the point", i32::MAX)]
+    #[error("the number is beyond {} counts or has more than 255 decimals", i32::MAX)]
     Overflow,
 }
 

@@ -42,7 +42,7 @@ macro_rules! device_errors {
             pub fn meaning(self) -> &'static str {
                 match self {
                     $(Self::$name => $meaning,)*
-                    Self::Unknown(_) => "an error that no edition of the manual names",
+                    Self::Unknown(_) => "an error code that no manual documents",
                 }
             }
         }
@@ -51,7 +51,7 @@ macro_rules! device_errors {
 
 device_errors! {
     HardFault = 0x01, "the sensor had a fault and restarts";
-    ReceiveBufferOverflow = 0x02, "the receive buffer of the sensor ran over";
+    ReceiveBufferOverflow = 0x02, "the receive buffer of the sensor overflowed";
     InvalidChecksum = 0x03, "the command arrived with a wrong checksum";
     InvalidCommand = 0x04, "the sensor does not know the command";
     TooFewParameters = 0x05, "the command has too few fields";
@@ -60,8 +60,8 @@ device_errors! {
     InvalidRegister = 0x08, "the sensor does not have the register";
     Unauthorized = 0x09, "the sensor does not permit it";
     WatchdogReset = 0x0A, "the sensor was restarted by its watchdog";
-    OutputBufferOverflow = 0x0B, "the output is more than the line carries";
-    InsufficientBaudRate = 0x0C, "the baud rate is too low for the output asked for";
+    OutputBufferOverflow = 0x0B, "the output exceeds the baud rate";
+    InsufficientBaudRate = 0x0C, "the baud rate is too low for the requested output";
     ErrorBufferOverflow = 0xFF, "the sensor had more errors than it could report";
 }
 
@@ -89,25 +89,25 @@ impl DeviceError {
             }
             Self::ReceiveBufferOverflow => "send one command at a time, and at most 256 characters",
             Self::InvalidChecksum => "pause the output before writing",
-            Self::InvalidCommand => "this firmware may have given the command up",
+            Self::InvalidCommand => "this firmware may not support the command",
             Self::TooFewParameters | Self::TooManyParameters => {
-                "read the register first: its fields may be others in this firmware"
+                "read the register first: its fields may differ in this firmware"
             }
-            Self::InvalidParameter => "keep to the values that the register takes in this model and firmware",
-            Self::InvalidRegister => "take the feature as absent from this model and firmware",
-            Self::Unauthorized => "the register may be there to read only",
+            Self::InvalidParameter => "use values that the register accepts in this model and firmware",
+            Self::InvalidRegister => "this model and firmware lack the feature",
+            Self::Unauthorized => "the register may be read-only",
             Self::OutputBufferOverflow => "lower the output rate, choose a shorter message or raise the baud rate",
             Self::InsufficientBaudRate => {
-                "bytes per line times lines per second, over all outputs, may be a tenth of the baud rate at most: raise \
+                "bytes per second of all outputs may be a tenth of the baud rate at most: raise \
                  the baud rate before the output rate, and turn an output off before turning on another"
             }
             Self::ErrorBufferOverflow => "look at the errors before this one",
-            Self::Unknown(_) => "look the code up in the manual of this firmware",
+            Self::Unknown(_) => "look up the code in the manual of this firmware",
         }
     }
 }
 
-/// The code and the meaning: `VNERR 0C: the baud rate is too low for the output asked for`; an
+/// The code and the meaning: `VNERR 0C: the baud rate is too low for the requested output`; an
 /// unknown code as `0x12`.
 impl fmt::Display for DeviceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -141,7 +141,7 @@ mod tests {
     fn codes_are_shown_as_sent() {
         assert_eq!(
             DeviceError::from_code(0x0C).to_string(),
-            "VNERR 0C: the baud rate is too low for the output asked for"
+            "VNERR 0C: the baud rate is too low for the requested output"
         );
         assert!(DeviceError::from_code(0x12).to_string().starts_with("VNERR 0x12: "));
     }

@@ -77,7 +77,7 @@ pub enum Handled {
 
 /// As many requests wait as a session takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("{} requests wait already: let them end and collect their answers before asking more", RequestQueue::CAPACITY)]
+#[error("{} requests are pending: collect their replies before sending more", RequestQueue::CAPACITY)]
 pub struct QueueFull;
 
 /// Why a request failed. `line` is the command as sent, without CR and LF.
@@ -86,8 +86,8 @@ pub struct QueueFull;
 pub enum RequestFailure {
     /// The sensor said nothing.
     #[error(
-        "no answer to {line}, {} in {:.1} s: check the baud rate and the wire to the sensor; a sensor whose error mode \
-         (register 30) is 0 says nothing to a command that it refuses", sent(*.attempts), .after.as_secs_f64()
+        "no reply to {line}, {} in {:.1} s: check the baud rate and the wire to the sensor; with error mode 0 (register 30) \
+         the sensor does not report refused commands", sent(*.attempts), .after.as_secs_f64()
     )]
     Timeout {
         /// The command.
@@ -106,7 +106,7 @@ pub enum RequestFailure {
         error: DeviceError,
     },
     /// The link went down before an answer came.
-    #[error("the link went down before {line} was answered ({})", sent(*.attempts))]
+    #[error("the link disconnected before the reply to {line} ({})", sent(*.attempts))]
     LinkDown {
         /// The command.
         line: String,
@@ -115,7 +115,7 @@ pub enum RequestFailure {
     },
     /// The sensor took a write, but not as it was asked.
     #[error(
-        "the sensor answered {line} with other fields: asked for {asked}, got {got}; read the register to see what it holds"
+        "the reply to {line} has other fields: requested {asked}, received {got}; read the register to see its value"
     )]
     EchoDiffers {
         /// The command.

@@ -105,10 +105,12 @@ impl fmt::Display for StampSource {
         match self {
             Self::Field(path) => write!(f, "by {path} in the messages"),
             Self::Recorded => f.write_str("by the time of recording"),
-            Self::RecordedAsZero => f.write_str("by the time of recording, as those in the messages are zero"),
-            Self::RecordedAsConstant => f.write_str("by the time of recording, as those in the messages stay the same"),
+            Self::RecordedAsZero => f.write_str("by the time of recording, because those in the messages are zero"),
+            Self::RecordedAsConstant => {
+                f.write_str("by the time of recording, because those in the messages do not change")
+            }
             Self::RecordedAsBackwards => {
-                f.write_str("by the time of recording, as those in the messages run backwards")
+                f.write_str("by the time of recording, because those in the messages run backwards")
             }
         }
     }

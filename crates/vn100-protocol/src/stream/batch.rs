@@ -190,7 +190,7 @@ impl fmt::Display for Diagnostic {
             Self::Sent(line) => write!(f, "sent {}", line.trim_ascii_end().escape_ascii()),
             Self::Reply(line) => write!(f, "reply {}", line.escape_ascii()),
             Self::Refused { reason, offset, raw } => {
-                write!(f, "refused at byte {offset}, {reason}: {}", raw.escape_ascii())
+                write!(f, "rejected at byte {offset}, {reason}: {}", raw.escape_ascii())
             }
         }
     }

@@ -138,7 +138,7 @@ impl SampleReader {
         self.take_batches()
     }
 
-    /// Decides on the bytes held back: nothing follows them.
+    /// Decides on the pending bytes: nothing follows them.
     fn cut(&mut self) {
         if self.line_by_line {
             self.decode_line_by_line(true);
@@ -184,16 +184,16 @@ fn code(header: &[u8]) -> u8 {
 
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
-        if let Item::Rejected(bad) = &item {
+        if let Item::Rejected(rejected) = &item {
             self.diagnose(|| Diagnostic::Refused {
-                reason: bad.kind.to_string(),
-                offset: bad.offset,
-                raw: bad.raw.into(),
+                reason: rejected.kind.to_string(),
+                offset: rejected.offset,
+                raw: rejected.raw.into(),
             });
         }
         match item {
             Item::Sample(sample) => self.put_sample(&sample),
-            Item::Rejected(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::Rejected),
+            Item::Rejected(rejected) if self.may_be_sample(rejected.raw) => self.mark(MarkKind::Rejected),
             Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
             // in the tally

@@ -83,7 +83,7 @@ fn a_polled_measurement_is_the_one_sent_unasked() {
     assert_eq!(sample.counts(), [-20_841, 6_045, 28_911, 381, -154, -9_657, -5_683, 262, 1_475, 216, 99_761]);
     assert_eq!((sample.values().nth(9), sample.values().nth(10)), (Some(21.6), Some(99.761)));
     let damaged = Sample::from_contents(&contents(&sentence("VNRRG,54,-02.0841")), &VNIMU);
-    assert_eq!(damaged.unwrap_err().to_string(), "grammar: the line has 1 fields and should have 11");
+    assert_eq!(damaged.unwrap_err().to_string(), "grammar: the sentence has 1 fields, 11 are expected");
 }
 
 #[test]
@@ -98,17 +98,17 @@ fn contents_without_a_type_stay_text() {
 fn what_is_wrong_is_named() {
     assert_eq!(
         error::<BaudRate>("VNRRG,05,4800"),
-        "register 05: baud rate is \"4800\" and should be one of the nine rates from 9600 to 921600"
+        "register 05: baud rate is \"4800\", expected one of the nine rates from 9600 to 921600"
     );
-    assert_eq!(error::<AsyncRate>("VNRRG,07,40,3"), "register 07: port is \"3\" and should be 1 or 2");
+    assert_eq!(error::<AsyncRate>("VNRRG,07,40,3"), "register 07: port is \"3\", expected 1 or 2");
     assert_eq!(
         error::<AsyncType>("VNRRG,06,+14"),
-        "register 06: async type is \"+14\" and should be a whole number in range"
+        "register 06: async type is \"+14\", expected a whole number in range"
     );
-    assert_eq!(error::<ImuFilter>("VNRRG,85,0,4,4,4,0,0,3,3,3"), "register 85 ends before the field \"pressure mode\"");
+    assert_eq!(error::<ImuFilter>("VNRRG,85,0,4,4,4,0,0,3,3,3"), "register 85 lacks the field \"pressure mode\"");
     assert_eq!(error::<VpeControl>("VNRRG,35,1,1,1,1,7"), "register 35 has more fields than are known, from \"7\" on");
     for body in ["VNRRG,43,nan,0,0", "VNRRG,43,1e99,0,0", "VNRRG,43,,0,0", "VNRRG,43, 1,0,0"] {
-        assert!(error::<StartupGyroBias>(body).contains("should be a finite number"), "{body}");
+        assert!(error::<StartupGyroBias>(body).contains("expected a finite number"), "{body}");
     }
     assert!(matches!(
         contents(&sentence("VNRRG,75,0,0,+1,0001")).value::<BinaryOutput>(),

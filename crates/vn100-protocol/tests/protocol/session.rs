@@ -68,8 +68,8 @@ fn a_read_is_sent_three_times_and_given_up() {
     }
     let failure = bench.failure(id);
     assert_eq!(failure, RequestFailure::Timeout { line: "$VNRRG,01*72".into(), attempts: 3, after: ms(1500) });
-    assert!(failure.to_string().starts_with("no answer to $VNRRG,01*72, sent 3 times in 1.5 s: "));
-    assert!(failure.to_string().contains("(register 30) is 0"));
+    assert!(failure.to_string().starts_with("no reply to $VNRRG,01*72, sent 3 times in 1.5 s: "));
+    assert!(failure.to_string().contains("error mode 0 (register 30)"));
     assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::Mine);
     assert_eq!((bench.sent(), bench.session.poll_completion()), (vec![], None));
 }
@@ -152,7 +152,7 @@ fn a_write_is_confirmed_by_its_fields() {
     assert_eq!(bench.hear("VNWRG,07,40"), Handled::Mine);
     assert_eq!(
         bench.failure(id).to_string(),
-        "the sensor answered $VNWRG,07,50*58 with other fields: asked for 50, got 40; read the register to see what it holds"
+        "the reply to $VNWRG,07,50*58 has other fields: requested 50, received 40; read the register to see its value"
     );
     // a register without a port has no field more than it was given
     let fields = RegisterFields::new("0,1,5").unwrap();
@@ -302,9 +302,12 @@ fn all_requests_end_with_the_link() {
     bench.session.handle_link_down();
     assert_eq!(
         bench.failure(first).to_string(),
-        "the link went down before $VNWRG,05,115200*58 was answered (sent once)"
+        "the link disconnected before the reply to $VNWRG,05,115200*58 (sent once)"
     );
-    assert_eq!(bench.failure(second).to_string(), "the link went down before $VNRRG,07*74 was answered (not yet sent)");
+    assert_eq!(
+        bench.failure(second).to_string(),
+        "the link disconnected before the reply to $VNRRG,07*74 (not yet sent)"
+    );
     assert_eq!((bench.sent(), bench.due()), (vec![], None));
     let third = bench.submit(READ_MODEL);
     assert_eq!(bench.sent(), ["$VNRRG,01*72"]);

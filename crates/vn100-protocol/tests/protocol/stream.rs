@@ -255,7 +255,7 @@ fn a_wrong_checksum_tells_both_values() {
             (31, 12, RejectReason::Checksum { computed: xor, received: None }),
         ]
     );
-    assert_eq!(kinds[0].2.to_string(), "checksum: the line gives 72, its end says 73");
+    assert_eq!(kinds[0].2.to_string(), "checksum: computed 72, received 73");
 }
 
 #[test]

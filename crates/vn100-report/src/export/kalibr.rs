@@ -121,7 +121,7 @@ impl KalibrYaml {
         let no_walk = found.and_then(|found| match found.long_taus {
             LongTauValidity::Sensor => None,
             LongTauValidity::Compensated => {
-                Some("the message is bias-compensated, B and K are not in it; record VNIMU for them")
+                Some("B and K are not measurable in a bias-compensated message; record VNIMU")
             }
             LongTauValidity::LooksCompensated => {
                 Some("a filter removes the bias from this stream, and B and K with it")

@@ -30,7 +30,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     let y = PlotAxis::new("samples per bin", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
     let mut legend = vec![(LegendSample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
     if normal.is_some() {
-        legend.push((LegendSample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
+        legend.push((LegendSample::Line(solid(1, 1.8)), "Gaussian, same mean and std".to_owned()));
     }
     let id = format!("histogram-{}", id_of(&channel.name));
     let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend);

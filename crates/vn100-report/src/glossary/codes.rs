@@ -52,8 +52,8 @@ const INTERVALS: &str = "IEEE Std 952-1997, annex C (model); NIST SP 1065 (inter
 const fn of_status(status: Status) -> Words {
     match status {
         Status::Estimated => (
-            "It is significantly above zero, and the interval has the probability named.",
-            "Use the value, and its interval for how well it is known.",
+            "It is significantly above zero, and the interval has the stated confidence.",
+            "Use the value; its interval is its uncertainty.",
             &[],
             INTERVALS,
         ),
@@ -115,7 +115,7 @@ const fn of_verdict(verdict: Verdict) -> Words {
             DECISION,
         ),
         Verdict::Inconclusive => (
-            "Neither pass nor fail has the confidence asked for.",
+            "Neither pass nor fail has the requested confidence.",
             "Record longer: the interval narrows. {} says how long.",
             &[Remedy::Plan],
             DECISION,
@@ -142,7 +142,7 @@ const fn of_verdict(verdict: Verdict) -> Words {
 }
 
 const GRADE: Words = (
-    "A rough class for choosing sensors: the worse of the classes by B and by N. No standard draws these edges.",
+    "A rough class for choosing sensors: the worse of the classes by B and by N. No standard defines these limits.",
     "Compare parameters with the needs of the application, not classes.",
     &[],
     "",
@@ -161,7 +161,7 @@ const fn of_rate(from: RateFrom) -> Words {
 
 const fn of_missing(from: MissingFrom) -> Words {
     const MATTERS: &str =
-        "Dropped samples that are not detected join what lay apart, which distorts long averaging times.";
+        "Undetected dropped samples move all later samples in time, which distorts long averaging times.";
     match from {
         MissingFrom::Counter => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 30"),
         MissingFrom::Arrival => (MATTERS, "For exact counts let the sensor append its counter.", &[], ""),

@@ -50,7 +50,7 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
         Term::Quantization => (
             "The rounding of an angle or a velocity that is counted in steps. The Allan deviation is the square root of 3 times Q over tau: \
              the line of slope -1.",
-            "Sensors that print rates do not have it: the rounding of a rate is white noise, and in N.",
+            "Sensors that print rates do not have it: the rounding of a rate is white noise and part of N.",
             "Fit it only for sensors that count increments of angle or velocity.",
             &[],
         ),
@@ -108,7 +108,7 @@ fn edf() -> Explanation {
              correlated: their number is larger.",
             "It gives the confidence interval of each deviation: with 2 the upper limit is several times the deviation, with 100 within some \
              15 %.",
-            "It grows in proportion to the length of the record over tau. Trust no point of fewer than 2. {} says how long.",
+            "It is proportional to the record length divided by tau. Do not trust points with fewer than 2. {} says how long.",
         ],
         &[Remedy::Plan],
         SP_1065,
@@ -120,7 +120,7 @@ fn interval() -> Explanation {
         ("confidence interval", &["pointwise", "interval"]),
         "confidence interval",
         [
-            "The range that contains the true value with the probability named, 95 % by default. Those of deviations are pointwise: each has \
+            "The range that contains the true value with the stated probability, 95 % by default. Those of deviations are pointwise: each has \
              that probability by itself, not all of them together.",
             "It covers the sampling of this record only, not variation from unit to unit, day to day or with temperature.",
             "Record longer for a narrower one; pool several records for the variation between them.",
@@ -168,7 +168,7 @@ fn allan() -> Explanation {
             "The root of half the mean squared difference between neighbouring averages over tau. OADEV uses overlapping averages. The \
              Hadamard deviation takes second differences, which a linear drift of the rate does not change.",
             "On log-log axes each noise process is a straight line of its own slope: N -1/2, B 0, K +1/2, R +1, Q -1.",
-            "Read values off the fitted parameters; the slope method by eye is given for comparison only.",
+            "Use the fitted parameters; the graphical slope method is given for comparison only.",
         ],
         &[],
         "IEEE Std 952-1997, annex C; NIST SP 1065",
@@ -181,7 +181,7 @@ fn minimum() -> Explanation {
         "minimum of the Allan deviation, or in-run bias stability",
         [
             "The lowest Allan deviation of the curve, and its averaging time.",
-            "Many data sheets print it as in-run bias stability. B is fitted and at most 1/0.664 times this; what else is at that tau raises it.",
+            "Many data sheets print it as in-run bias stability. The fitted B is at most 1/0.664 times it, because other noise at that tau raises the minimum.",
             "Compare it with the data sheet's figure of the same name, and B with B.",
         ],
         &[],

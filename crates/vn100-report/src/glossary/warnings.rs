@@ -49,14 +49,14 @@ const fn words(kind: WarningKind) -> Words {
             &[],
         ),
         Kind::NoValidLines => (
-            "Bytes arrived, and none of them were a sample of a known message.",
+            "Bytes arrived, but no sample of a message that is measured.",
             "There is no result.",
             "Check baud rate, output message and format. For a table name the columns with {}.",
             &[Remedy::MapColumns],
         ),
         Kind::OtherMessages => (
             "Valid sentences of a message other than the first one were excluded.",
-            "Two messages that share a line have different times; only one of them is measured.",
+            "Messages that share a port are sent at different times; only one of them is measured.",
             "Set one output message ({}).",
             &[Remedy::Configure(Setting::Message("VNIMU"))],
         ),
@@ -98,7 +98,7 @@ const fn words(kind: WarningKind) -> Words {
             &[],
         ),
         Kind::UnreadValues => (
-            "Numbers that were zero at the beginning of a bag were taken for absent, and are not zero later.",
+            "Numbers that were zero at the beginning of a bag were treated as absent, but are not zero later.",
             "These channels are missing from the result.",
             "Name them with {}.",
             &[Remedy::MapColumns],
@@ -117,7 +117,7 @@ const fn words(kind: WarningKind) -> Words {
         ),
         Kind::TooShort => (
             "There are too few samples for a deviation, or for more than a rough one.",
-            "Intervals are wide, and B and K cannot be seen.",
+            "Intervals are wide, and B and K are not observable.",
             "Record longer: N needs minutes, B an hour or more, K several hours. {} says how long.",
             &[Remedy::Plan],
         ),
@@ -135,7 +135,7 @@ const fn words(kind: WarningKind) -> Words {
         ),
         Kind::RateOffNominal => (
             "The measured rate is none of the sensor's, or not the nominal one.",
-            "Averaging times and densities are wrong by the difference, unless the clock of the computer is.",
+            "Averaging times and densities are wrong by the difference, unless the computer's clock is wrong.",
             "Set {} to the true rate.",
             &[Remedy::GiveRate(None)],
         ),
@@ -153,8 +153,8 @@ const fn words(kind: WarningKind) -> Words {
         ),
         Kind::BunchedArrival => (
             "Sentences arrive several at a time, as a USB adapter delivers them after its latency timer.",
-            "Averaging times use the index of each sample, not its arrival: the noise is not affected. Short gaps are harder to see.",
-            "Shorten the latency timer of the adapter to 1 ms, as {} does where it may.",
+            "Averaging times use the index of each sample, not its arrival: the noise is not affected. Short gaps are harder to detect.",
+            "Shorten the latency timer of the adapter to 1 ms, as {} does where permitted.",
             &[Remedy::MeasureLive],
         ),
         Kind::CompensatedStream => (
@@ -203,7 +203,7 @@ const fn words(kind: WarningKind) -> Words {
         Kind::LowPass => (
             "A low-pass filter slower than the output removes the high frequencies.",
             "The shortest averaging times show the filter, and N is fitted from longer ones.",
-            "Nothing, if the filter is meant. Otherwise widen its bandwidth.",
+            "Nothing, if the filter is intended. Otherwise widen its bandwidth.",
             &[],
         ),
         Kind::LineFreeBand => (
@@ -219,7 +219,7 @@ const fn words(kind: WarningKind) -> Words {
             &[Remedy::Skip(None), Remedy::EndEarlier],
         ),
         Kind::WarmUp => (
-            "The level settled from the beginning of the record on, as of a sensor that warms up.",
+            "The level settled at the beginning of the record, as when a sensor warms up.",
             "The transient looks like K or R at long averaging times.",
             "Exclude it ({}), or let the sensor warm up before the record.",
             &[Remedy::Skip(None)],

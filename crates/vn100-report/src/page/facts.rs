@@ -22,7 +22,7 @@ const CONDITIONS: [(&str, &str); 8] = [
     ("place", "Place"),
     ("mounting", "Mounting"),
     ("axis_up", "Axis up"),
-    ("temperature", "Temperature of the room"),
+    ("temperature", "Ambient temperature"),
     ("supply", "Supply"),
     ("operator", "Operator"),
     ("purpose", "Purpose"),
@@ -69,7 +69,7 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
         or_not_recorded("SHA-256", file.map(|file| file.sha256.clone())),
         or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone())),
         or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone())),
-        or_not_recorded("How it ended", of(|recorded| recorded.end_reason.clone())),
+        or_not_recorded("End reason", of(|recorded| recorded.end_reason.clone())),
         or_not_recorded("Recorded by", of(|recorded| recorded.program.clone())),
         fact("Report by", format!("{}, commit {}", program.name, program.commit.unwrap_or(NOT_RECORDED))),
         or_not_recorded("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
@@ -86,8 +86,8 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
         rows.extend([
             fact("Topic", bag.topic.clone()),
             fact("Messages", format!("{} of {}, {} used", grouped(bag.messages), bag.type_name, grouped(bag.used))),
-            fact("Their times", bag.stamps.to_string()),
-            fact("Out of order", format!("{} put in their place, {} too late", bag.reordered, bag.late)),
+            fact("Time stamps", bag.stamps.to_string()),
+            fact("Out of order", format!("{} reordered, {} too late for that", bag.reordered, bag.late)),
         ]);
         rows.extend(bag.unread.iter().map(|unread| fact("Not read", unread.to_string())));
     }
@@ -149,7 +149,7 @@ const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 
 fn calibrated(calibration: &Calibration) -> String {
     if calibration.matrix == IDENTITY && calibration.offset == [0.0; 3] {
-        return "none of the user's (identity, no offset)".into();
+        return "none by the user (identity, no offset)".into();
     }
     format!("matrix {}, offset {}", list(calibration.matrix.as_flattened()), list(&calibration.offset))
 }
@@ -211,7 +211,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         RateFrom::Assumed => "assumed; the capture does not contain it",
     };
     let by = match timing.missing_from {
-        MissingFrom::Counter => "by the counter in each line",
+        MissingFrom::Counter => "by the row counter",
         MissingFrom::Arrival => "by arrival times",
         MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",
     };
@@ -222,12 +222,12 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         format!("{p50_us} µs median, {p99_us} µs 99th percentile, {max_us} µs longest")
     });
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let bad = &tally.rejected;
+    let rejected = &tally.rejected;
     vec![
         fact("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
         fact("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
         or_not_recorded("Measured rate", measured),
-        or_not_recorded("Between arrivals", steps),
+        or_not_recorded("Interarrival times", steps),
         fact("Dropped samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
         fact("Segments", timing.segments.to_string()),
         fact(
@@ -235,12 +235,12 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
             match (timing.excluded, snapshot.skipped) {
                 (0, _) => "nothing".into(),
                 (count, skipped) if !skipped.is_zero() => format!(
-                    "{} samples, of the first {} as asked, or behind the end asked for",
+                    "{} samples: the first {} as requested, or after the requested end",
                     grouped(count),
                     duration(skipped.as_secs_f64())
                 ),
                 (count, _) => {
-                    format!("{} samples behind the end asked for, or behind a change of rate", grouped(count))
+                    format!("{} samples after the requested end, or after a change of rate", grouped(count))
                 }
             },
         ),
@@ -248,13 +248,13 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
             "Rejected lines",
             format!(
                 "{} (checksum {}, without checksum {}, grammar {}, range {}, truncated {}, too long {})",
-                bad.total(),
-                bad.checksum,
-                bad.unchecked,
-                bad.grammar,
-                bad.range,
-                bad.truncated,
-                bad.too_long
+                rejected.total(),
+                rejected.checksum,
+                rejected.unchecked,
+                rejected.grammar,
+                rejected.range,
+                rejected.truncated,
+                rejected.too_long
             ),
         ),
         fact(
@@ -386,14 +386,14 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
                 None => "no",
                 Some(Detrend::Line) => "a regression line was removed from each channel",
                 Some(Detrend::Temperature) => {
-                    "what proves to follow the temperature was removed from gyroscopes and accelerometers"
+                    "significant temperature dependence was removed from gyroscopes and accelerometers"
                 }
             },
         ),
         fact(
             "Confidence",
             format!(
-                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; intervals are pointwise",
+                "{} % two-sided, chi-squared with the degrees of freedom of the fitted noise mixture [3]; intervals are pointwise",
                 trimmed(100.0 * record.measured.assessment.confidence, 2)
             ),
         ),

@@ -52,7 +52,7 @@ pub(super) fn verdicts(summary: &Summary) -> Markup {
         section.verdicts-at-a-glance {
             ul.statuses { @for status in &summary.statuses { (status_line(status)) } }
             @if summary.sensors.is_empty() && !summary.statistics.is_empty() {
-                p.problem { b { "No noise figures are given." } " What limits them is named above." }
+                p.problem { b { "No noise figures are given." } " The reason is given above." }
             }
             div.tiles { @for table in &summary.sensors { (tile(table, &summary.statistics)) } }
         }

@@ -51,7 +51,7 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                         @for (channel, _) in axes { th scope="col" { (channel.name) } }
                     }
                 }
-                @for (term, _) in TERMS {
+                @for term in TERMS {
                     @if given(term) {
                         tbody {
                             (in_units(axes, conventions(sensor, term), html! { (parameter_names(sensor, term).name) " " b { (letter(term)) } }, |noise| noise.parameter(term)))
@@ -143,7 +143,7 @@ fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
 /// The uncertainty of N besides that of sampling, the same for all axes.
 fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
     html! {
-        p { "Uncertainty of N beside sampling:" }
+        p { "Further uncertainty of N:" }
         ul { @for (what, amount) in budget_rows(&noise.white_budget, nominal_hz) { li { (what) ": " (amount) "." } } }
     }
 }
@@ -199,8 +199,8 @@ pub(super) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
     match long_taus {
         LongTauValidity::Sensor => None,
         LongTauValidity::Compensated => Some(
-            "B, K and R of the gyroscope are not in this message: the attitude filter removes the bias. The minimum of the curve and the shoulder before \
-             it are the filter's.",
+            "B, K and R of the gyroscope are not measurable in this message: the attitude filter removes the bias. The minimum of the curve and the shoulder before \
+             it belong to the filter.",
         ),
         LongTauValidity::LooksCompensated => Some(
             "B, K and R are not given: at long averaging times the curve falls below its own white noise, because a filter removes the bias.",
@@ -263,9 +263,9 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
             @for code in Verdict::ALL.into_iter().filter(|verdict| rows.iter().any(|(_, row)| row.verdict == *verdict)).map(code_of_verdict) {
                 b { (code.word) } ": " (code.meaning) ". "
             }
-            "Typical values are not guaranteed; a single one stands for all that round to it. Pass: the whole confidence interval lies below the limit. "
+            "Typical values are not guaranteed; a single value 0.14 means 0.135 to 0.145. Pass: the whole confidence interval lies below the limit. "
             @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
-                "† The sheet does not say whether its densities are two-sided or one-sided: both are given, and nothing passes by them. "
+                "† The sheet does not say whether its densities are two-sided or one-sided: both readings are given, and neither decides alone. "
             }
             @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
                 "* With register 85 at its factory default; the record does not contain it (set " code { (words(&Remedy::GiveWindow)) } "), so N can neither pass nor fail. "

@@ -32,9 +32,9 @@
         for (let d = 1; d <= 9; d++) {
           const at = d * Math.pow(10, e);
           if (at < side.from || at > side.to) continue;
-          const told = d === 1 || ((d === 2 || d === 5) && decades < 1.6) || decades < 0.6;
+          const labelled = d === 1 || ((d === 2 || d === 5) && decades < 1.6) || decades < 0.6;
           const plain = e >= -2 && e <= 4;
-          found.push([at, told ? (plain ? String(+at.toPrecision(6)) : (d === 1 ? '' : d + '·') + '10' + raised(e)) : '']);
+          found.push([at, labelled ? (plain ? String(+at.toPrecision(6)) : (d === 1 ? '' : d + '·') + '10' + raised(e)) : '']);
         }
       }
     } else {

@@ -61,7 +61,7 @@ fn list(records: &[Record<'_>], captions: &Captions) -> Markup {
 fn rankings(comparison: &Comparison, captions: &Captions) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
-            @let caption = format!("White noise N of the {} in {}, the quietest first", names_of(ranking.quantity).quantity, pretty_unit(ranking.unit));
+            @let caption = format!("Noise density N of the {} in {}, quietest first", names_of(ranking.quantity).quantity, pretty_unit(ranking.unit));
             @let rows = html! {
                 @for ranked in &ranking.records {
                     @let axes: Vec<_> = ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
@@ -87,7 +87,8 @@ fn octaves(comparison: &Comparison, captions: &Captions) -> Markup {
         .map(|pair| (pair.len(), pair.iter().copied().filter(|test| comparison.is_significant(test.chance)).collect()))
         .filter(|(_, differ): &(usize, Vec<_>)| !differ.is_empty())
         .collect();
-    let columns = ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"];
+    let columns =
+        ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "most significant ratio", "p"];
     fn surest<'a>(differ: &[&'a OctaveTest]) -> Option<&'a OctaveTest> {
         differ.iter().copied().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p))
     }
@@ -107,7 +108,7 @@ fn octaves(comparison: &Comparison, captions: &Captions) -> Markup {
     };
     html! {
         h3 { "Statistically significant differences" }
-        p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction err towards no difference." }
+        p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction conservative." }
         @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else { (table(&captions.table("Octaves with significant differences"), None, &columns, &differing)) }
     }
 }
@@ -128,7 +129,7 @@ fn means(comparison: &Comparison, captions: &Captions) -> Markup {
         @if !comparison.means.is_empty() {
             h3 { "Means" }
             p {
-                "Each with its standard error under the N, B and K of its record: what repeating it at once would show. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor \
+                "Each with its standard error under the N, B and K of its record: the scatter expected from an immediate repetition. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor \
                  that was not moved between them."
             }
             (table(&captions.table("Means of the records"), None, &["channel", "unit", "means", "differences", "spread"], &html! { @for channel in &comparison.means { (mean(channel)) } }))

@@ -113,7 +113,7 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         }),
         Quantity::Angle => orientation(channels),
         Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
-            format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias moves with temperature: a range of more than a few degrees shows at long averaging times.")
+            format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias depends on temperature: a range of more than a few degrees raises the deviation at long averaging times.")
         }),
         Quantity::Value => Some(NEUTRAL_SERIES.into()),
         Quantity::Quaternion | Quantity::Pressure => None,
@@ -155,13 +155,13 @@ fn orientation(channels: &[&ChannelValues]) -> Option<String> {
     let level = pitch.max(roll);
     let compared = match yaw.partial_cmp(&(2.0 * level)) {
         Some(Ordering::Greater) if level > 0.0 => format!(
-            "Yaw varied {} times as much as the worse of pitch and roll: it rests on the magnetic field, they on gravity.",
+            "Yaw varied {} times as much as the worse of pitch and roll: yaw rests on the magnetic field, pitch and roll on gravity.",
             digits(yaw / level, 2)
         ),
         _ => "Yaw varied no more than twice as much as pitch and roll.".into(),
     };
     Some(format!(
-        "The attitude is what the sensor's own filter makes of all its sensors: its deviations (yaw {}°, pitch {}°, roll {}°) are of that filter's output, no sensor noise. {compared}",
+        "The attitude is the output of the sensor's own filter: its deviations (yaw {}°, pitch {}°, roll {}°) are no sensor noise. {compared}",
         digits(yaw, 3),
         digits(pitch, 3),
         digits(roll, 3)
@@ -183,7 +183,7 @@ fn loudest(channels: &[&ChannelValues]) -> Option<String> {
         format!(" A vibration at {hz:.1} Hz makes {:.0} % of its short-term variance.", 100.0 * share)
     });
     Some(format!(
-        "One sample of {} varies {} times as much as one of {}.{cause}",
+        "The standard deviation of one sample of {} is {} times that of {}.{cause}",
         most.0.name,
         digits(most.1 / least.1, 2),
         least.0.name

@@ -119,13 +119,13 @@ fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     } else {
         format!("; {} states register 85 if it is known", words(&Remedy::GiveWindow))
     };
-    let cure = if is_imu {
+    let remedy = if is_imu {
         format!("; `{}` avoids it", words(&Remedy::MeasureWith(Setting::Window(window))))
     } else {
         String::new()
     };
     let percent = 100.0 * Onboard::UNCERTAINTY;
-    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{cure}{unknown}")))
+    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{remedy}{unknown}")))
 }
 
 fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) -> Vec<ParameterRow> {

@@ -176,7 +176,7 @@ fn filter_white(sensor: &SensorFindings) -> String {
             pretty_unit(unit),
             worst.named()
         ),
-        None => format!("{}: noise density not known from this record.", sensor.name),
+        None => format!("{}: noise density unknown from this record.", sensor.name),
     }
 }
 
@@ -188,7 +188,7 @@ fn filter_walk(sensor: &SensorFindings) -> String {
     }
     let absent = match sensor.long_taus {
         LongTauValidity::Sensor => "random walk not detected; Kalibr gets its upper bound, or the walk equivalent to B",
-        _ => "random walk not in this stream, and Kalibr gets none",
+        _ => "random walk not measurable in this stream, so Kalibr gets none",
     };
     format!("{name}: {absent}.")
 }

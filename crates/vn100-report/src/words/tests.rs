@@ -92,7 +92,7 @@ fn changes(change: impl FnOnce(&mut Findings), expected: &[&str]) {
     let after = text_of(&findings);
     for part in expected {
         assert!(after.contains(part), "{part:?} is not in:\n{after}");
-        assert!(!before.contains(part), "{part:?} was told before");
+        assert!(!before.contains(part), "{part:?} is repeated");
     }
 }
 
@@ -141,7 +141,7 @@ fn each_state_of_a_parameter_has_its_words() {
     );
     changes(
         |findings| findings.sensors[0].axes.iter_mut().for_each(|axis| axis.white = Some(bounded(5e-4))),
-        &["noise density not known"],
+        &["noise density unknown"],
     );
     changes(
         |findings| findings.sensors[0].axes[1].bias_instability = Some(Parameter::without_value(Status::NotObservable)),
@@ -262,7 +262,7 @@ fn a_walk_that_is_not_detected_differs_from_one_that_is_not_in_the_stream() {
     let text = text_of(&findings);
     assert!(text.contains("gyroscope: random walk not detected") && text.contains("Kalibr writes the file."), "{text}");
     findings.sensors[0].long_taus = LongTauValidity::Compensated;
-    assert!(text_of(&findings).contains("gyroscope: random walk not in this stream"));
+    assert!(text_of(&findings).contains("gyroscope: random walk not measurable in this stream"));
 }
 
 #[test]

@@ -174,7 +174,7 @@ impl PseudoTerminal {
     }
 }
 
-/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall held back are 48 KiB
+/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall delayed are 48 KiB
 /// at 200 Hz.
 const ROOM: usize = 64 * 1024;
 

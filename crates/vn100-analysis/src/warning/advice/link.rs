@@ -88,7 +88,7 @@ pub(super) fn unsolicited(errors: &UnsolicitedErrors) -> impl Iterator<Item = Wa
         let (kind, details) = match error {
             DeviceError::OutputBufferOverflow => (
                 WarningKind::LinkBudget,
-                format!("The sensor drops what its output buffer cannot hold, and the record lacks it. To cure it {}.", error.advice()),
+                format!("The sensor drops what its output buffer cannot hold, and the record lacks it. To avoid it, {}.", error.advice()),
             ),
             _ if error.is_unsolicited() => (WarningKind::DeviceErrors, format!("{}.", capitalised(error.advice()))),
             _ => (
@@ -114,7 +114,7 @@ pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> T
     // the stamps of a link are those of its reads
     let is_link = snapshot.link.connects > 0;
     let cause = match refusal {
-        Refusal::TooFast { .. } if is_link => "Bytes that were held back arrive so. ",
+        Refusal::TooFast { .. } if is_link => "Delayed bytes arrive like that. ",
         Refusal::TooFast { .. } => "They may have been stamped when a file was read: set the rate. ",
         Refusal::NoTimePasses { .. } if !is_link => "Set the rate. ",
         Refusal::Backwards { .. } => "Stamp with a clock that is not set meanwhile, and keep the lines in order. ",
@@ -135,6 +135,6 @@ pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> T
             "Entirely missing lines cannot be detected from there on.".into()
         }
     };
-    let until = if is_over { " It lasted until the link was lost." } else { "" };
+    let until = if is_over { " It lasted until the link disconnected." } else { "" };
     Text::from(cause).append(effect).then(until)
 }

@@ -264,29 +264,32 @@ fn missing_columns_are_an_error() {
     let fits = "temperature=temperature:degC".to_owned();
     assert_eq!(error.hint(), Some(MapHint::Columns(fits)));
     let error = error.to_string();
-    assert!(error.starts_with("no column of this CSV file is known: looked for gyro_x gyro_y"), "{error}");
+    assert!(error.starts_with("no known column in this CSV file: expected gyro_x gyro_y"), "{error}");
     assert!(error.ends_with("; found date, humidity, temperature"), "{error}");
     let error = plan("t,gyro_x\nten past two,0.1\n", None).unwrap_err().to_string();
-    assert!(error.starts_with("the stamps in column \"t\" are neither numbers nor dates"), "{error}");
+    assert!(error.starts_with("the time stamps in column \"t\" are neither numbers nor dates"), "{error}");
     assert!(error.contains("the first is \"ten past two\""), "{error}");
 }
 
 #[test]
-fn stamps_of_an_unsure_unit_are_refused_with_the_cure() {
+fn stamps_of_an_unsure_unit_are_refused_with_the_remedy() {
     let rows = |step: u64| (0..50).map(move |row| format!("{},0.1\n", step * row)).collect::<String>();
     for header in ["t,gyro_x\n", "# t,gyro_x\n"] {
         let error = plan(format!("{header}{}", rows(1)), None).unwrap_err();
         assert_eq!(error.hint(), Some(MapHint::StampUnit("t=t:ms".into())));
         assert_eq!(
             error.to_string(),
-            "the unit of the stamps in column \"t\" is not sure: they step by 1 from row to row, which may be s or ms"
+            "the unit of the time stamps in column \"t\" is ambiguous: they step by 1 from row to row, which may be s or ms"
         );
     }
     let error = plan(format!("\"%time\",gyro_x\n{}", rows(7_000_000_000)), None).unwrap_err();
     assert_eq!(error.hint(), Some(MapHint::StampUnit("t=%time:ms".into())));
     let error = error.to_string();
-    assert!(error.contains("step by 7000000000 from row to row, which is 1 ms to 1 s in no unit"), "{error}");
-    // the cure
+    assert!(
+        error.contains("step by 7000000000 from row to row, which is not between 1 ms and 1 s in any unit"),
+        "{error}"
+    );
+    // the remedy
     for (map, step_ns) in [("t=t:s", 1_000_000_000), ("t=1:ms", 1_000_000), ("t=T:us", 1000), ("t=t:ns", 1)] {
         let whole = read_text(format!("t,gyro_x\n{}", rows(1)), Some(map));
         assert_eq!((whole.stamps_ns[1], &*whole.counts), (step_ns, &[100_000; 50][..]), "{map}");

@@ -94,7 +94,7 @@ async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
 }
 
 #[tokio::test]
-async fn a_record_that_a_full_disk_tore_is_never_mended_with_something_else() {
+async fn a_record_that_a_full_disk_tore_is_never_repaired_with_something_else() {
     // more than the buffer holds within a second, so that a write fails in the middle of a record
     for length in 60..160 {
         let read = |number: u8| StreamInput::from(Chunk { bytes: vec![number; length].into(), at_ns: Some(0) });

@@ -39,11 +39,14 @@ fn good_is_green_and_broken_vermilion() {
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
     let down =
         LinkState::Down { was_up: true, cause: String::new(), needs_help: false, retry_in: std::time::Duration::ZERO };
-    assert_eq!(style_of(&show(SourceView { link: Some(down), ..measured() }), "LOST").0, Color::Rgb(213, 94, 0));
+    assert_eq!(
+        style_of(&show(SourceView { link: Some(down), ..measured() }), "DISCONNECTED").0,
+        Color::Rgb(213, 94, 0)
+    );
     let damaged = show(damaged());
     assert_eq!(style_of(&damaged, "RECORDING FAILED").0, Color::Rgb(213, 94, 0));
-    assert_eq!(style_of(&damaged, "bad lines 4").0, Color::Rgb(240, 228, 66));
-    assert_eq!(style_of(&show(measured()), "bad lines 0").0, Color::Reset);
+    assert_eq!(style_of(&damaged, "rejected 4").0, Color::Rgb(240, 228, 66));
+    assert_eq!(style_of(&show(measured()), "rejected 0").0, Color::Reset);
 }
 
 #[test]
@@ -98,5 +101,5 @@ fn without_colours_what_is_broken_is_marked() {
     let state = one();
     let (buffer, _) = drawn(&state, &[damaged()], theme(Colours::None), SIZE);
     assert!(style_of(&buffer, "RECORDING FAILED").1.contains(Modifier::REVERSED));
-    assert!(style_of(&buffer, "bad lines 4").1.contains(Modifier::BOLD));
+    assert!(style_of(&buffer, "rejected 4").1.contains(Modifier::BOLD));
 }

@@ -62,7 +62,7 @@ fn the_help_has_pages_and_closes() {
         let all: String = (0..pages)
             .map(|page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
             .collect();
-        for shown in ["quit: the result", "click panels", "how much means", "lost or damaged"] {
+        for shown in ["quit and print", "click panels", "deviation between", "or rejected"] {
             assert_eq!(all.matches(shown).count(), 1, "{shown} at {height} rows:\n{all}");
         }
     }
@@ -71,7 +71,7 @@ fn the_help_has_pages_and_closes() {
 #[test]
 fn the_help_gives_the_confidence_of_the_intervals() {
     let source = measured();
-    for (confidence, shown) in [(0.68, ": 68 % sure"), (0.95, ": 95 % sure"), (0.995, ": 99.5 % sure")] {
+    for (confidence, shown) in [(0.68, " 68 % confidence"), (0.95, " 95 % confidence"), (0.995, " 99.5 % confidence")] {
         let assessment = Assessment::new(&source.snapshot, confidence);
         let sources = [SourceView { assessment: assessment.into(), ..source.clone() }];
         let screen = text(&drawn(&ViewState { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)).0);

@@ -18,7 +18,7 @@ fn a_silent_output_is_asked_and_given_up_without_an_answer() {
     assert_eq!(bench.phase(), "connected");
     assert!(bench.sent.iter().filter(|line| *line == ASK_MODEL).count() >= 4);
     bench.wait(ms(1600));
-    assert_eq!((bench.phase(), bench.down_cause()), ("scanning", "the sensor says nothing and does not answer"));
+    assert_eq!((bench.phase(), bench.down_cause()), ("scanning", "the sensor sends nothing and does not reply"));
     bench.assert_ledger();
     // where nothing may be asked, the second check decides
     let mut bench = Bench::connected(LinkOptions { listen_only: true, ..LinkOptions::default() });
@@ -117,7 +117,7 @@ fn a_restart_of_the_sensor_begins_a_new_segment() {
 fn a_garbled_stream_is_opened_again() {
     let mut bench = Bench::connected(LinkOptions::default());
     bench.stream(&"x".repeat(122), ms(25), 13);
-    assert_eq!(bench.down_cause(), "1586 bytes came in 300 ms and no good line was among them");
+    assert_eq!(bench.down_cause(), "1586 bytes received in 300 ms contain no valid sentence");
     bench.assert_ledger();
 }
 

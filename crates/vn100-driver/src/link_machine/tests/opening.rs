@@ -100,29 +100,29 @@ fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_receive
             false,
             "",
             2,
-            "no sensor is heard on imu at 9 speeds: nothing came; check the cable, the power of the sensor and the baud rate",
+            "no sensor found on imu at 9 baud rates: no data received; check the cable, the power of the sensor and the baud rate",
         ),
-        (true, true, "", 2, "it: do not only listen, or check the cable and the power of the sensor"),
+        (true, true, "", 2, "show: allow sending, or check the cable and the power of the sensor"),
         (
             true,
             false,
             "junk",
             5,
-            "bytes came and none of them made a good line; check the cable, the power of the sensor and the baud rate",
+            "bytes received without a valid sentence; check the cable, the power of the sensor and the baud rate",
         ),
         (
             true,
             false,
             "$VNRRG,01*72\r\n",
             2,
-            "the line echoes, and nothing came but what was sent; take a loopback plug off; on RS-485 check",
+            "the line echoes, and only the sent bytes were received; take a loopback plug off; on RS-485 check",
         ),
         (
             false,
             false,
             "",
             2,
-            "no sensor is heard on imu: nothing came; check the cable and the power of the sensor, and the speed that the server is set to",
+            "no sensor found on imu: no data received; check the cable and the power of the sensor, and the baud rate set on the server",
         ),
     ];
     for (has_baud, listen_only, text, openings, expected) in cases {
@@ -147,7 +147,7 @@ fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_receive
 fn the_owner_has_its_own_words_for_a_hint() {
     let mut bench = Bench::of(false, LinkOptions { hint_text: Some(|_| "own words"), ..LinkOptions::default() });
     bench.wait(ms(10_000));
-    assert_eq!(bench.error.as_deref(), Some("no sensor is heard on imu: nothing came; own words"));
+    assert_eq!(bench.error.as_deref(), Some("no sensor found on imu: no data received; own words"));
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
         let mut bench = Bench::connected(LinkOptions { baud: None, ..LinkOptions::default() });
         bench.input(Input::Lost(LinkError::Disconnected));
         bench.wait(ms(100));
-        // held back at the rate it had, while the next is tried
+        // delayed bytes at the rate it had, while the next is tried
         bench.wait(ms(2300));
         assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
         bench.receive(FRAME);

@@ -20,7 +20,7 @@ fn a_known_sensor_is_verified_before_it_is_measured() {
         bench.assert_ledger();
         let rows = if phase == "connected" { 2 } else { 0 };
         assert_eq!((bench.rows, bench.ups()), (rows, rows / 2));
-        let other = "another sensor, serial 8, is on the port; it was 7";
+        let other = "another sensor is on the port: serial number 8, expected 7";
         assert_eq!(bench.error.as_deref(), (rows == 0).then_some(other));
     }
     // one that does not say is taken for the known one
@@ -72,9 +72,9 @@ fn settings_are_written_again_after_a_reconnect() {
         assert_eq!(bench.rows, 2, "what was sent before is no part of the measurement");
         if refused {
             let Some(LinkState::Down { cause, needs_help: true, .. }) = bench.states.last() else { panic!() };
-            assert!(
-                cause.starts_with("the sensor is back and cannot be set as it was: the sensor refused $VNWRG,07,20")
-            );
+            assert!(cause.starts_with(
+                "the sensor reconnected, but its settings cannot be reapplied: the sensor refused $VNWRG,07,20"
+            ));
         }
         bench.assert_ledger();
     }
