@@ -105,8 +105,8 @@ impl Snapshot {
 
     /// Rows that are pending until their arrival times show or confirm the rate; `None` for none.
     #[must_use]
-    pub fn lines_held(&self) -> Option<u64> {
-        self.arrivals.as_ref()?.samples_held()
+    pub fn rows_pending(&self) -> Option<u64> {
+        self.arrivals.as_ref()?.samples_pending()
     }
 
     /// How the octaves of every channel were computed.

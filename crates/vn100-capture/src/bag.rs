@@ -27,7 +27,7 @@ mod topic_scan;
 
 pub(crate) use self::{
     files::Bag,
-    open::{Stream, look_for_bag},
+    open::{Stream, detect_bag},
     samples::BagSamples,
     streams::{choose, choose_one},
 };

@@ -163,7 +163,7 @@ impl Capture {
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let no_bag = |problem| OpenError::of_bag(path, problem);
-        let mut reader = match bag::look_for_bag(reader).map_err(no_bag)? {
+        let mut reader = match bag::detect_bag(reader).map_err(no_bag)? {
             bag::Stream::Bag(bag) => {
                 return Self::of_bag(bag, stored_bytes, stored_bytes_read, options).map_err(no_bag);
             }

@@ -171,7 +171,7 @@ pub(crate) fn link_name(state: &LinkState) -> String {
 fn counts(snapshot: &Snapshot) -> String {
     let timing = &snapshot.timing;
     let rejected = snapshot.link.tally.rejected.total();
-    let pending = snapshot.lines_held().map(|lines| format!("{lines} samples pending, measuring the rate"));
+    let pending = snapshot.rows_pending().map(|lines| format!("{lines} samples pending, measuring the rate"));
     match pending {
         // neither a time nor a rate is known yet
         Some(pending) if timing.samples == 0 => format!("{pending}, {rejected} rejected"),

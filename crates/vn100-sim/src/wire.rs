@@ -24,8 +24,8 @@ pub struct Wire {
     host_baud: NonZeroU32,
     host_is_there: bool,
     plugged: bool,
-    /// Bytes that a stall holds back.
-    held: VecDeque<(Duration, u8)>,
+    /// Bytes that a stall delays.
+    stalled: VecDeque<(Duration, u8)>,
 }
 
 impl Wire {
@@ -48,7 +48,7 @@ impl Wire {
             host_baud,
             host_is_there: false,
             plugged: true,
-            held: VecDeque::new(),
+            stalled: VecDeque::new(),
         }
     }
 
@@ -102,14 +102,14 @@ impl Wire {
     #[must_use]
     pub fn poll(&mut self, now: Duration) -> Vec<u8> {
         self.device.poll_bytes(now, |byte| self.receiver.push(byte));
-        let (faults, held) = (&mut self.faults, &mut self.held);
-        self.receiver.poll(now, |at, byte| held.extend(faults.pass(at, byte)));
+        let (faults, stalled) = (&mut self.faults, &mut self.stalled);
+        self.receiver.poll(now, |at, byte| stalled.extend(faults.pass(at, byte)));
         if !(self.host_is_there && self.plugged) {
-            held.clear();
+            stalled.clear();
         }
         let mut host = Vec::new();
-        let due = self.held.partition_point(|(at, _)| *at <= now);
-        for (at, byte) in self.held.drain(..due) {
+        let due = self.stalled.partition_point(|(at, _)| *at <= now);
+        for (at, byte) in self.stalled.drain(..due) {
             match &mut self.usb {
                 Some(usb) => usb.push(at, byte, &mut host),
                 None => host.push(byte),
@@ -131,7 +131,7 @@ impl Wire {
                     self.plugged = event != PlugEvent::Unplugged;
                     match self.plugged {
                         true => self.device.power_cycle(at),
-                        false => self.held.clear(),
+                        false => self.stalled.clear(),
                     }
                     return Some(event);
                 }
@@ -147,7 +147,7 @@ impl Wire {
         let bytes = [
             Some(self.device.next_wakeup()),
             self.usb.as_ref().and_then(UsbBuffer::next_wakeup),
-            self.held.front().map(|(at, _)| *at),
+            self.stalled.front().map(|(at, _)| *at),
         ];
         let bytes = bytes.into_iter().flatten().filter(|_| self.host_is_there && self.plugged);
         bytes.chain(self.faults.next_event()).fold(idle, Duration::min)

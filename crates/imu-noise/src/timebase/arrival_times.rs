@@ -42,7 +42,7 @@ pub(super) struct ArrivalTimes {
 /// What is done with a sample.
 #[derive(Clone, Debug)]
 enum ArrivalPhase {
-    /// It is held: the rate is not known.
+    /// It is pending: the rate is not known.
     Searching(RateSearch),
     /// It is judged by its lag.
     Tracking(Box<LagTracker>),
@@ -169,9 +169,9 @@ impl ArrivalTimes {
         match &mut self.phase {
             ArrivalPhase::Searching(search) => search.restart(),
             ArrivalPhase::Tracking(tracker) => {
-                let held;
-                (held, due_s) = tracker.restart_clock();
-                self.emit_samples(held);
+                let pending;
+                (pending, due_s) = tracker.restart_clock();
+                self.emit_samples(pending);
             }
             ArrivalPhase::Refused(_) => {}
         }
@@ -220,19 +220,19 @@ impl ArrivalTimes {
             None => {}
             Some(Err(refusal)) => self.refuse(refusal),
             Some(Ok((nominal, tracked))) => {
-                let (unstamped, held_s) = search.take_held();
+                let (unstamped, pending_s) = search.take_pending();
                 self.emit(GapEvent::Rate(nominal));
                 self.emit_samples(unstamped);
-                self.track(nominal, tracked, held_s);
+                self.track(nominal, tracked, pending_s);
             }
         }
     }
 
-    fn track(&mut self, nominal: NominalRate, rate: TrackedRate, held_s: Vec<f64>) {
-        let due_s = held_s.first().copied().unwrap_or_default();
+    fn track(&mut self, nominal: NominalRate, rate: TrackedRate, pending_s: Vec<f64>) {
+        let due_s = pending_s.first().copied().unwrap_or_default();
         let mut tracker = LagTracker::new(self.rates_hz, rate, due_s);
         // All are pushed before the first is judged: their reads show whether the phase may jump.
-        held_s.into_iter().for_each(|at_s| tracker.push(at_s));
+        pending_s.into_iter().for_each(|at_s| tracker.push(at_s));
         self.nominal = Some(nominal);
         self.phase = ArrivalPhase::Tracking(Box::new(tracker));
         self.judge();
@@ -264,7 +264,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// Restarts where the samples held begin to arrive at this rate.
+    /// Restarts where the pending samples begin to arrive at this rate.
     fn change_rate(&mut self, to_hz: f64) {
         let (ArrivalPhase::Tracking(tracker), Some(nominal)) = (&mut self.phase, self.nominal) else {
             return;
@@ -277,16 +277,16 @@ impl ArrivalTimes {
         self.track(NominalRate::Snapped(to_hz), TrackedRate::Listed(to_hz), after_s);
     }
 
-    /// The samples held, and all that follow, have no gap before them.
+    /// The pending samples, and all that follow, have no gap before them.
     fn refuse(&mut self, refusal: Refusal) {
-        let held = match &mut self.phase {
+        let pending = match &mut self.phase {
             ArrivalPhase::Searching(search) => search.samples(),
-            ArrivalPhase::Tracking(tracker) => tracker.samples_held() as u64,
+            ArrivalPhase::Tracking(tracker) => tracker.samples_pending() as u64,
             ArrivalPhase::Refused(_) => return,
         };
         self.phase = ArrivalPhase::Refused(refusal);
         self.emit(GapEvent::Refused(refusal));
-        self.emit_samples(held);
+        self.emit_samples(pending);
     }
 
     fn emit(&mut self, event: GapEvent) {

@@ -93,13 +93,13 @@ impl fmt::Display for Refusal {
             }
             Self::TooFast { measured_hz, fastest_hz } => write!(
                 f,
-                "time stamps not used: lines arrive at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz"
+                "time stamps not used: lines arrive at {measured_hz:.0} Hz, but the sensor sends at most {fastest_hz} Hz"
             ),
             Self::OtherRate { known_hz, measured_hz } => {
                 write!(f, "time stamps not used: they give {measured_hz:.4} Hz, the known rate is {known_hz} Hz")
             }
             Self::NoTimePasses { samples } => {
-                write!(f, "time stamps not used: all {samples} lines have the same")
+                write!(f, "time stamps not used: all {samples} lines have the same stamp")
             }
         }
     }
@@ -130,9 +130,9 @@ pub struct TimebaseSummary {
 }
 
 impl TimebaseSummary {
-    /// Samples that are held until their arrival times show or confirm the rate; `None` for none.
+    /// Samples pending until their arrival times show or confirm the rate; `None` for none.
     #[must_use]
-    pub fn samples_held(&self) -> Option<u64> {
+    pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
     }
 }

@@ -25,8 +25,8 @@ pub(super) const CONFIRMATIONS: usize = 12;
 /// up, or its reads drift past the samples. No clock is off by 4000 ppm.
 const FALLING_PERIODS: f64 = 0.004;
 
-/// Most samples held in doubt, 5 min at 200 Hz: a longer stall is taken for a gap.
-const MAX_HELD: usize = 65_536;
+/// Most pending samples in doubt, 5 min at 200 Hz: a longer stall is taken for a gap.
+const MAX_PENDING: usize = 65_536;
 
 /// Factor per sample by which the greatest recent lag decays: it is remembered for some thousand.
 const LATE_DECAY: f64 = 0.999;
@@ -51,24 +51,24 @@ const LOWER: f64 = 0.9;
 pub(super) enum Judgement {
     /// They, or the gap before them, are certain.
     Event(GapEvent),
-    /// The rate has not increased: the events held hold.
+    /// The rate has not increased: the pending events hold.
     IncreaseCleared,
     /// The samples judged have this lower rate, in Hz.
     Decreased(f64),
-    /// The samples held have this higher rate, in Hz.
+    /// The pending samples have this higher rate, in Hz.
     Increased(f64),
-    /// The samples held come at this rate in Hz, which the sensor cannot have.
+    /// The pending samples come at this rate in Hz, which the sensor cannot have.
     TooFast(f64),
 }
 
 /// Lags that are a gap if they last.
 #[derive(Clone, Copy, Debug)]
 struct Doubt {
-    /// When the first held sample was due.
+    /// When the first pending sample was due.
     first_due_s: f64,
     least_lag_s: f64,
     most_lag_s: f64,
-    /// Where the least lag has not fallen since, among the held samples, and reads since.
+    /// Where the least lag has not fallen since, among the pending samples, and reads since.
     steady_since_s: f64,
     steady_since: usize,
     reads: usize,
@@ -80,8 +80,8 @@ pub(super) struct LagTracker {
     period_s: f64,
     /// When the next sample to be judged is due, at the earliest.
     due_s: f64,
-    /// Stamps of the samples held; the first `judged` of them are in doubt.
-    held: VecDeque<f64>,
+    /// Stamps of the pending samples; the first `judged` of them are in doubt.
+    pending: VecDeque<f64>,
     judged: usize,
     doubt: Option<Doubt>,
     /// The present block: its samples, first stamp, least lag, and whether it has a gap.
@@ -110,7 +110,7 @@ impl LagTracker {
             rates_hz,
             period_s,
             due_s,
-            held: VecDeque::new(),
+            pending: VecDeque::new(),
             judged: 0,
             doubt: None,
             block_samples: 0,
@@ -131,10 +131,10 @@ impl LagTracker {
     /// Not before the one before. Then [`judge`](Self::judge) until there is no judgement.
     pub(super) fn push(&mut self, at_s: f64) {
         self.reads.push(at_s);
-        self.held.push_back(at_s);
+        self.pending.push_back(at_s);
     }
 
-    /// The next judgement; `None` while the samples held are in doubt, or an increase is suspected.
+    /// The next judgement; `None` while pending samples are in doubt or an increase is suspected.
     pub(super) fn judge(&mut self) -> Option<Judgement> {
         loop {
             match (self.judge_lag()?, &mut self.increase) {
@@ -150,7 +150,7 @@ impl LagTracker {
 
     /// By their lag alone.
     fn judge_lag(&mut self) -> Option<Judgement> {
-        while let Some(&at_s) = self.held.get(self.judged) {
+        while let Some(&at_s) = self.pending.get(self.judged) {
             let lag_s = at_s - self.due_s;
             if lag_s < self.doubt_s() {
                 return Some(Judgement::Event(self.settle(at_s, lag_s)));
@@ -165,21 +165,21 @@ impl LagTracker {
     /// If no sample follows: a gap if samples arrive steadily, else what bunching cannot delay.
     pub(super) fn finish(&mut self) -> Option<GapEvent> {
         let doubt = self.doubt?;
-        let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
+        let last_lag_s = self.pending.back()? - (self.due_s - self.period_s);
         if self.is_steady() || last_lag_s >= self.doubt_s() + self.reads.window_s {
             return Some(self.gap(doubt));
         }
-        Some(GapEvent::Samples(self.take_held().len() as u64))
+        Some(GapEvent::Samples(self.take_pending().len() as u64))
     }
 
-    /// The clock changes: the samples held, with no gap before them, and when the next one is due.
+    /// The clock changes: the pending samples, without a gap before them, and when the next is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
-        let samples = self.take_held().len() as u64;
+        let samples = self.take_pending().len() as u64;
         self.index += samples;
         (samples, self.due_s)
     }
 
-    /// The events held for a suspected increase, which has not happened.
+    /// The pending events for a suspected increase, which has not happened.
     pub(super) fn clear_increase(&mut self) -> Vec<GapEvent> {
         self.increase.take().map_or_else(Vec::new, |increase| increase.events)
     }
@@ -188,12 +188,12 @@ impl LagTracker {
     pub(super) fn split(&mut self, to_hz: f64) -> (Vec<GapEvent>, Vec<f64>) {
         let (before, mut after_s) =
             self.increase.take().map_or_else(Default::default, |increase| increase.split(to_hz));
-        after_s.extend(self.take_held());
+        after_s.extend(self.take_pending());
         (before, after_s)
     }
 
-    pub(super) fn samples_held(&self) -> usize {
-        self.held.len() + self.increase.as_ref().map_or(0, |increase| increase.stamps_s.len())
+    pub(super) fn samples_pending(&self) -> usize {
+        self.pending.len() + self.increase.as_ref().map_or(0, |increase| increase.stamps_s.len())
     }
 
     /// Fitted period without the samples of a suspected increase.
@@ -201,10 +201,10 @@ impl LagTracker {
         self.increase.as_ref().map_or(self.envelope.fitted_period_s, |increase| increase.fitted_before_s)
     }
 
-    fn take_held(&mut self) -> VecDeque<f64> {
+    fn take_pending(&mut self) -> VecDeque<f64> {
         self.doubt = None;
         self.judged = 0;
-        std::mem::take(&mut self.held)
+        std::mem::take(&mut self.pending)
     }
 
     /// Whether a late sample shows a gap.
@@ -217,7 +217,7 @@ impl LagTracker {
         periods * self.period_s
     }
 
-    /// The sample at `judged` has no gap before it, and neither have those held before it.
+    /// The sample at `judged` has no gap before it, and neither have the pending ones before it.
     fn settle(&mut self, at_s: f64, lag_s: f64) -> GapEvent {
         let most_lag_s = self.doubt.take().map_or(lag_s, |doubt| doubt.most_lag_s);
         self.late_s = most_lag_s.max(LATE_DECAY * self.late_s);
@@ -235,17 +235,17 @@ impl LagTracker {
         if let Some(increase) = &mut self.increase {
             let all_late = increase.early_s > ALL_LATE_PERIODS * self.period_s;
             let window_s = self.reads.window_s;
-            self.held.drain(..samples).for_each(|at_s| increase.push(at_s, window_s));
+            self.pending.drain(..samples).for_each(|at_s| increase.push(at_s, window_s));
             if all_late {
                 self.envelope.restart();
             }
         } else if samples == 1 {
-            self.held.pop_front();
+            self.pending.pop_front();
         } else {
-            self.held.drain(..samples);
+            self.pending.drain(..samples);
         }
         self.index += samples as u64;
-        // Samples held in doubt were late: only the last of these may lie on the envelope.
+        // Samples pending in doubt were late: only the last of these may lie on the envelope.
         let is_new_fit = self.envelope.push(self.index, at_s);
         if is_new_fit && self.follows_fit {
             self.period_s = self.envelope.credible_period_s();
@@ -299,7 +299,7 @@ impl LagTracker {
             reads: 0,
         });
         self.due_s += self.period_s;
-        if place > 0 && self.reads.are_apart(self.held[place - 1], at_s) {
+        if place > 0 && self.reads.are_apart(self.pending[place - 1], at_s) {
             doubt.reads += 1;
         }
         let fall_s = FALLING_PERIODS * self.period_s * (place - doubt.steady_since) as f64;
@@ -312,7 +312,7 @@ impl LagTracker {
         doubt.most_lag_s = doubt.most_lag_s.max(lag_s);
         let doubt = *doubt;
         let is_steady = doubt.reads >= CONFIRMATIONS && at_s - doubt.steady_since_s >= self.reads.window_s;
-        if !is_steady && self.held.len() < MAX_HELD {
+        if !is_steady && self.pending.len() < MAX_PENDING {
             return None;
         }
         match self.lower_rate() {
@@ -344,12 +344,12 @@ impl LagTracker {
     /// The lower rate of the sensor that three in four intervals of the samples judged have.
     fn lower_rate(&self) -> Option<f64> {
         let last = self.judged.checked_sub(1)?;
-        let span_s = self.held[last] - self.held[0];
+        let span_s = self.pending[last] - self.pending[0];
         let lower_hz = snap(self.rates_hz, last as f64 / span_s, LISTED_TOLERANCE)?;
         if lower_hz * self.period_s > LOWER {
             return None;
         }
-        let judged = self.held.iter().take(self.judged);
+        let judged = self.pending.iter().take(self.judged);
         let intervals_s = judged.clone().skip(1).zip(judged).map(|(later, earlier)| later - earlier);
         let single = intervals_s.filter(|interval_s| (interval_s * lower_hz - 1.0).abs() < WHOLE_TOLERANCE);
         (4 * single.count() >= 3 * last).then_some(lower_hz)

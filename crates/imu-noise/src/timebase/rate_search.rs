@@ -1,4 +1,4 @@
-//! The first samples, held until their rate is known.
+//! The first samples, pending until their rate is known.
 
 use super::base_step::rate_by_base_step;
 use super::gap_event::{NominalRate, Refusal};
@@ -8,10 +8,10 @@ use super::rate_estimates::{
 };
 use super::read_pattern::BUNCHING_S;
 
-/// Most stretches held without a rate. Chosen: half of [`MAX_SAMPLES`] if they come singly.
+/// Most pending stretches without a rate. Chosen: half of [`MAX_SAMPLES`] if they come singly.
 pub(super) const MANY_STRETCHES: usize = 16;
 
-/// Most samples held: 5 s at 200 Hz, in which the backlog of a reader has drained.
+/// Most pending samples: 5 s at 200 Hz, in which the backlog of a reader has drained.
 const MAX_SAMPLES: usize = 1024;
 
 /// Then one kind of estimate is enough: bunching biases them by one period in 124 together.
@@ -60,7 +60,7 @@ pub(super) struct RateSearch {
     known_hz: Option<f64>,
     /// Samples before the clock went back; their stamps are of no use.
     unstamped: u64,
-    held_s: Vec<f64>,
+    pending_s: Vec<f64>,
     cutter: StretchCutter,
     stretches: Vec<RateStretch>,
 }
@@ -81,13 +81,13 @@ impl RateSearch {
     }
 
     pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
-        self.held_s.push(at_s);
+        self.pending_s.push(at_s);
         if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.is_periodic_at(known_hz)) {
             return Some(Ok((NominalRate::Known(known_hz), TrackedRate::Listed(known_hz))));
         }
         let stretch = self.cutter.push(at_s);
         self.stretches.extend(stretch);
-        let is_full = self.held_s.len() >= MAX_SAMPLES;
+        let is_full = self.pending_s.len() >= MAX_SAMPLES;
         let must_decide = is_full || self.stretches.len() >= MANY_STRETCHES;
         if is_full || stretch.is_some() { self.decide(must_decide, is_full) } else { None }
     }
@@ -100,18 +100,18 @@ impl RateSearch {
     /// The clock went back: the stamps so far cannot be compared with those that follow.
     pub(super) fn restart(&mut self) {
         self.unstamped = self.samples();
-        self.held_s.clear();
+        self.pending_s.clear();
         self.cutter = StretchCutter::default();
         self.stretches.clear();
     }
 
     /// The number of samples whose stamps are of no use, and the stamps of those that follow.
-    pub(super) fn take_held(&mut self) -> (u64, Vec<f64>) {
-        (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.held_s))
+    pub(super) fn take_pending(&mut self) -> (u64, Vec<f64>) {
+        (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.pending_s))
     }
 
     pub(super) fn samples(&self) -> u64 {
-        self.unstamped + self.held_s.len() as u64
+        self.unstamped + self.pending_s.len() as u64
     }
 
     /// If it `must_decide` the likeliest rate; a known rate is contradicted only when `is_final`.
@@ -127,7 +127,7 @@ impl RateSearch {
             }
         }
         let Some(tracked) = sure.or_else(|| if must_decide { self.fallback_rate() } else { None }) else {
-            let samples = self.held_s.len() as u64;
+            let samples = self.pending_s.len() as u64;
             return (must_decide && samples > 1).then_some(Err(Refusal::NoTimePasses { samples }));
         };
         let measured_hz = tracked.hz();
@@ -144,10 +144,10 @@ impl RateSearch {
     /// None dropped: at a low rate that is known long before a stretch ends.
     fn is_periodic_at(&self, hz: f64) -> bool {
         let intervals = PERIODIC_INTERVALS.max((PERIODIC_S * hz).ceil() as usize);
-        let Some(first) = self.held_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
+        let Some(first) = self.pending_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
             return false;
         };
-        let last_s = &self.held_s[first..];
+        let last_s = &self.pending_s[first..];
         let is_single = |pair: &[f64]| ((pair[1] - pair[0]) * hz - 1.0).abs() < PERIODIC_TOLERANCE;
         let mean_hz = intervals as f64 / (last_s[intervals] - last_s[0]);
         (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(is_single)
@@ -155,7 +155,7 @@ impl RateSearch {
 
     /// A listed rate if intervals and stretches agree, or one of them after several stretches.
     fn sure_rate(&self, must_decide: bool) -> Option<TrackedRate> {
-        let by_intervals_hz = rate_by_intervals(&self.held_s);
+        let by_intervals_hz = rate_by_intervals(&self.pending_s);
         let by_stretches_hz =
             rate_by_stretches(&self.stretches).filter(|hz| by_intervals_hz.is_some() || !self.is_biased_by_loss(*hz));
         let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
@@ -171,7 +171,7 @@ impl RateSearch {
             return listed_hz.map(TrackedRate::Listed);
         }
         // a list of rates says more than a step
-        let by_step_hz = if self.listed_hz.is_empty() { rate_by_base_step(&self.held_s) } else { None };
+        let by_step_hz = if self.listed_hz.is_empty() { rate_by_base_step(&self.pending_s) } else { None };
         let hz = by_step_hz.or(if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) });
         hz.map(|hz| TrackedRate::Measured(rounded(hz)))
     }
@@ -184,7 +184,7 @@ impl RateSearch {
         let is_sound = |hz: &f64| self.known_hz.is_some() || (is_listed(*hz) && !self.is_biased_by_loss(*hz));
         let hz = edge_hz
             .filter(is_sound)
-            .or_else(|| lowest_whole_rate(&self.held_s, &self.listed_hz))
+            .or_else(|| lowest_whole_rate(&self.pending_s, &self.listed_hz))
             .or_else(|| self.fastest_stretch_hz())
             .or_else(|| self.mean_hz())?;
         let near_hz = snap(&self.listed_hz, hz, COARSE_TOLERANCE);
@@ -194,7 +194,7 @@ impl RateSearch {
     /// Whether drops lowered the rate to this one: they bias stretches and edge, but leave whole
     /// periods.
     fn is_biased_by_loss(&self, hz: f64) -> bool {
-        lowest_whole_rate(&self.held_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
+        lowest_whole_rate(&self.pending_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
     }
 
     /// How samples are tracked at a known rate that is not confirmed, if nothing better contradicts
@@ -202,7 +202,7 @@ impl RateSearch {
     fn fallback_at(&self, known_hz: f64, sure: Option<TrackedRate>, must_decide: bool) -> Option<TrackedRate> {
         let several = self.stretches.len() >= SEVERAL_STRETCHES;
         let other_stretches = several && rate_by_stretches(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
-        if (must_decide || several) && !other_stretches && is_whole_periods(&self.held_s, known_hz) {
+        if (must_decide || several) && !other_stretches && is_whole_periods(&self.pending_s, known_hz) {
             return Some(TrackedRate::Listed(known_hz));
         }
         if !must_decide {
@@ -215,7 +215,7 @@ impl RateSearch {
             return None;
         }
         // A few drops bias the stretches, and reads at a steady pace the intervals, but not the edge.
-        let whole_hz = lowest_whole_rate(&self.held_s, &self.listed_hz);
+        let whole_hz = lowest_whole_rate(&self.pending_s, &self.listed_hz);
         let sound_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz);
         let fastest_hz = self.fastest_stretch_hz().filter(|_| sure.is_none());
         let near_hz = sound_hz.chain(fastest_hz).find(|&hz| is_near(hz, known_hz));
@@ -227,7 +227,7 @@ impl RateSearch {
     /// neighbouring runs. A backlog or drops bias it only in most runs.
     fn edge_hz(&self, near_hz: f64) -> Option<f64> {
         let lags_s: Vec<f64> =
-            self.held_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();
+            self.pending_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();
         let least_s: Vec<f64> =
             lags_s.chunks_exact(RUN).map(|run| run.iter().copied().fold(f64::INFINITY, f64::min)).collect();
         if least_s.len() < MIN_EDGE_RUNS {
@@ -246,18 +246,18 @@ impl RateSearch {
 
     fn mean_hz(&self) -> Option<f64> {
         let span_s = self.span_s()?;
-        (span_s > 0.0).then(|| (self.held_s.len() - 1) as f64 / span_s)
+        (span_s > 0.0).then(|| (self.pending_s.len() - 1) as f64 / span_s)
     }
 
-    /// Whether the samples held span the time that they take at this rate, but for bunching.
+    /// Whether the pending samples span the time that they take at this rate, but for bunching.
     fn spans_time_at(&self, known_hz: f64) -> bool {
-        let expected_s = self.held_s.len().saturating_sub(1) as f64 / known_hz;
+        let expected_s = self.pending_s.len().saturating_sub(1) as f64 / known_hz;
         let within_s = COARSE_TOLERANCE * expected_s + BUNCHING_S;
         self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
     }
 
     fn span_s(&self) -> Option<f64> {
-        Some(self.held_s.last()? - self.held_s.first()?)
+        Some(self.pending_s.last()? - self.pending_s.first()?)
     }
 }
 

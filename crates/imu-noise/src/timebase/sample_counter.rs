@@ -28,8 +28,8 @@ const MAX_STEPS: f64 = 4_294_967_296.0;
 pub(super) struct SampleCounter {
     first: Option<u64>,
     last: Option<u64>,
-    /// Increments before the samples held; empty once the step is known.
-    held: Vec<Increment>,
+    /// Increments before the pending samples; empty once the step is known.
+    pending: Vec<Increment>,
     /// 0 for a counter that is ignored.
     step: Option<f64>,
     pub(super) events: VecDeque<GapEvent>,
@@ -53,14 +53,14 @@ impl SampleCounter {
         if let Some(step) = self.step {
             self.judge(increment, step);
         } else {
-            self.held.push(increment);
-            if self.held.len() == RUN - 1 {
+            self.pending.push(increment);
+            if self.pending.len() == RUN - 1 {
                 self.learn_step();
             }
         }
     }
 
-    /// No sample with a counter follows: decides on those held.
+    /// No sample with a counter follows: decides on the pending ones.
     pub(super) fn finish(&mut self) {
         self.learn_step();
         self.has_ended = true;
@@ -72,15 +72,15 @@ impl SampleCounter {
     }
 
     fn learn_step(&mut self) {
-        if self.held.is_empty() {
+        if self.pending.is_empty() {
             return;
         }
-        let step = step(&self.held);
+        let step = step(&self.pending);
         self.step = Some(step);
         if step > 0.0 {
             self.events.push_back(GapEvent::CounterInUse);
         }
-        std::mem::take(&mut self.held).into_iter().for_each(|increment| self.judge(increment, step));
+        std::mem::take(&mut self.pending).into_iter().for_each(|increment| self.judge(increment, step));
     }
 
     fn judge(&mut self, increment: Increment, step: f64) {
@@ -124,7 +124,7 @@ pub struct CounterSummary {
 /// A counter does not continue that of the samples before.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "the counter rises by {next_step} a sample, before by {step}: cut longer pieces, and begin each with its place"
+    "the counter rises by {next_step} per sample, previously by {step}: cut longer pieces, and start each with its place"
 )]
 pub struct OtherCounter {
     /// Events per sample, before.

@@ -44,14 +44,14 @@ pub(crate) struct Accumulators {
     pub(super) printed: Printed,
     /// Rows that came few at a time and are not in the sums yet: adding one alone costs as much as
     /// many together. Every reading is of [`settled`](Self::settled) sums.
-    held: Vec<i32>,
-    held_rows: RowPlace,
+    buffered: Vec<i32>,
+    buffered_at: RowPlace,
     /// Not where the whole record is kept: it would be copied for each reading.
     holds_rows: bool,
 }
 
 /// Rows are added so many at a time.
-const HELD_ROWS: usize = 64;
+const BUFFERED_ROWS: usize = 64;
 
 /// Index of the first row, and how rows are kept for a screen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -71,7 +71,7 @@ impl Accumulators {
         self.temperature = TemperatureRecord::of_stream(&layout);
         self.quaternion = QuaternionSign::of(&layout);
         (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
-        self.held.clear();
+        self.buffered.clear();
         self.holds_rows = settings.averaging_times == AveragingTimes::Octave;
         self.layout = Some(layout);
     }
@@ -86,37 +86,38 @@ impl Accumulators {
         let place = RowPlace { first_index, rate_hz, keep_recent };
         let width = self.width();
         self.end = first_index + rows.len() as u64;
-        let is_next =
-            |held: &RowPlace, many: usize| RowPlace { first_index: held.first_index + many as u64, ..*held } == place;
-        if !(self.held.is_empty() || rows.is_full() && is_next(&self.held_rows, self.held.len() / width)) {
+        let is_next = |buffered: &RowPlace, many: usize| {
+            RowPlace { first_index: buffered.first_index + many as u64, ..*buffered } == place
+        };
+        if !(self.buffered.is_empty() || rows.is_full() && is_next(&self.buffered_at, self.buffered.len() / width)) {
             self.settle();
         }
-        if self.held.is_empty() {
-            if rows.len() >= HELD_ROWS || !self.holds_rows || !rows.is_full() {
+        if self.buffered.is_empty() {
+            if rows.len() >= BUFFERED_ROWS || !self.holds_rows || !rows.is_full() {
                 self.add(rows, place);
                 return;
             }
-            self.held_rows = place;
+            self.buffered_at = place;
         }
-        self.held.extend_from_slice(rows.counts);
-        if self.held.len() >= HELD_ROWS * width {
+        self.buffered.extend_from_slice(rows.counts);
+        if self.buffered.len() >= BUFFERED_ROWS * width {
             self.settle();
         }
     }
 
-    /// Adds the rows that are held.
+    /// Adds the buffered rows.
     fn settle(&mut self) {
-        let mut held = mem::take(&mut self.held);
-        if !held.is_empty() {
-            self.add(Rows::new(&held, self.width(), &[]), self.held_rows);
-            held.clear();
+        let mut buffered = mem::take(&mut self.buffered);
+        if !buffered.is_empty() {
+            self.add(Rows::new(&buffered, self.width(), &[]), self.buffered_at);
+            buffered.clear();
         }
-        self.held = held;
+        self.buffered = buffered;
     }
 
-    /// The sums with the rows that are held.
+    /// The sums with the buffered rows.
     pub(crate) fn settled(&self) -> Cow<'_, Self> {
-        if self.held.is_empty() {
+        if self.buffered.is_empty() {
             return Cow::Borrowed(self);
         }
         let mut settled = self.clone();

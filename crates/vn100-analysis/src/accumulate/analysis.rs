@@ -166,7 +166,7 @@ impl Analysis {
         let few = pending
             .detector
             .summary()
-            .and_then(|summary| summary.samples_held())
+            .and_then(|summary| summary.samples_pending())
             .filter(|_| self.record.rate.is_open());
         let before = self.record.rate.rate;
         pending.detector.finish();

@@ -155,7 +155,7 @@ mod tests {
     }
 
     fn held(pending: &PendingRows) -> Option<u64> {
-        pending.detector.summary()?.samples_held()
+        pending.detector.summary()?.samples_pending()
     }
 
     /// What comes out: rows as numbers, marks as -1, gaps as -10 less their samples; other events

@@ -61,8 +61,8 @@ pub enum NotAppended {
     PolledTemperature,
     /// One does not begin where the other ends, or behind it.
     #[error(
-        "the piece was begun behind {} samples in {} places, the one before ends behind {} in {}: append neighbours \
-         in the order of time, each begun with what lies before it",
+        "the piece starts after {} samples in {} places, the one before ends after {} in {}: append neighbours \
+         in order of time, each started with what precedes it",
         next.samples, next.places, end.samples, end.places
     )]
     OtherPlace {

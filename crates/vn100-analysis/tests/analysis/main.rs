@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod absent;
-mod held;
 mod link;
+mod pending;
 mod temperature;
 
 use std::{sync::Arc, time::Duration};

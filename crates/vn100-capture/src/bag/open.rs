@@ -71,7 +71,7 @@ pub(crate) enum Stream {
 }
 
 /// Looks for a bag in a stream, which is then unpacked to a temporary file that no name leads to.
-pub(crate) fn look_for_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
+pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
     let head = head_of(&mut stream)?;
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
     let whole = Cursor::new(head).chain(stream);

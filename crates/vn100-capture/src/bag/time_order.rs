@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-/// Messages that are held at most: more than threads of a driver put out of order. As many behind
-/// them show whether a clock was set back.
+/// Most pending messages: more than threads of a driver put out of order. As many behind them show
+/// whether a clock was set back.
 const WINDOW: usize = 32;
 
 /// As many messages on each side show that a clock was set back.
@@ -21,7 +21,7 @@ pub(super) struct TimeOrder<T> {
     /// As they came.
     ahead: VecDeque<Coming<T>>,
     /// In order.
-    held: VecDeque<Held<T>>,
+    pending: VecDeque<Pending<T>>,
     /// Storage of those that were taken.
     spare: Vec<T>,
     last: Option<(u64, i64)>,
@@ -45,7 +45,7 @@ struct Coming<T> {
 }
 
 #[derive(Debug)]
-struct Held<T> {
+struct Pending<T> {
     /// Its stretch, and its time.
     place: (u64, i64),
     delay_ns: i64,
@@ -56,7 +56,7 @@ impl<T: Default> TimeOrder<T> {
     pub(super) fn new() -> Self {
         Self {
             ahead: VecDeque::new(),
-            held: VecDeque::new(),
+            pending: VecDeque::new(),
             spare: Vec::new(),
             last: None,
             delays_ns: VecDeque::new(),
@@ -75,16 +75,16 @@ impl<T: Default> TimeOrder<T> {
         self.ahead.push_back(Coming { at_ns, delay_ns: record_ns.saturating_sub(at_ns), message });
     }
 
-    /// The first of those held, once there are enough behind it; any at the `end`.
+    /// The first of those pending, once there are enough behind it; any at the `end`.
     pub(super) fn pop(&mut self, end: bool) -> Option<(i64, &T)> {
         let kept = if end { 0 } else { WINDOW };
-        while self.held.len() <= WINDOW && self.ahead.len() > kept {
+        while self.pending.len() <= WINDOW && self.ahead.len() > kept {
             self.hold_next();
         }
-        if self.held.len() <= kept {
+        if self.pending.len() <= kept {
             return None;
         }
-        let first = self.held.pop_front()?;
+        let first = self.pending.pop_front()?;
         self.last = Some(first.place);
         if self.delays_ns.len() == WINDOW {
             self.delays_ns.pop_front();
@@ -94,10 +94,10 @@ impl<T: Default> TimeOrder<T> {
         self.spare.last().map(|message| (first.place.1, message))
     }
 
-    /// The time of the last one that came, of those held.
+    /// The time of the last one that came, of those pending.
     pub(super) fn latest_ns(&self) -> Option<i64> {
-        let held = || self.held.back().map(|last| last.place.1);
-        self.ahead.back().map(|last| last.at_ns).or_else(held)
+        let pending = || self.pending.back().map(|last| last.place.1);
+        self.ahead.back().map(|last| last.at_ns).or_else(pending)
     }
 
     fn hold_next(&mut self) {
@@ -109,18 +109,19 @@ impl<T: Default> TimeOrder<T> {
             self.delays_ns.clear();
         }
         let place = (self.stretch, next.at_ns);
-        let index = self.held.iter().rposition(|before| before.place <= place).map_or(0, |before| before + 1);
-        self.moved += u64::from(index < self.held.len());
-        self.held.insert(index, Held { place, delay_ns: next.delay_ns, message: next.message });
+        let index = self.pending.iter().rposition(|before| before.place <= place).map_or(0, |before| before + 1);
+        self.moved += u64::from(index < self.pending.len());
+        self.pending.insert(index, Pending { place, delay_ns: next.delay_ns, message: next.message });
     }
 
     /// Whether the clock of the messages was set back before this one: it and all that follow are
     /// delayed by most of the way back, and more than any before.
     fn is_set_back(&self, next: &Coming<T>) -> bool {
-        let latest_ns = self.held.back().filter(|last| last.place > (self.stretch, next.at_ns));
-        let Some(Held { place: (_, latest_ns), .. }) = latest_ns else { return false };
-        let held = self.held.iter().filter(|held| held.place.0 == self.stretch).map(|held| held.delay_ns);
-        let before = || self.delays_ns.iter().copied().chain(held.clone());
+        let latest_ns = self.pending.back().filter(|last| last.place > (self.stretch, next.at_ns));
+        let Some(Pending { place: (_, latest_ns), .. }) = latest_ns else { return false };
+        let pending =
+            self.pending.iter().filter(|pending| pending.place.0 == self.stretch).map(|pending| pending.delay_ns);
+        let before = || self.delays_ns.iter().copied().chain(pending.clone());
         let after = || self.ahead.iter().map(|message| message.delay_ns).chain([next.delay_ns]);
         if before().count() < EVIDENCE || after().count() < EVIDENCE {
             return false;

@@ -81,7 +81,7 @@ fn rank(name: &str) -> usize {
 struct Presence {
     rows: usize,
     /// The row, and the last one with the same channel: which channels hold a value.
-    held: Vec<bool>,
+    present: Vec<bool>,
     last: Vec<Vec<bool>>,
     /// Rows with both of two channels.
     both: Vec<Vec<u64>>,
@@ -93,19 +93,19 @@ impl Presence {
     fn new(channels: usize) -> Self {
         let counts = vec![vec![0; channels]; channels];
         let last = vec![vec![false; channels]; channels];
-        Self { rows: 0, held: Vec::new(), last, both: counts.clone(), runs: counts }
+        Self { rows: 0, present: Vec::new(), last, both: counts.clone(), runs: counts }
     }
 
-    fn add(&mut self, held: impl Iterator<Item = bool>) {
+    fn add(&mut self, present: impl Iterator<Item = bool>) {
         self.rows += 1;
-        self.held.clear();
-        self.held.extend(held);
-        for (first, _) in self.held.iter().enumerate().filter(|(_, is_held)| **is_held) {
-            for (second, is_held) in self.held.iter().enumerate() {
-                self.both[first][second] += u64::from(*is_held);
-                self.runs[first][second] += u64::from(*is_held && self.last[first][second]);
+        self.present.clear();
+        self.present.extend(present);
+        for (first, _) in self.present.iter().enumerate().filter(|(_, is_present)| **is_present) {
+            for (second, is_present) in self.present.iter().enumerate() {
+                self.both[first][second] += u64::from(*is_present);
+                self.runs[first][second] += u64::from(*is_present && self.last[first][second]);
             }
-            self.last[first].copy_from_slice(&self.held);
+            self.last[first].copy_from_slice(&self.present);
         }
     }
 

@@ -152,7 +152,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
 fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
     let name = &source.name;
     if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
-        (&source.phase, &source.link, source.snapshot.lines_held())
+        (&source.phase, &source.link, source.snapshot.rows_pending())
     {
         return pending(name, lines);
     }

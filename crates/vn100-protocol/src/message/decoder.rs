@@ -167,7 +167,7 @@ impl Framer {
         let item = frame.map(|frame| match frame {
             Frame::Sentence(sentence) => self.message(sentence),
             Frame::Packet(packet) => Item::Packet(packet),
-            Frame::Rejected(bad) => Item::Rejected(bad),
+            Frame::Rejected(rejected) => Item::Rejected(rejected),
         });
         (consumed, item)
     }

@@ -81,19 +81,20 @@ fn losses(findings: &Findings) -> Option<String> {
 
 fn fits(findings: &Findings) -> Option<String> {
     let judged = |axis: &&AxisFindings| axis.white.is_some();
-    let (good, bad): (Vec<&AxisFindings>, Vec<&AxisFindings>) =
+    let (fitted, unfitted): (Vec<&AxisFindings>, Vec<&AxisFindings>) =
         findings.axes().filter(judged).partition(|axis| axis.quality.is_some());
     let names = |axes: &[&AxisFindings]| listed(&axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>());
-    let least = good.iter().filter_map(|axis| Some(axis.quality?.p)).reduce(f64::min);
+    let least = fitted.iter().filter_map(|axis| Some(axis.quality?.p)).reduce(f64::min);
     // white noise may be bounded without a model
     let is_rejected = |white: Parameter| matches!(white.status, Status::ModelRejected | Status::Bounded);
-    let rejected: Vec<&AxisFindings> = bad.into_iter().filter(|axis| axis.white.is_some_and(is_rejected)).collect();
-    let good = least.map(|least| {
-        format!("The noise model fits the curves of {} over the fitted range of averaging times (smallest p {}; rejected below 0.01).", names(&good), digits(least, 2))
+    let rejected: Vec<&AxisFindings> =
+        unfitted.into_iter().filter(|axis| axis.white.is_some_and(is_rejected)).collect();
+    let fitted = least.map(|least| {
+        format!("The noise model fits the curves of {} over the fitted range of averaging times (smallest p {}; rejected below 0.01).", names(&fitted), digits(least, 2))
     });
     let rejected = (!rejected.is_empty())
         .then(|| format!("Model rejected for {}: only an upper bound for N is given there.", names(&rejected)));
-    let parts: Vec<String> = good.into_iter().chain(rejected).collect();
+    let parts: Vec<String> = fitted.into_iter().chain(rejected).collect();
     (!parts.is_empty()).then(|| parts.join(" "))
 }
 
