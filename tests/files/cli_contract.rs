@@ -348,7 +348,7 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said() {
+fn a_full_disk_is_reported() {
     let full = || Stdio::from(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
     for arguments in [&["replay", "clean-minute.vnymr"][..], &["sim", "-o", "-", "--duration", "1s"]] {
         let output = vn100().args(arguments).current_dir(replay_log("")).stdout(full()).output().unwrap();

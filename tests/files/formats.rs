@@ -90,7 +90,7 @@ fn lines_lost_whole_are_found_by_the_times_of_their_reads() {
 }
 
 #[test]
-fn a_sidecar_that_ends_early_leaves_the_rest_out_and_says_so() {
+fn a_sidecar_that_ends_early_is_reported_and_the_rest_excluded() {
     let folder = tempfile::tempdir().unwrap();
     let capture = stamped(folder.path(), 40.0, |_| false);
     let sidecar = folder.path().join("stamped.bin.timing");

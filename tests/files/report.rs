@@ -106,7 +106,11 @@ fn the_picture_of_a_report_is_its_first_screen() {
     if std::env::var_os("VN100_WRITE_STILLS").is_some() {
         fs::write(&file, &picture).unwrap();
     }
-    assert!(fs::read_to_string(&file).unwrap_or_default() == picture, "{} is not the page: VN100_WRITE_STILLS=1 makes it anew", file.display());
+    assert!(
+        fs::read_to_string(&file).unwrap_or_default() == picture,
+        "{} is not the page: VN100_WRITE_STILLS=1 makes it anew",
+        file.display()
+    );
 }
 
 /// The rows of a CSV export of the report, as cells.

@@ -62,7 +62,7 @@ fn a_reader_that_has_seen_enough_ends_the_lines() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_place_that_cannot_be_written_is_told_before_anything_is_measured() {
+fn a_place_that_cannot_be_written_is_reported_before_anything_is_measured() {
     // no user may make files there
     for place in ["/proc/x.mcap", "/sys/x.mcap", "/nowhere/x.mcap"] {
         let (exit, error) = told(&vn100().args(["attach", "sim", "--record", place]).output().unwrap());
@@ -112,7 +112,7 @@ fn stream(path: &Path) -> Vec<u8> {
 const UNWRITTEN: usize = 72 * 1024;
 
 #[test]
-fn a_recording_killed_at_any_moment_holds_the_beginning_of_its_stream_and_can_go_on() {
+fn a_recording_killed_at_any_moment_holds_the_beginning_of_its_stream_and_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let log = fs::read(replay_log(CLEAN)).unwrap();
     let mut random = 1_u64;

@@ -55,7 +55,7 @@ fn a_serial_server_is_measured_for_the_time_asked() {
 }
 
 #[test]
-fn a_server_that_hangs_up_is_reached_again_and_the_measurement_goes_on() {
+fn a_server_that_disconnects_is_reconnected_and_the_measurement_continues() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());
     let log = fs::read(replay_log(CLEAN)).unwrap();

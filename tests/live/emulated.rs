@@ -26,7 +26,7 @@ fn assert_same_but_source(mut a: Value, mut b: Value) {
 }
 
 #[test]
-fn the_speed_is_found_and_a_replay_equals_the_measurement() {
+fn the_baud_rate_is_found_and_a_replay_equals_the_measurement() {
     for baud in ["57600", "460800", "921600"] {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("live.mcap");
@@ -127,7 +127,7 @@ fn a_port_is_for_one() {
 }
 
 #[test]
-fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
+fn an_unplugged_sensor_is_reconnected_and_the_measurement_continues() {
     let sensor = Sensor::start(&["--faults", "unplug@4s+1s"]);
     let recording = sensor.file("unplugged.mcap");
     let output = run(sensor.command("attach", &["--duration", "6s", "--json", "--record"]).arg(&recording));
@@ -144,7 +144,7 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
 }
 
 #[test]
-fn a_sensor_that_comes_back_under_another_name_is_followed() {
+fn a_sensor_that_returns_under_another_name_is_followed() {
     let output = run(vn100().args(["attach", "sim", "--duration", "6s", "--json", "--faults", "unplug@4s+1s:other"]));
     let measured = document(&output);
     assert_eq!(output.status.code(), Some(0));
@@ -157,7 +157,7 @@ fn a_sensor_that_comes_back_under_another_name_is_followed() {
 }
 
 #[test]
-fn what_was_changed_is_put_back_under_the_other_name() {
+fn what_was_changed_is_restored_under_the_other_name() {
     let options = ["--set-rate", "20", "--duration", "8s", "--json", "--faults", "unplug@8s+1s:other"];
     let output = run(vn100().args(["attach", "sim"]).args(options));
     let measured = document(&output);
@@ -312,7 +312,7 @@ fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
 }
 
 #[test]
-fn a_sensor_that_comes_back_at_another_rate_ends_the_measurement() {
+fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
     let sensor = Sensor::start(&["--faults", "reboot@8s"]);
     assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
     let recording = sensor.file("rate.mcap");

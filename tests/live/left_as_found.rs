@@ -76,7 +76,7 @@ fn assert_paused(sensor: &Sensor) {
 }
 
 #[test]
-fn an_output_that_was_found_paused_is_told_and_left_so() {
+fn an_output_that_was_found_paused_is_reported_and_paused_again() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("resumed.mcap");
     pause(&sensor);

@@ -180,7 +180,7 @@ async fn told(bench: Bench, seconds: u64) -> Told {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_the_search_for_the_speed_provokes_is_not_told_as_somebody_elses() {
+async fn what_the_baud_scan_provokes_is_not_reported_as_errors_of_another_program() {
     let mut provoked = 0;
     // a wrong checksum; a command that there is not
     for junk in [&b"$\xf8\r\n"[..], b"$VNJNK*XX\r\n"] {

@@ -134,7 +134,7 @@ fn suspended_and_back() {
 }
 
 #[test]
-fn without_its_terminal_only_a_recording_goes_on() {
+fn without_its_terminal_only_a_recording_continues() {
     let mut session = Session::start("attach sim");
     session.wait_for("Allan deviation");
     let pid = session.vn100();
@@ -194,7 +194,7 @@ fn a_recording_says_what_was_left_out_by_hand() {
 }
 
 #[test]
-fn a_terminal_that_nobody_reads_holds_nothing_up() {
+fn a_terminal_that_is_not_read_delays_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("kept.mcap");
     let bytes = || fs::read(&recording).unwrap();

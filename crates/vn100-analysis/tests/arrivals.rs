@@ -98,7 +98,7 @@ fn a_bad_line_is_not_counted_beside_its_arrival() {
 }
 
 #[test]
-fn refused_stamps_leave_the_bad_lines_as_evidence() {
+fn refused_stamps_leave_the_rejected_lines_as_evidence() {
     // a file read at full speed
     let mut lines: Vec<_> = (0..500).map(|index| At(index * 40_000)).collect();
     lines.insert(250, Bad);
@@ -290,7 +290,7 @@ fn assert_says(snapshot: &Snapshot, rate_hz: f64) {
 }
 
 #[test]
-fn of_a_sensor_that_came_back_at_another_rate_the_stamps_before_speak() {
+fn of_a_sensor_that_returned_at_another_rate_the_stamps_before_count() {
     for (from_hz, to_hz, arrival_hz, count) in [(20., 10., 10., 133), (40., 200., 200., 60), (20., 10., 20., 133)] {
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&rate_of_the_sensor(&from_hz.to_string()));
@@ -309,7 +309,7 @@ fn of_a_sensor_that_came_back_at_another_rate_the_stamps_before_speak() {
 }
 
 #[test]
-fn what_is_flushed_at_the_speed_of_the_line_ends_no_record() {
+fn what_is_flushed_at_the_full_baud_rate_ends_no_record() {
     let mut analysis = Analysis::new(Settings::default());
     analysis.absorb(&rate_of_the_sensor("40"));
     let mut lines = steady(40.0, 0, 600);
@@ -361,7 +361,7 @@ fn columns_of_any_sensor_have_the_rate_they_have() {
 }
 
 #[test]
-fn a_clock_set_back_is_told_and_costs_nothing() {
+fn a_clock_set_back_is_reported_and_costs_nothing() {
     let mut lines = steady(40.0, 0, 1000);
     lines.extend(steady(40.0, 24_000_000_000, 1000));
     let snapshot = analysed(&lines, 64, Settings::default());
@@ -371,7 +371,7 @@ fn a_clock_set_back_is_told_and_costs_nothing() {
 }
 
 #[test]
-fn time_that_leaps_ahead_is_a_gap_of_its_length() {
+fn time_that_jumps_ahead_is_a_gap_of_its_length() {
     // in suspend nobody reads; to stamps of a wall clock that is set forward it looks the same
     for rate_hz in [40.0, 200.0] {
         let second = rate_hz as usize;

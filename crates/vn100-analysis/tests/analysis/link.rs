@@ -136,7 +136,7 @@ fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
 }
 
 #[test]
-fn the_time_without_a_link_is_told_where_the_events_tell_it() {
+fn the_time_without_a_link_is_reported_where_the_events_contain_it() {
     let down = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let up = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Up { port: "COM3".into(), baud: None } };
     let told = |events: &[LinkEvent]| {

@@ -271,7 +271,7 @@ fn an_unindexed_bag_is_read_to_its_end() {
 }
 
 #[test]
-fn lengths_that_lie_end_with_an_error() {
+fn wrong_lengths_end_with_an_error() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["imu_none.bag", "imu_lz4.bag", "db3/db3.db3", "mcap/mcap.mcap"] {
         let bytes = fs::read(path(name)).unwrap();

@@ -141,7 +141,7 @@ async fn a_whole_recording_goes_on_behind_a_break() {
 }
 
 #[tokio::test]
-async fn a_recording_that_goes_on_names_the_sensor_it_is_of() {
+async fn a_resumed_recording_names_its_sensor() {
     let (_folder, path) = place();
     let said = |bytes: &'static str| StreamInput::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
     // whole in two reads
@@ -155,7 +155,7 @@ async fn a_recording_that_goes_on_names_the_sensor_it_is_of() {
 }
 
 #[tokio::test]
-async fn a_cut_recording_goes_on_wherever_it_was_cut() {
+async fn a_cut_recording_resumes_wherever_it_was_cut() {
     let (_folder, path) = place();
     let before = [read(5), read(6), read(7)];
     record(Recorder::create(&path, &conditions("me")).unwrap(), &before, "stopped").await;
@@ -222,7 +222,7 @@ async fn what_is_no_recording_is_left_alone() {
 
 #[cfg(unix)]
 #[tokio::test]
-async fn a_recording_that_is_removed_meanwhile_says_so() {
+async fn a_recording_that_is_removed_meanwhile_is_reported() {
     let metadata = conditions("me");
     for resumed in [false, true] {
         let (_folder, path) = place();

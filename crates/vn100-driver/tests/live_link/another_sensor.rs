@@ -106,7 +106,7 @@ async fn the_same_sensor_is_measured_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_line_of_another_sensor_behind_an_adapter_that_stays_gets_in() {
+async fn no_line_of_another_sensor_behind_an_adapter_that_stays_is_measured() {
     for (answers_after, keep) in [(ms(20), Vec::new()), (ms(400), Vec::new()), (ms(20), slowed())] {
         let (sensor, mut link) = known(keep).await;
         silent(&sensor, &mut link).await;
@@ -139,7 +139,7 @@ async fn another_sensor_without_output_ends_the_link_by_what_it_answers() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_line_of_the_same_sensor_after_a_silence_gets_in() {
+async fn every_line_of_the_same_sensor_after_a_silence_is_measured() {
     for (answers_after, mute_of) in [(ms(20), None), (ms(400), None), (ms(20), Some(3))] {
         for keep in [Vec::new(), slowed()] {
             let (sensor, mut link) = known(keep).await;
@@ -161,7 +161,7 @@ async fn every_line_of_the_same_sensor_after_a_silence_gets_in() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_lost_its_settings_in_a_silence_is_set_again() {
+async fn a_sensor_that_lost_its_settings_in_a_silence_is_reconfigured() {
     let (sensor, mut link) = known(slowed()).await;
     silent(&sensor, &mut link).await;
     let rows = link.told.rows;

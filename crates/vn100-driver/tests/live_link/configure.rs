@@ -293,7 +293,7 @@ async fn configured_and_closed(
 }
 
 #[tokio::test(start_paused = true)]
-async fn told_to_stop_at_any_request_the_output_goes_on_though_the_link_is_closed_right_behind() {
+async fn stopped_at_any_request_the_output_resumes_although_the_link_closes_at_once() {
     // before the answer, and behind it where the last of a paused output may still come
     for after in [0, 50, 120].map(Duration::from_millis) {
         let mut lines = 0;
@@ -317,7 +317,7 @@ async fn told_to_stop_at_any_request_the_output_goes_on_though_the_link_is_close
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_output_goes_on_behind_a_refused_first_command_though_the_link_is_closed_right_behind() {
+async fn the_output_resumes_after_a_refused_first_command_although_the_link_closes_at_once() {
     let sensor = sensor();
     sensor.world().read_only = Some(7);
     let rate = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
@@ -331,7 +331,7 @@ async fn the_output_goes_on_behind_a_refused_first_command_though_the_link_is_cl
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_output_goes_on_where_it_cannot_be_put_back() {
+async fn the_output_resumes_where_it_cannot_be_restored() {
     let sensor = sensor();
     let mut link = up(&sensor).await;
     let handle = link.handle.clone();
@@ -350,7 +350,7 @@ async fn the_output_goes_on_where_it_cannot_be_put_back() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_went_with_the_power_is_not_told_as_staying_changed() {
+async fn what_was_lost_with_the_power_is_not_reported_as_changed() {
     let fields = |text| RegisterFields::new(text).unwrap();
     let change = Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields("200") };
     for (reads, stays) in [("40", false), ("100", false), ("200", true)] {
@@ -367,7 +367,7 @@ async fn what_went_with_the_power_is_not_told_as_staying_changed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_output_that_may_be_left_paused_is_told() {
+async fn an_output_that_may_be_left_paused_is_reported() {
     let sensor = sensor();
     let stop = CancellationToken::new();
     let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };

@@ -17,7 +17,7 @@ const fn ms(ms: u64) -> Duration {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_is_found_at_each_speed_and_no_byte_is_lost() {
+async fn a_sensor_is_found_at_each_baud_rate_and_no_byte_is_lost() {
     for baud in BAUD_RATES {
         let sensor = Sensor::new(baud, 5);
         let mut link = sensor.link(LinkOptions::default());
@@ -53,7 +53,7 @@ async fn listen_only_writes_nothing_and_waits_for_slow_lines() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_whose_output_is_paused_is_asked_and_made_to_go_on() {
+async fn a_sensor_whose_output_is_paused_is_identified_and_resumed() {
     for (rate_hz, baud) in RATES {
         let sensor = Sensor::new(baud, rate_hz);
         sensor.world().streams = false;
@@ -209,7 +209,7 @@ async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_meas
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_needs_the_speed_it_lost_with_its_power_is_set_to_it_again() {
+async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigured() {
     // what 115 200 baud do not carry, and what they do
     for (rate_hz, baud, periods) in [("200", 460_800, 200), ("50", 115_200, 50)] {
         let sensor = Sensor::new(460_800, periods);
@@ -299,7 +299,7 @@ async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_changes_its_speed_unasked_is_found_at_the_new_one() {
+async fn a_sensor_that_changes_its_baud_rate_by_itself_is_found_at_the_new_one() {
     for (rate_hz, baud) in RATES {
         let sensor = Sensor::new(baud, rate_hz);
         let mut link = sensor.link(LinkOptions::default());

@@ -120,7 +120,7 @@ async fn a_line_that_only_echoes_has_no_sensor_on_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_behind_a_line_that_echoes_is_found_and_asked() {
+async fn a_sensor_behind_an_echoing_line_is_found_and_identified() {
     for baud in BAUD_RATES {
         let sensor = echoing(baud);
         sensor.world().streams = false;

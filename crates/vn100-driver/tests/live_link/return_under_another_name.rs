@@ -143,7 +143,7 @@ async fn a_name_that_follows_the_adapter_leads_to_its_new_port() {
 }
 
 #[tokio::test]
-async fn a_port_that_is_there_and_cannot_be_opened_is_told_before_a_name_that_leads_nowhere() {
+async fn a_port_that_exists_and_cannot_be_opened_is_reported_before_a_name_that_leads_nowhere() {
     let folder = tempfile::tempdir().unwrap();
     let name = named(&folder, "ttyUSB0");
     let (machine, mut state, sensor, _) = attached(&name).await;

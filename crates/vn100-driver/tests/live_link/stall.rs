@@ -74,7 +74,7 @@ async fn a_stall_costs_a_link_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_held_back_for_long_is_found_again_at_its_speed() {
+async fn a_sensor_delayed_for_long_is_found_at_its_baud_rate() {
     for (rate_hz, baud) in [(40, 115_200), (200, 921_600)] {
         for listen_only in [false, true] {
             // a look at one of the other speeds takes 0.2 to 0.5 s, or 1.2 s without asking

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn damage_costs_its_own_lines_and_lets_in_what_theory_says() {
+    fn damage_costs_its_own_lines_and_is_accepted_as_often_as_predicted() {
         for flips in FLIPS {
             let found = damage(40_000, flips);
             assert_eq!(found.lost, 0, "{flips} flips");
