@@ -116,7 +116,7 @@ fn a_record_that_cannot_show_one_says_why() {
         NoCoefficient::OneDirection { correlation: 0.97 },
     ]
     .map(|why| why.to_string());
-    assert!(text[0].starts_with("25 blocks") && text[0].ends_with("32 needed"));
+    assert!(text[0].starts_with("25 consecutive blocks") && text[0].ends_with("32 needed"));
     assert_eq!(text[1], "the temperature changed by 0.4 °C, 1 °C needed");
     assert_eq!(text[2], "the temperature only rose (correlation with time +0.97), both directions are needed");
     assert!(TemperatureSearch::new(&TemperatureBlocks::new(1), INTERVAL_S, 0.1).is_err());
