@@ -184,10 +184,12 @@ pub(super) fn with_code(text: &str) -> Markup {
     }
 }
 
-/// The text without line breaks within units such as °/√h.
+/// The text without line breaks within units such as °/√h, nor before them.
 pub(super) fn with_whole_units(text: &str) -> Markup {
+    let text = text.replace(" °", "\u{a0}°");
     html! {
-        @for word in text.split_inclusive(' ') {
+        @for (place, word) in text.split(' ').enumerate() {
+            @if place > 0 { " " }
             @if word.contains("/√") { span.whole { (word) } } @else { (word) }
         }
     }

@@ -56,7 +56,7 @@ pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
 
 fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: &Markup) -> Markup {
     let level = format!("fitted ({} % interval)", trimmed(100.0 * confidence, 2));
-    let columns = ["axis", "parameter", "rule", "unit", "graphical", "line touches at τ (s)", &level];
+    let columns = ["axis", "parameter", "unit", "graphical", &level, "rule", "line touches at τ (s)"];
     html! {
         div.scroll {
             table.lab {
@@ -70,16 +70,18 @@ fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: 
                                 tr {
                                     @if place == 0 { th scope="rowgroup" rowspan=(GRAPHICAL.len()) { (channel.name) } }
                                     th scope="row" { a href={ "#background-" (names.symbol) } { (names.name) " " (letter(term)) } }
-                                    td.words { (rule) }
                                     td.unit { (pretty_unit(unit)) }
                                     @match noise.classical.of(term) {
-                                        Ok(line) => {
-                                            td { (four_digits(line.value * factor)) }
-                                            td { (digits(line.tau_s, 3)) @if rests_on_unknown(channel, line) { " †" } }
-                                        }
-                                        Err(why) => { td.words colspan="2" { (not_read(term, why)) } }
+                                        Ok(line) => td { (four_digits(line.value * factor)) },
+                                        Err(why) => td.words { (not_read(term, why)) },
                                     }
                                     td { (fitted(noise.parameter(term), factor)) }
+                                    td.words { (rule) }
+                                    td {
+                                        @if let Ok(line) = noise.classical.of(term) {
+                                            (digits(line.tau_s, 3)) @if rests_on_unknown(channel, line) { " †" }
+                                        } @else { (NOTHING) }
+                                    }
                                 }
                             }
                         }
@@ -90,9 +92,9 @@ fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: 
     }
 }
 
-/// Whether the line touches the curve at or beside an octave without an interval.
+/// Whether the line rests on an octave without an interval: one of its pair, or beside the minimum.
 fn rests_on_unknown(channel: &ChannelValues, line: SlopeLine) -> bool {
-    let is_near = |tau_s: f64| (0.7..1.5).contains(&(tau_s / line.tau_s));
+    let is_near = |tau_s: f64| (0.45..2.2).contains(&(tau_s / line.tau_s));
     channel.octaves.iter().any(|point| is_near(point.tau_s) && !point.is_known())
 }
 
@@ -152,7 +154,7 @@ pub(super) fn background(words: RemedyWords) -> Markup {
         dl.background {
             @for (code, entry) in &entries {
                 div id={ "background-" (code.replace(' ', "-")) } {
-                    dt { b { (entry.code) } ", " (entry.title) }
+                    dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(entry.code) { ", " (entry.title) } }
                     dd {
                         (with_code(&entry.meaning)) " " (with_code(entry.why)) " " (with_code(&entry.advice.in_words(words)))
                         @if !entry.source.is_empty() { " (" (entry.source) ")" }
