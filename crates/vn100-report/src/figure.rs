@@ -56,7 +56,9 @@ impl Figures {
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
-            let axes = record.of(quantity);
+            let axes: Vec<ChannelValues> =
+                record.of(quantity).into_iter().map(|channel| shown_with(channel, record)).collect();
+            let axes: Vec<&ChannelValues> = axes.iter().collect();
             let sheet = axes.first().map_or(&[][..], |channel| record.verdicts(channel));
             all.allan_sensors.extend(allan_of_axes(id, name, &axes, sheet, deviation));
             all.allan_axes.extend(allan_of_each(&axes, deviation));
@@ -116,6 +118,13 @@ impl Figures {
         let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = self;
         [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments].into_iter().flatten()
     }
+}
+
+/// The channel, without noise parameters where the sensor was moved: they would be those of the
+/// motion.
+fn shown_with(channel: &ChannelValues, record: &Record<'_>) -> ChannelValues {
+    let noise = channel.noise.clone().filter(|_| record.measured.assessment.motion.is_none());
+    ChannelValues { noise, ..channel.clone() }
 }
 
 /// A figure cannot be drawn.

@@ -34,7 +34,7 @@ pub(crate) fn not_read(term: Term, why: NotRead) -> &'static str {
         (NotRead::NoMinimum, _) => "not read: no minimum within the curve",
         (NotRead::OutsideCurve, Term::White) => "not read: τ = 1 s lies outside the curve",
         (NotRead::OutsideCurve, _) => "not read: τ = 3 s lies outside the curve",
-        (NotRead::NotApplicable, _) => "not read: for an Allan deviation at rest only",
+        (NotRead::NotApplicable, _) => "not read: no Allan deviation at rest",
     }
 }
 

@@ -390,7 +390,7 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports")]
     pub(crate) filter_models: bool,
 
-    /// Figures of the exports svg and png, by kind, channel or name: allan, gyro_y,
+    /// Figures of the exports svg and png, by kind, channel or name: allan, graphical, gyro_y,
     /// spectrum-accel [default: all]
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,

@@ -10,7 +10,7 @@ use super::{
     caption::Captions,
     figures::grid,
     glance::{with_code, with_whole_units},
-    parameters::long_taus_reason,
+    parameters::{MOVED, long_taus_reason},
 };
 use crate::{
     figure::{Figures, pretty_unit},
@@ -35,6 +35,9 @@ pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
     let lines =
         axes.iter().flat_map(|(channel, noise)| GRAPHICAL.map(|(term, _)| (*channel, noise.classical.of(term))));
     let rests_on_few = lines.into_iter().any(|(channel, line)| line.is_ok_and(|line| rests_on_unknown(channel, line)));
+    if record.measured.assessment.motion.is_some() {
+        return html! { p { (MOVED) } };
+    }
     html! {
         p {
             "The graphical slope method [4], as laboratory reports give it: a line of slope −½ read at 1 s, of slope +½ at 3 s, and the minimum over 0.664. \

@@ -21,9 +21,15 @@ use crate::{
     units::ChannelValues,
 };
 
+/// What stands for the noise parameters of a sensor that was moved.
+pub(super) const MOVED: &str = "Not given: the sensor was moved, and what the model fits is its motion. Record it at rest, or exclude the time in which it moved.";
+
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
 pub(super) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
+    if record.measured.assessment.motion.is_some() {
+        return html! { p { (MOVED) } };
+    }
     html! {
         @for (quantity, sensor) in SENSORS {
             @let channels = record.of(quantity);
