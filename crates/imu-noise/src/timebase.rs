@@ -1,8 +1,8 @@
 //! Time base of a stream: its sample rate, and the samples that were dropped on the way.
 //!
-//! A counter in each sample shows dropped ones exactly (`sample_counter.rs`). Most streams have
-//! none: there only the host's arrival stamps remain (`arrival_times.rs`). `gap_detector.rs`
-//! chooses between both.
+//! The device time of each sample shows dropped ones and the rate exactly (`device_clock.rs`), and
+//! a counter in each the dropped ones (`sample_counter.rs`). Most streams have neither: there only
+//! the host's arrival stamps remain (`arrival_times.rs`). `gap_detector.rs` chooses between them.
 //!
 //! # Arrival times
 //!
@@ -47,6 +47,7 @@
 
 mod arrival_times;
 mod base_step;
+mod device_clock;
 mod envelope;
 mod gap_detector;
 mod gap_event;

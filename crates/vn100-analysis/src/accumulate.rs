@@ -18,5 +18,6 @@ pub(crate) mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
 mod rows;
+pub(crate) mod saturation;
 mod sensor_replies;
 pub(crate) mod temperature_record;

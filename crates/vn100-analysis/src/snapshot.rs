@@ -11,7 +11,8 @@ use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
     accumulate::{
-        fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, temperature_record::TemperatureRecord,
+        fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
+        temperature_record::TemperatureRecord,
     },
     assessment::ChannelAssessment,
     averaging_times::MissingTime,
@@ -42,6 +43,8 @@ pub struct Snapshot {
     pub link: StreamCounts,
     /// When the link was down.
     pub outages: Outages,
+    /// Samples with an axis at the end of its range, as the sensor says.
+    pub saturation: Saturation,
     /// How the deviations are estimated.
     pub estimator: Estimator,
     /// Data time excluded at the beginning.
@@ -205,6 +208,8 @@ impl Timing {
 /// The evidence for missing samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MissingFrom {
+    /// The sensor's own time in every packet: exact.
+    DeviceTime,
     /// A counter in every line: exact.
     Counter,
     /// Arrival times: entirely missing lines are counted too.
@@ -216,7 +221,13 @@ pub enum MissingFrom {
 
 impl MissingFrom {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Counter, Self::Arrival, Self::RejectedRows];
+    pub const ALL: [Self; 4] = [Self::DeviceTime, Self::Counter, Self::Arrival, Self::RejectedRows];
+
+    /// Whether it leaves nothing to guess.
+    #[must_use]
+    pub const fn is_exact(self) -> bool {
+        matches!(self, Self::DeviceTime | Self::Counter)
+    }
 }
 
 /// Where the sensor's rate changed in mid-stream.
@@ -246,6 +257,8 @@ pub struct FalseRate {
 pub enum RateFrom {
     /// Given by the user.
     Option,
+    /// The sensor's own time in every packet.
+    DeviceTime,
     /// Reported by the sensor, in register 7.
     Device,
     /// From the arrival times.
@@ -256,7 +269,7 @@ pub enum RateFrom {
 
 impl RateFrom {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Option, Self::Device, Self::Arrival, Self::Assumed];
+    pub const ALL: [Self; 5] = [Self::Option, Self::DeviceTime, Self::Device, Self::Arrival, Self::Assumed];
 }
 
 /// One channel of a [`Snapshot`]. Everything is in counts of the channel's last decimal.

@@ -23,7 +23,7 @@ use crate::{
     timing_sidecar::{Sidecar, TimedReader},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
-use vn100_protocol::stream::ReadOptions;
+use vn100_protocol::stream::{Measured, ReadOptions};
 
 /// An opened capture, detected by its content and ready to be read from its first byte.
 pub struct Capture {
@@ -183,18 +183,22 @@ impl Capture {
                 let again = again.map_err(|error| OpenError::packed(path, error))?;
                 (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, again, options), stop)))
             }
-            Detected::Bytes(format) => (
-                format,
-                match sidecar {
-                    Some(sidecar) => {
-                        Box::new(|options, stop| read_file(TimedReader::new(reader, sidecar, options), stop))
-                    }
+            Detected::Bytes(format, measured) => {
+                let chosen = move |options: ReadOptions| match options.measured {
+                    Measured::First => ReadOptions { measured, ..options },
+                    _ => options,
+                };
+                let start: StartReading = match sidecar {
+                    Some(sidecar) => Box::new(move |options, stop| {
+                        read_file(TimedReader::new(reader, sidecar, chosen(options)), stop)
+                    }),
                     None => {
                         let source = ReaderSource::spawn(reader, None).map_err(failed)?;
-                        Box::new(|options, stop| Ok(read_samples(source, options, stop)))
+                        Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
                     }
-                },
-            ),
+                };
+                (format, start)
+            }
             Detected::Mcap => {
                 let recording = RecordingReader::open(reader).map_err(|problem| match problem {
                     RecordingError::Io(source) => failed(source),

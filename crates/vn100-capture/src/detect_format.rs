@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use vn100_protocol::{Check, Decoder, Item, Options, RejectReason};
+use vn100_protocol::{Check, Decoder, Item, Options, RejectReason, stream::Measured};
 
 use crate::{
     bag::BagForm,
@@ -85,11 +85,14 @@ impl Format {
     }
 }
 
+/// In so many bytes sentences that come between packets are seen.
+const MIXED_BYTES: usize = 4096;
+
 /// What the head of a file was taken for.
 #[derive(Debug)]
 pub(crate) enum Detected {
-    /// Sentences, packets or both.
-    Bytes(Format),
+    /// Sentences, packets or both, and what is measured where nothing else is asked for.
+    Bytes(Format, Measured),
     Csv(CsvPlan),
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
@@ -168,14 +171,26 @@ pub(crate) fn detect_format(
         }
     }
     let detected = match (sentence_seen, text) {
-        (true, true) => Detected::Bytes(Format::Text),
+        (true, true) => Detected::Bytes(Format::Text, Measured::First),
         (false, true) => Detected::Unknown(describe(&head.bytes)),
         (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
             Detected::Unknown("nothing but zero bytes".into())
         }
-        (_, false) => Detected::Bytes(Format::Raw),
+        (_, false) => {
+            while head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {}
+            let measured = if holds_samples(&head.bytes) { Measured::Sentences } else { Measured::First };
+            Detected::Bytes(Format::Raw, measured)
+        }
     };
     Ok((head, detected))
+}
+
+/// Whether a sentence that is measured is among the first bytes.
+fn holds_samples(head: &[u8]) -> bool {
+    let mut decoder = Decoder::new(Options::default());
+    let mut holds_samples = false;
+    decoder.push(&head[..head.len().min(MIXED_BYTES)], |item| holds_samples |= matches!(item, Item::Sample(_)));
+    holds_samples
 }
 
 impl CaptureHead {

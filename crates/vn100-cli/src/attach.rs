@@ -137,7 +137,11 @@ impl Job {
         // two emulated sensors are two sensors
         link.sim.seed = link.sim.seed.wrapping_add(number);
         // a result that is written between two reads must be the same however the bytes were read
-        let read = ReadOptions { line_by_line: self.format == OutputFormat::Ndjson, ..args.measure.read_options() };
+        let read = ReadOptions {
+            line_by_line: self.format == OutputFormat::Ndjson,
+            measured: args.measure.measure.or(args.change.measured()).unwrap_or_default(),
+            ..args.measure.read_options()
+        };
         let (source, emulated) = match live_source(name, &link, read, &self.log) {
             Ok((source, emulated)) => (Ok(source), emulated),
             Err(error) => (Err(error.into()), None),

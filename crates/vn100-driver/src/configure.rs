@@ -6,11 +6,14 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{AsyncRate, AsyncType, Register, RegisterContents, RegisterFields, RequestFailure, SensorCommand};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BinaryOutput, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
+    SensorCommand,
+};
 
 use crate::{
     link::{CommandError, LinkHandle, LinkState},
-    output_plan::{Change, OutputSettings, PlanError, plan},
+    output_plan::{Change, OutputSettings, Plan, PlanError, plan, to_second_port},
 };
 
 /// How late the last of the output may arrive after a pause: a long frame at the lowest baud rate.
@@ -37,7 +40,7 @@ pub struct Configured {
     /// Frames a second of the message that the sensor is set to, counted for two seconds.
     pub measured_hz: f64,
     /// The rate that the sensor is set to; 0 where its output is off.
-    pub rate_hz: u32,
+    pub rate_hz: f64,
     /// Whether the output was found paused, as a program that was killed leaves it. It is on now.
     pub was_paused: bool,
 }
@@ -46,8 +49,7 @@ impl Configured {
     /// Whether the measured rate is the one that the sensor is set to: within one frame and 5 %.
     #[must_use]
     pub fn rate_is_kept(&self) -> bool {
-        (self.measured_hz - f64::from(self.rate_hz)).abs()
-            <= 1.0 / MEASURE.as_secs_f64() + 0.05 * f64::from(self.rate_hz)
+        (self.measured_hz - self.rate_hz).abs() <= 1.0 / MEASURE.as_secs_f64() + 0.05 * self.rate_hz
     }
 }
 
@@ -172,7 +174,7 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         // the plan decides whether a missing register matters
         current.extend(link.read(register).await?);
     }
-    let (planned, message, rate) = plan(&current, settings)?;
+    let Plan { changes: planned, frames, rate_hz } = plan(&current, settings)?;
     if !written.touched {
         written.configured.was_paused = is_paused(link).await?;
     }
@@ -185,12 +187,19 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         }
         link.request(SensorCommand::Async(true)).await?;
     }
+    let before = link.frames(frames);
     tokio::time::sleep(SETTLE.max(period(&current))).await;
+    if let Some(change) = to_second_port(&written.configured.changes).filter(|_| link.frames(frames) == before) {
+        pause(link, written).await?;
+        write(link, vec![change], written).await?;
+        link.request(SensorCommand::Async(true)).await?;
+        tokio::time::sleep(SETTLE).await;
+    }
     let is_same_link = up_since(&state.borrow_and_update()) == begun;
-    let (before, began) = (link.lines(message), Instant::now());
+    let (before, began) = (link.frames(frames), Instant::now());
     tokio::time::sleep(MEASURE).await;
-    written.configured.measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
-    written.configured.rate_hz = rate.hz();
+    written.configured.measured_hz = (link.frames(frames) - before) as f64 / began.elapsed().as_secs_f64();
+    written.configured.rate_hz = rate_hz;
     // a loss of power that was too short for the link to notice shows in the registers
     Ok(is_same_link
         && !state.has_changed().unwrap_or(true)
@@ -280,19 +289,26 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     let end = Instant::now() + LISTEN;
     // frames that arrived before a silence do not show the present state
     let is_silent = matches!(*link.state().borrow(), LinkState::Silent(_));
-    let before = if is_silent { link.lines_of_all() } else { 0 };
-    while link.lines_of_all() == before {
+    let before = if is_silent { link.frames_of_all() } else { 0 };
+    while link.frames_of_all() == before {
         if Instant::now() >= end {
-            let message = link.read(Register::ASYNC_TYPE).await?.and_then(|contents| contents.value().ok());
-            let rate = link.read(Register::ASYNC_RATE).await?.and_then(|contents| contents.value().ok());
+            let message = value(link, Register::ASYNC_TYPE).await?;
+            let rate = value(link, Register::ASYNC_RATE).await?;
             let sends = |message: AsyncType, rate: AsyncRate| message != AsyncType::OFF && rate.hz() > 0;
+            let packets: Option<BinaryOutput> = value(link, Register::BINARY_OUTPUT_1).await?;
+            let is_set = message.zip(rate).is_some_and(|(message, rate)| sends(message, rate))
+                || packets.is_some_and(|packets| packets.rate_hz() > 0.0);
             // after a stall of this machine frames arrive before the replies
-            let is_silent = link.lines_of_all() == before;
-            return Ok(is_silent && message.zip(rate).is_some_and(|(message, rate)| sends(message, rate)));
+            return Ok(is_set && link.frames_of_all() == before);
         }
         tokio::time::sleep(CHECK_INTERVAL).await;
     }
     Ok(false)
+}
+
+/// What a register holds; `None` where the sensor has none such, or it is not understood.
+async fn value<T: RegisterValue>(link: &LinkHandle, register: Register) -> Result<Option<T>, ConfigureError> {
+    Ok(link.read(register).await?.and_then(|contents| contents.value().ok()))
 }
 
 /// Pauses the output. The caller resumes it, whatever happens.
@@ -352,7 +368,7 @@ mod tests {
         for (measured_hz, is_kept) in
             [(40.0, true), (42.5, true), (42.6, false), (37.5, true), (37.4, false), (0.0, false)]
         {
-            let configured = Configured { measured_hz, rate_hz: 40, ..Configured::default() };
+            let configured = Configured { measured_hz, rate_hz: 40.0, ..Configured::default() };
             assert_eq!(configured.rate_is_kept(), is_kept, "{measured_hz}");
         }
     }

@@ -11,7 +11,7 @@ use std::{
 
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
-use vn100_protocol::stream::{ReadOptions, StreamInput};
+use vn100_protocol::stream::{FrameKind, ReadOptions, StreamInput};
 use vn100_protocol::{
     AsyncType, DeviceError, QueueFull, Register, RegisterContents, RequestFailure, Response, SensorCommand,
 };
@@ -167,17 +167,20 @@ impl LinkHandle {
         }
     }
 
-    /// Good frames of this message that the sensor has sent by itself so far; for a message without
-    /// a name all that have none.
+    /// Good frames of this kind that the sensor has sent by itself so far; for a message without a
+    /// name all that have none.
     #[must_use]
-    pub fn lines(&self, message: AsyncType) -> u64 {
-        let message = if message.header().is_some() { message } else { AsyncType::OFF };
-        self.counters.lines().get(&message.0).copied().unwrap_or_default()
+    pub fn frames(&self, kind: FrameKind) -> u64 {
+        let kind = match kind {
+            FrameKind::Sentence(message) if message.header().is_none() => FrameKind::Sentence(AsyncType::OFF),
+            kind => kind,
+        };
+        self.counters.frames().get(&kind).copied().unwrap_or_default()
     }
 
     /// Good frames that the sensor has sent by itself so far.
-    pub(crate) fn lines_of_all(&self) -> u64 {
-        self.counters.lines().values().sum()
+    pub(crate) fn frames_of_all(&self) -> u64 {
+        self.counters.frames().values().sum()
     }
 
     /// What the link is doing, now and whenever that changes.
@@ -204,13 +207,13 @@ pub(crate) struct SubmittedCommand {
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     pub(crate) unrecorded_bytes: AtomicU64,
-    lines: Mutex<BTreeMap<u8, u64>>,
+    frames: Mutex<BTreeMap<FrameKind, u64>>,
 }
 
 impl Counters {
-    /// Good frames so far, by the code of their message.
-    pub(crate) fn lines(&self) -> MutexGuard<'_, BTreeMap<u8, u64>> {
+    /// Good frames so far, by their kind.
+    pub(crate) fn frames(&self) -> MutexGuard<'_, BTreeMap<FrameKind, u64>> {
         // a panic leaves whole counts behind
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+        self.frames.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

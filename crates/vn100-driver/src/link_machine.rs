@@ -34,7 +34,7 @@ mod verification;
 use std::{io, mem, time::Duration};
 
 use vn100_capture::{End, Event as StreamEvent};
-use vn100_protocol::stream::{LinkEventKind, StreamInput};
+use vn100_protocol::stream::{FrameKind, LinkEventKind, StreamInput};
 use vn100_protocol::{Response, SensorCommand};
 
 pub use self::baud_scan::BAUD_RATES;
@@ -262,9 +262,9 @@ impl LinkMachine {
         matches!(self.phase, Phase::Closed)
     }
 
-    /// Good frames of each message so far, by the code of the message.
-    pub(crate) fn frames_by_message(&self) -> impl Iterator<Item = (u8, u64)> {
-        self.context.reader.lines()
+    /// Good frames that the sensor has sent by itself so far, by their kind.
+    pub(crate) fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
+        self.context.reader.frames()
     }
 
     /// Whether commands can be sent.

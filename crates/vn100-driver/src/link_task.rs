@@ -217,7 +217,7 @@ impl<C: Connect> LinkTask<C> {
                     }
                 }
                 LinkOutput::Stream(event) => {
-                    self.counters.lines().extend(self.machine.frames_by_message());
+                    self.counters.frames().extend(self.machine.frames());
                     // the machine learns of a receiver that was dropped when it waits for inputs
                     let _ = self.stream.send(event).await;
                 }

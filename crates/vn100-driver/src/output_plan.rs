@@ -5,8 +5,9 @@ use std::fmt;
 
 use thiserror::Error;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ, ProtocolControl,
-    Register, RegisterContents, RegisterFields, RegisterValue, SyncControl, ValueError, WritableValue,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
+    PACKET_MESSAGES, PacketMessage, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue,
+    SyncControl, ValueError, WritableValue, stream::FrameKind,
 };
 
 /// What the sensor shall send. `None` leaves a setting as it is.
@@ -14,9 +15,10 @@ use vn100_protocol::{
 pub struct OutputSettings {
     /// Baud rate.
     pub baud: Option<u32>,
-    /// The message, such as `VNYMR` or `VNIMU`.
+    /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. For
+    /// packets the sentences are switched off, and the baud rate is raised where it must be.
     pub message: Option<String>,
-    /// How many a second.
+    /// How many a second; for packets that are not sent yet 200 where it is `None`.
     pub rate_hz: Option<u32>,
     /// How many of its 800 samples a second the sensor averages for a measurement, of acceleration
     /// and angular rate (register 85).
@@ -49,6 +51,7 @@ impl fmt::Display for Change {
             Register::PROTOCOL_CONTROL => "the format of the sentences",
             Register::SYNC_CONTROL => "the synchronisation",
             Register::IMU_FILTER => "the averaging windows",
+            Register::BINARY_OUTPUT_1 => "the packets",
             _ => return write!(f, "register {register} from {before} to {after}"),
         };
         write!(f, "{name} (register {register}) from {before} to {after}")
@@ -79,6 +82,17 @@ pub enum PlanError {
         packets: LinkLoad,
         /// The highest rate of the message that fits.
         highest: Option<AsyncRate>,
+    },
+    /// No baud rate carries the packets, or the one asked for does not.
+    #[error("{} packets a second need {:.0} bytes a second, and {} baud carry {}; {}", rate_hz, load.bytes_per_s,
+        baud.bits_per_s(), baud.bytes_per_s(), way_out(None, *load))]
+    PacketsDoNotFit {
+        /// How many a second.
+        rate_hz: u32,
+        /// The baud rate.
+        baud: BaudRate,
+        /// What all packets need.
+        load: LinkLoad,
     },
     /// The sensor has no such value.
     #[error("{setting} can be {allowed}, not {asked}")]
@@ -114,7 +128,15 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
 }
 
 /// The sensor measures so often; every `800 / rate`th measurement is sent.
-const SAMPLES_PER_S: u16 = 800;
+const SAMPLES_PER_S: u16 = MEASUREMENTS_PER_S as u16;
+
+/// How many packets a second are sent where no rate is asked for: the most that the baud rate as
+/// delivered carries.
+const PACKETS_HZ: u32 = 200;
+
+/// The ports that packets go to (register 75).
+const FIRST_PORT: u16 = 1;
+const SECOND_PORT: u16 = 2;
 
 /// The count of register 30 that is one of pulses of SyncOut.
 const COUNT_OF_SYNC_OUT: u8 = 3;
@@ -141,18 +163,36 @@ struct Output {
     protocol: ProtocolControl,
     sync: Option<SyncControl>,
     filter: Option<ImuFilter>,
-    /// What the binary outputs send.
-    packets: LinkLoad,
+    /// The first binary output; `None` where it is not understood.
+    binary: Option<BinaryOutput>,
+    /// What the other binary outputs send.
+    other_packets: LinkLoad,
 }
 
-/// The registers to write in their order, and the message and the rate that the sensor then has.
+/// What a sensor sends once it is set.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Plan {
+    /// The registers to write in their order.
+    pub(crate) changes: Vec<Change>,
+    pub(crate) frames: FrameKind,
+    pub(crate) rate_hz: f64,
+}
+
+/// The same packets to the second port, where the first gets them: which of its ports it is asked
+/// on the sensor does not say.
+pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
+    let change = changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1)?;
+    let contents = RegisterContents { register: change.register, fields: change.after.clone() };
+    let output: BinaryOutput = contents.value().ok()?;
+    let moved = BinaryOutput { async_mode: SECOND_PORT, ..output.clone() };
+    (output.async_mode == FIRST_PORT).then(|| Change { after: moved.fields(), ..change.clone() })
+}
+
+/// How to set the sensor.
 ///
 /// At no step more is asked for than the line carries: a faster line comes before more output, less
 /// output before a slower line.
-pub(crate) fn plan(
-    current: &[RegisterContents],
-    settings: &OutputSettings,
-) -> Result<(Vec<Change>, AsyncType, AsyncRate), PlanError> {
+pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<Plan, PlanError> {
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
     new.check_fit()?;
@@ -169,9 +209,14 @@ pub(crate) fn plan(
         change(old.sync.as_ref(), new.sync.as_ref()),
         protocol,
         change(old.filter.as_ref(), new.filter.as_ref()),
+        change(old.binary.as_ref(), new.binary.as_ref()),
         baud,
     ];
-    Ok((ordered.into_iter().flatten().collect(), new.message, new.rate))
+    let (frames, rate_hz) = match &new.binary {
+        Some(binary) if new.sends_packets_alone() => (FrameKind::Packet, binary.rate_hz()),
+        _ => (FrameKind::Sentence(new.message), new.rate.hz().into()),
+    };
+    Ok(Plan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
 impl Output {
@@ -180,7 +225,9 @@ impl Output {
         let protocol: ProtocolControl = required(current)?;
         let counts = settings.count.is_some() || protocol.serial_count == COUNT_OF_SYNC_OUT;
         // what packets that are not understood need, the sensor itself judges
-        let outputs = current.iter().filter_map(|contents| contents.value::<BinaryOutput>().ok());
+        let output = |contents: &RegisterContents| contents.value::<BinaryOutput>().ok();
+        let is_first = |contents: &&RegisterContents| contents.register == Register::BINARY_OUTPUT_1;
+        let others = current.iter().filter(|contents| !is_first(contents)).filter_map(output);
         Ok(Self {
             baud: required(current)?,
             message: required(current)?,
@@ -188,7 +235,8 @@ impl Output {
             protocol,
             sync: if counts { value(current)? } else { None },
             filter: value(current)?,
-            packets: outputs.filter_map(|output| LinkLoad::of_packets(&output)).sum(),
+            binary: current.iter().find(is_first).and_then(output),
+            other_packets: others.filter_map(|output| LinkLoad::of_packets(&output)).sum(),
         })
     }
 
@@ -199,14 +247,27 @@ impl Output {
             let allowed = || list(BaudRate::ALL.map(BaudRate::bits_per_s));
             new.baud = BaudRate::new(bits_per_s).ok_or_else(|| not_allowed("the baud rate", bits_per_s, allowed()))?;
         }
-        if let Some(name) = &settings.message {
-            let allowed = || list((0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header));
-            let message = AsyncType::from_header(name.as_bytes());
-            new.message = message.ok_or_else(|| not_allowed("the message", name, allowed()))?;
+        let packets = settings.message.as_deref().and_then(PacketMessage::named);
+        match (&settings.message, packets) {
+            (_, Some(packets)) => new.set_packets(packets, settings.rate_hz)?,
+            (Some(name), None) => {
+                let sentences = (0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header);
+                let allowed = || list(sentences.chain(PACKET_MESSAGES.map(|message| message.name)));
+                let message = AsyncType::from_header(name.as_bytes());
+                new.message = message.ok_or_else(|| not_allowed("the message", name, allowed()))?;
+            }
+            (None, None) => {}
         }
-        if let Some(hz) = settings.rate_hz {
-            let rate = AsyncRate::new(hz).filter(|rate| rate.hz() > 0);
-            new.rate = rate.ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
+        match settings.rate_hz {
+            None => {}
+            Some(hz) if new.sends_packets_alone() => new.set_packet_rate(hz)?,
+            Some(hz) => {
+                let rate = AsyncRate::new(hz).filter(|rate| rate.hz() > 0);
+                new.rate = rate.ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
+            }
+        }
+        if new.sends_packets_alone() && settings.baud.is_none() && !new.packets().fits(new.baud) {
+            new.baud = new.packets().lowest_baud_rate().unwrap_or(new.baud);
         }
         if let Some(window) = settings.window {
             let filter = new.filter.as_mut().ok_or(PlanError::Missing(Register::IMU_FILTER))?;
@@ -217,6 +278,38 @@ impl Output {
         }
         new.set_count(settings.count, self.counts_lines())?;
         Ok(new)
+    }
+
+    /// No sentence comes between the packets of the first output.
+    fn sends_packets_alone(&self) -> bool {
+        self.message == AsyncType::OFF && self.binary.as_ref().is_some_and(|binary| binary.rate_hz() > 0.0)
+    }
+
+    /// What all binary outputs send.
+    fn packets(&self) -> LinkLoad {
+        self.binary.as_ref().and_then(LinkLoad::of_packets).unwrap_or(LinkLoad::NONE) + self.other_packets
+    }
+
+    fn set_packets(&mut self, packets: PacketMessage, rate_hz: Option<u32>) -> Result<(), PlanError> {
+        let binary = self.binary.as_ref().ok_or(PlanError::Missing(Register::BINARY_OUTPUT_1))?;
+        self.message = AsyncType::OFF;
+        // as it is where it is sent already
+        if binary.rate_hz() > 0.0 && packets.is_of(binary) {
+            return Ok(());
+        }
+        let rate_hz = rate_hz.unwrap_or(PACKETS_HZ);
+        let mode = if binary.async_mode == 0 { FIRST_PORT } else { binary.async_mode };
+        self.binary = Some(packets.output(mode, rate_hz).ok_or_else(|| not_a_packet_rate(rate_hz))?);
+        Ok(())
+    }
+
+    fn set_packet_rate(&mut self, hz: u32) -> Result<(), PlanError> {
+        let divisor = MEASUREMENTS_PER_S.checked_div(hz).filter(|_| MEASUREMENTS_PER_S.is_multiple_of(hz));
+        let divisor = divisor.and_then(|divisor| u16::try_from(divisor).ok()).ok_or_else(|| not_a_packet_rate(hz))?;
+        if let Some(binary) = &mut self.binary {
+            binary.rate_divisor = divisor;
+        }
+        Ok(())
     }
 
     /// Whether each line carries a count of lines.
@@ -251,7 +344,11 @@ impl Output {
     }
 
     fn check_fit(&self) -> Result<(), PlanError> {
-        let &Self { message, rate, baud, packets, .. } = self;
+        let &Self { message, rate, baud, .. } = self;
+        let packets = self.packets();
+        if let Some(binary) = self.binary.as_ref().filter(|_| self.sends_packets_alone() && !packets.fits(baud)) {
+            return Err(PlanError::PacketsDoNotFit { rate_hz: binary.rate_hz() as u32, baud, load: packets });
+        }
         // what is not known here, the sensor itself judges
         let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
         let lines = LinkLoad::of_lines(length, rate);
@@ -276,6 +373,12 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
 fn change<T: WritableValue + PartialEq>(before: Option<&T>, after: Option<&T>) -> Option<Change> {
     let (before, after) = before.zip(after).filter(|(before, after)| before != after)?;
     Some(Change { register: after.register(), before: before.fields(), after: after.fields() })
+}
+
+/// Packets come every so many measurements.
+fn not_a_packet_rate(asked_hz: u32) -> PlanError {
+    let rates = (1..=MEASUREMENTS_PER_S).filter(|hz| MEASUREMENTS_PER_S.is_multiple_of(*hz));
+    not_allowed("the rate of packets", asked_hz, list(rates))
 }
 
 fn not_allowed(setting: &'static str, asked: impl ToString, allowed: String) -> PlanError {

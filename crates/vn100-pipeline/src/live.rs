@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, error::Error, time::Duration};
 
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Settings;
+use vn100_analysis::{Settings, protocol::Register};
 use vn100_capture::Recorder;
 use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
@@ -52,22 +52,28 @@ impl LiveSpec {
 
 pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> SessionResult {
     let unusable = Err(Box::from("the source is in use"));
-    let source = match std::mem::replace(&mut spec.source, unusable) {
+    let mut source = match std::mem::replace(&mut spec.source, unusable) {
         Ok(source) => source,
         Err(error) => return channels.end(not_started(StartError::StreamInput(error), &channels)),
     };
     // first: nothing is changed for a recording that cannot be made
     let recorder = match &spec.recording {
-        Some(recording) => match recording.begin(metadata(&spec.conditions, &spec.settings)).await {
-            Ok(recorder) => Some(recorder),
-            Err(error) => return channels.end(not_started(error, &channels)),
-        },
+        Some(recording) => {
+            match recording.begin(metadata(&spec.conditions, &spec.settings, source.options.read.measured)).await {
+                Ok(recorder) => Some(recorder),
+                Err(error) => return channels.end(not_started(error, &channels)),
+            }
+        }
         None => None,
     };
     let known_serial = recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned);
     let result = match SensorSetup::new(&source, spec.output.clone(), known_serial.as_deref(), &channels).await {
         Ok(setup) => {
             let keep = setup.changes.clone();
+            if keep.iter().any(|change| change.register == Register::BAUD_RATE) {
+                // it is found where it is now, and without power where it was
+                source.options.baud = None;
+            }
             let result = measure_and_record(&source, keep, recorder, &spec, &mut channels).await;
             let is_restored = setup.undo(&source, known_serial.as_deref(), &channels).await;
             SessionResult { is_restored, ..result }

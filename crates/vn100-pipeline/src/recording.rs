@@ -4,7 +4,7 @@
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
 use tokio::task;
-use vn100_analysis::{Goal, Settings};
+use vn100_analysis::{Goal, Settings, protocol::stream::Measured};
 use vn100_capture::{RecordError, Recorded, Recorder, RecordingState};
 
 /// Which recording is made.
@@ -47,14 +47,29 @@ const DURATION: &str = "measured.duration";
 /// The goals that were to end it, with semicolons between them.
 const UNTIL: &str = "measured.until";
 
+/// What was measured of sentences and packets, where that was asked for.
+const MEASURED: &str = "measured.frames";
+const SENTENCES: &str = "sentences";
+const PACKETS: &str = "packets";
+
 /// Whether a name is the program's own, and not one of the user's conditions.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    [DURATION, UNTIL].contains(&name)
+    [DURATION, UNTIL, MEASURED].contains(&name)
 }
 
-pub(crate) fn metadata(conditions: &BTreeMap<String, String>, settings: &Settings) -> BTreeMap<String, String> {
+pub(crate) fn metadata(
+    conditions: &BTreeMap<String, String>,
+    settings: &Settings,
+    measured: Measured,
+) -> BTreeMap<String, String> {
     let mut all = conditions.clone();
+    let frames = match measured {
+        Measured::First => None,
+        Measured::Sentences => Some(SENTENCES),
+        Measured::Packets => Some(PACKETS),
+    };
+    all.extend(frames.map(|frames| (MEASURED.to_owned(), frames.to_owned())));
     let duration = settings.duration.map(|duration| humantime::format_duration(duration).to_string());
     all.extend(duration.map(|duration| (DURATION.to_owned(), duration)));
     if !settings.until.is_empty() {
@@ -68,6 +83,16 @@ pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>
     let users = recorded.metadata.iter().filter(|(name, _)| !is_reserved(name));
     let users: BTreeMap<_, _> = users.map(|(name, value)| (name.clone(), value.clone())).collect();
     (!users.is_empty()).then_some(users)
+}
+
+/// What is measured of a recording: what was measured when it was made, where nothing else is asked
+/// for.
+pub(crate) fn recorded_frames(asked: Measured, recorded: &Recorded) -> Measured {
+    match (asked, recorded.metadata.get(MEASURED).map(String::as_str)) {
+        (Measured::First, Some(SENTENCES)) => Measured::Sentences,
+        (Measured::First, Some(PACKETS)) => Measured::Packets,
+        (asked, _) => asked,
+    }
 }
 
 /// The settings with the end of the recorded measurement, where they name none.
@@ -115,7 +140,7 @@ mod tests {
 
     #[test]
     fn the_end_of_a_measurement_is_read_from_its_recording_and_is_no_condition() {
-        let metadata = metadata(&BTreeMap::new(), &ended());
+        let metadata = metadata(&BTreeMap::new(), &ended(), Measured::First);
         let recorded = Recorded { metadata, ..Recorded::default() };
         assert_eq!(with_recorded_end(Settings::default(), &recorded), ended());
         assert_eq!(conditions(&recorded), None);
@@ -130,10 +155,21 @@ mod tests {
     }
 
     #[test]
+    fn a_replay_measures_what_was_measured_unless_it_is_asked_otherwise() {
+        for measured in [Measured::First, Measured::Sentences, Measured::Packets] {
+            let metadata = metadata(&BTreeMap::new(), &Settings::default(), measured);
+            let recorded = Recorded { metadata, ..Recorded::default() };
+            assert_eq!(recorded_frames(Measured::First, &recorded), measured);
+            assert_eq!(recorded_frames(Measured::Packets, &recorded), Measured::Packets);
+            assert_eq!(conditions(&recorded), None);
+        }
+    }
+
+    #[test]
     fn conditions_are_kept_and_names_of_the_program_reserved() {
         let users = BTreeMap::from([("place".to_owned(), "bench 3".to_owned())]);
-        assert_eq!(metadata(&users, &Settings::default()), users);
-        let recorded = Recorded { metadata: metadata(&users, &ended()), ..Recorded::default() };
+        assert_eq!(metadata(&users, &Settings::default(), Measured::First), users);
+        let recorded = Recorded { metadata: metadata(&users, &ended(), Measured::First), ..Recorded::default() };
         assert_eq!(recorded.metadata.len(), 3);
         assert_eq!(conditions(&recorded), Some(users));
         assert!(recorded.metadata.keys().filter(|name| is_reserved(name)).count() == 2 && !is_reserved("place"));

@@ -17,7 +17,7 @@ use crate::{
     excluded::Excluded,
     measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     pace::{PaceStart, Playback, Speed},
-    recording::{conditions, with_recorded_end},
+    recording::{conditions, recorded_frames, with_recorded_end},
     session::{not_started, read_options, result},
     state::SourceState,
 };
@@ -161,7 +161,9 @@ async fn measure_capture(
     spec: &ReplaySpec,
     channels: &mut Channels,
 ) -> MeasurementEnd {
-    let read = read_options(spec.read, &settings);
+    let measured =
+        capture.recorded.as_ref().map_or(spec.read.measured, |recorded| recorded_frames(spec.read.measured, recorded));
+    let read = read_options(ReadOptions { measured, ..spec.read }, &settings);
     let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || pace.is_some(), ..read };
     let stored_bytes_read = capture.stored_bytes_read.clone();
     match capture.read(read, channels.stop.clone()) {
@@ -193,7 +195,9 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
     }
     // one that cannot be opened again has no count either
     let Ok(capture) = spec.open().await else { return };
-    let read = ReadOptions { line_by_line: false, diagnostics: false, ..spec.read };
+    let recorded = capture.recorded.as_ref();
+    let measured = recorded.map_or(spec.read.measured, |recorded| recorded_frames(spec.read.measured, recorded));
+    let read = ReadOptions { line_by_line: false, diagnostics: false, measured, ..spec.read };
     let Ok(mut events) = capture.read(read, stop) else { return };
     let mut samples = 0;
     while let Some(event) = events.recv().await {

@@ -92,6 +92,7 @@ extern crate alloc;
 mod framing;
 mod link_budget;
 mod message;
+mod packet;
 mod register;
 mod request;
 pub mod stream;
@@ -101,7 +102,7 @@ pub use framing::{
     framer::{Frame, Framer, Options},
     packet::{MAX_PACKET, Packet},
     sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
-    tally::{RejectedCounts, Tally},
+    tally::{MeasuredPackets, RejectedCounts, Tally},
 };
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{
@@ -112,6 +113,10 @@ pub use message::{
     sample::Sample,
     suffix::Suffix,
     table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},
+};
+pub use packet::{
+    form::{BINARY, PacketForm, RejectedPacket},
+    message::{MEASUREMENTS_PER_S, PACKET_MESSAGES, PacketMessage},
 };
 pub use register::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation,

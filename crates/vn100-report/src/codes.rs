@@ -155,6 +155,9 @@ pub fn code_of_rate(from: RateFrom) -> Code {
     let of = |name, word, meaning| code("rate_from", name, word, meaning);
     match from {
         RateFrom::Option => of("option", "as given", "given by the user"),
+        RateFrom::DeviceTime => {
+            of("device-time", "from device time", "each packet carries the time at which the sensor measured it")
+        }
         RateFrom::Device => {
             of("device", "as reported by the sensor", "the sensor reported its output rate (register 07)")
         }
@@ -170,6 +173,11 @@ pub fn code_of_rate(from: RateFrom) -> Code {
 pub fn code_of_missing(from: MissingFrom) -> Code {
     let of = |name, word, meaning| code("missing_from", name, word, meaning);
     match from {
+        MissingFrom::DeviceTime => of(
+            "device-time",
+            "device time",
+            "each packet carries the time at which the sensor measured it, so that dropped ones are counted exactly",
+        ),
         MissingFrom::Counter => {
             of("counter", "row counter", "the sensor counts its samples, so that dropped ones are counted exactly")
         }

@@ -74,6 +74,8 @@ struct Link {
     echoes: u64,
     other_messages: u64,
     binary_packets: u64,
+    rejected_packets: u64,
+    repeated_packets: u64,
     skipped_bytes: u64,
     overrun_bytes: u64,
     /// Unsolicited device errors: how often each code was reported.
@@ -266,6 +268,8 @@ fn link(snapshot: &Snapshot) -> Link {
         echoes: link.echoes,
         other_messages: link.other_messages(),
         binary_packets: tally.packets,
+        rejected_packets: tally.measured_packets.rejected,
+        repeated_packets: tally.measured_packets.repeated,
         skipped_bytes: link.skipped_bytes(),
         overrun_bytes: link.overrun_bytes,
         unsolicited_errors: link

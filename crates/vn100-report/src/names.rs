@@ -116,6 +116,7 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
             let percent = digits(100.0 * relative, 2);
             format!("±{percent} %, by the arrival times against {nominal_hz} Hz; within the interval")
         }
+        (None, RateFrom::DeviceTime) => "by the clock of the sensor: ±0.002 % as quoted".into(),
         (None, RateFrom::Device) => "not verified without arrival times: as reported by the sensor".into(),
         (None, RateFrom::Option) => "not verified without arrival times: as given".into(),
         (None, RateFrom::Arrival) => "not verified".into(),

@@ -9,7 +9,7 @@ use std::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Assessment, Settings};
 use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
-use vn100_protocol::stream::{FileReport, ReadOptions, StreamCounts};
+use vn100_protocol::stream::{FileReport, Measured, ReadOptions, StreamCounts};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]
@@ -37,7 +37,12 @@ pub(crate) fn check(input: &[u8]) {
             let plain = capture.stored_bytes.is_none() && !is_packed(bytes);
             told(
                 capture,
-                ReadOptions { accept_unchecked: options & 1 == 1, line_by_line, diagnostics: options & 8 == 8 },
+                ReadOptions {
+                    accept_unchecked: options & 1 == 1,
+                    line_by_line,
+                    diagnostics: options & 8 == 8,
+                    measured: [Measured::First, Measured::Sentences, Measured::Packets][usize::from(options >> 4) % 3],
+                },
                 plain.then_some(bytes.len()),
             )
         })
@@ -129,7 +134,8 @@ fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
 
 fn assert_counted(told: &Told, length: Option<usize>) {
     let (counts, tally) = (&told.counts, &told.counts.tally);
-    assert_eq!(tally.valid_sentences(), counts.samples() + tally.replies + counts.other_messages());
+    let sentences = counts.samples() - tally.measured_packets.samples;
+    assert_eq!(tally.valid_sentences(), sentences + tally.replies + counts.other_messages());
     if let (Some(length), None) = (length, &told.error) {
         assert_eq!(counts.bytes(), length as u64);
     }

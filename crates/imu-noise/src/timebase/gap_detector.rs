@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::arrival_times::ArrivalTimes;
+use super::device_clock::DeviceClock;
 use super::gap_event::{GapEvent, TimebaseSummary};
 use super::sample_counter::{CounterSummary, SampleCounter};
 
@@ -34,6 +35,8 @@ pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
     counter_in_use: bool,
+    /// In place of both.
+    device_clock: Option<Box<DeviceClock>>,
     /// Samples pushed, and those of them that were returned.
     pushed: u64,
     reported: u64,
@@ -87,8 +90,18 @@ impl GapDetector {
         }
     }
 
+    /// Adds the next sample of a stream whose samples all carry their device time, in nanoseconds
+    /// since the sensor started: it alone decides, and arrivals show the offset of the clocks.
+    /// After the first sample the one or the other way of adding holds for the stream.
+    pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
+        self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
+    }
+
     /// No sample follows: decides on those still held, for [`poll`](Self::poll) to report.
     pub fn finish(&mut self) {
+        if let Some(clock) = &mut self.device_clock {
+            clock.finish();
+        }
         if let Some(arrivals) = &mut self.arrivals {
             arrivals.finish();
         }
@@ -97,14 +110,20 @@ impl GapDetector {
         }
     }
 
-    /// The counters so far; `None` if the first sample had none.
+    /// The counters or device times so far; `None` if the first sample had none.
     #[must_use]
     pub fn counter(&self) -> Option<CounterSummary> {
-        self.counter.as_ref()?.summary()
+        match &self.device_clock {
+            Some(clock) => clock.counter(),
+            None => self.counter.as_ref()?.summary(),
+        }
     }
 
     /// The next event that is certain.
     pub fn poll(&mut self) -> Option<GapEvent> {
+        if let Some(clock) = &mut self.device_clock {
+            return clock.events.pop_front();
+        }
         loop {
             if self.by_counter == 0 {
                 match self.counter.as_mut().map(|counter| (counter.events.pop_front(), counter.has_ended)) {
@@ -138,6 +157,9 @@ impl GapDetector {
     /// What the arrival times show so far; `None` without stamps.
     #[must_use]
     pub fn summary(&self) -> Option<TimebaseSummary> {
+        if let Some(clock) = &self.device_clock {
+            return clock.summary();
+        }
         self.arrivals.as_ref().map(ArrivalTimes::summary)
     }
 }

@@ -12,10 +12,16 @@ pub enum GapEvent {
     Samples(u64),
     /// So many samples, at least 1, were dropped here.
     Missing(u64),
-    /// An unknown number of samples may have been dropped here: the counter restarted.
+    /// An unknown number of samples may have been dropped here: the counter, or the clock of the
+    /// sensor, restarted.
     UnknownGap,
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,
+    /// From here on the device times of the samples decide what is missing, and show this rate.
+    DeviceTimeInUse {
+        /// In Hz.
+        rate_hz: f64,
+    },
     /// The nominal rate, and that arrival times decide what is missing: once, before the first
     /// sample. Absent after an earlier refusal, and for a single sample of unknown rate.
     Rate(NominalRate),

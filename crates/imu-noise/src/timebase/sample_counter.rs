@@ -68,7 +68,7 @@ impl SampleCounter {
 
     pub(super) fn summary(&self) -> Option<CounterSummary> {
         let (first, last) = self.first.zip(self.last)?;
-        Some(CounterSummary { first, last, step: self.step })
+        Some(CounterSummary { first, last, step: self.step, is_device_time: false })
     }
 
     fn learn_step(&mut self) {
@@ -119,6 +119,8 @@ pub struct CounterSummary {
     /// By how much it rises from sample to sample, 0 for a counter that is ignored; `None` while
     /// that is not known, at least before the second sample.
     pub step: Option<f64>,
+    /// Whether it is the time of the sensor in nanoseconds.
+    pub is_device_time: bool,
 }
 
 /// A counter does not continue that of the samples before.
@@ -141,7 +143,12 @@ impl CounterSummary {
     /// Where the counters rise at different steps, or from the one to the other not by as many as
     /// there are places.
     pub fn append(&self, next: &Self, distance: u64) -> Result<Self, OtherCounter> {
-        let between = match increment(self.last, next.first) {
+        let increment = match self.is_device_time {
+            // nanoseconds do not wrap
+            true => next.first.checked_sub(self.last).map_or(Increment::Back, Increment::By),
+            false => increment(self.last, next.first),
+        };
+        let between = match increment {
             Increment::By(events) => events as f64 / distance as f64,
             Increment::Back => -1.0,
         };
@@ -151,7 +158,7 @@ impl CounterSummary {
         let next_step = next.step.filter(|next_step| is_other(*next_step, 1.0));
         match next_step.or_else(|| is_other(between, places).then_some(between)) {
             Some(next_step) => Err(OtherCounter { step, next_step }),
-            None => Ok(Self { first: self.first, last: next.last, step: Some(step) }),
+            None => Ok(Self { last: next.last, step: Some(step), ..*self }),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::{
     assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
     settings::{Detrend, Settings},
-    snapshot::{Outages, Snapshot, Timing},
+    snapshot::{MissingFrom, Outages, Snapshot, Timing},
     warning::advice,
 };
 
@@ -86,8 +86,12 @@ impl Analysis {
         }
         let counter = self.joined_counter(&next)?;
         self.record.append(&next.record)?;
-        if counter.and_then(|counter| counter.step).is_some_and(|step| step > 0.0) {
-            self.record.gaps.use_counter();
+        if let Some(counter) = counter.filter(|counter| counter.step.is_some_and(|step| step > 0.0)) {
+            self.record.gaps.use_evidence(if counter.is_device_time {
+                MissingFrom::DeviceTime
+            } else {
+                MissingFrom::Counter
+            });
         }
         (self.counter_before, self.pending) = (counter, None);
         self.link.append(&next.link);
@@ -129,7 +133,8 @@ impl Analysis {
         // a layout has channels; without one there are no rows
         let width = self.record.accumulators.width().max(1);
         let is_stamped = !batch.arrivals.is_empty();
-        if self.pending.is_some() || is_stamped || !batch.counters.is_empty() {
+        let is_timed = is_stamped || !batch.counters.is_empty() || !batch.device_ns.is_empty();
+        if self.pending.is_some() || is_timed {
             let new = || {
                 let detector = if is_stamped { self.record.rate.detector() } else { GapDetector::without_stamps() };
                 PendingRows::new(width, detector)
@@ -245,6 +250,7 @@ impl Analysis {
             registers: replies.registers.clone(),
             link: self.link,
             outages: self.outages,
+            saturation: self.record.saturation.clone(),
             estimator: settings.estimator,
             deviation: settings.deviation,
             detrended: settings.detrend,

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use imu_noise::{GapEvent, TimebaseSummary};
-use vn100_protocol::{Layout, RegisterContents, stream::MarkKind};
+use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
     accumulators::Accumulators,
@@ -13,10 +13,14 @@ use super::{
     piece::NotAppended,
     rate_authority::{RateAuthority, RateEffect},
     rows::Rows,
+    saturation::Saturation,
     sensor_replies::SensorReplies,
     temperature_record::TemperatureRecord,
 };
-use crate::{settings::Settings, snapshot::Timing};
+use crate::{
+    settings::Settings,
+    snapshot::{MissingFrom, Timing},
+};
 
 /// The parts of a record, each with one concern; here they meet.
 #[derive(Debug)]
@@ -27,6 +31,7 @@ pub(crate) struct DataRecord {
     pub(crate) gaps: Gaps,
     pub(crate) replies: SensorReplies,
     pub(crate) accumulators: Accumulators,
+    pub(crate) saturation: Saturation,
     /// The sensor was asked for its temperature between the rows.
     has_readings: bool,
 }
@@ -39,6 +44,7 @@ impl DataRecord {
             gaps: Gaps::default(),
             replies: SensorReplies::default(),
             accumulators: Accumulators::default(),
+            saturation: Saturation::default(),
             has_readings: false,
             settings,
         }
@@ -82,6 +88,7 @@ impl DataRecord {
         self.accumulators.printed = printed;
         self.gaps.append(&next.gaps, &between);
         self.replies.append(&next.replies);
+        self.saturation.append(&next.saturation);
         self.rate.append(&next.rate);
         Ok(())
     }
@@ -141,6 +148,11 @@ impl DataRecord {
                     self.break_segment(Some(0));
                 }
             }
+            MarkKind::Saturated(axes) => {
+                if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
+                    self.saturation.push(axes, self.span.data_time(self.rate.hz()));
+                }
+            }
             MarkKind::Temperature(counts) => {
                 self.has_readings = true;
                 if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
@@ -156,10 +168,15 @@ impl DataRecord {
             GapEvent::Samples(_) => {}
             GapEvent::Missing(missing) => self.push_gap(missing, false),
             GapEvent::UnknownGap => self.push_unknown_gap(),
-            GapEvent::CounterInUse => self.gaps.use_counter(),
+            GapEvent::CounterInUse => self.gaps.use_evidence(MissingFrom::Counter),
+            GapEvent::DeviceTimeInUse { rate_hz } => {
+                self.gaps.use_evidence(MissingFrom::DeviceTime);
+                let effect = self.rate.take_device_time(rate_hz, &self.span);
+                self.apply(effect);
+            }
             GapEvent::Rate(nominal) => {
                 self.rate.take_nominal(nominal, self.replies.rate_hz());
-                self.gaps.use_arrivals();
+                self.gaps.use_evidence(MissingFrom::Arrival);
             }
             GapEvent::RateChanged { from_hz, to_hz, until } => {
                 let effect = self.rate.take_change(from_hz, to_hz, Some(*until), &self.span);
@@ -182,7 +199,8 @@ impl DataRecord {
     ) -> RateEffect {
         let is_excluded = self.rate.is_excluding();
         self.replies.push(reply, self.span.so_far().samples, is_excluded);
-        match self.replies.rate_hz().filter(|_| !is_excluded) {
+        let is_of_sentences = self.accumulators.layout.as_ref().is_none_or(|layout| layout.message != BINARY);
+        match self.replies.rate_hz().filter(|_| is_of_sentences && !is_excluded) {
             Some(device_hz) => self.rate.take_device_rate(device_hz, now, &self.span),
             None => RateEffect::None,
         }
@@ -273,6 +291,7 @@ impl DataRecord {
     fn discard(&mut self) {
         self.span.discard();
         self.gaps.discard();
+        self.saturation = Saturation::default();
         if let Some(layout) = self.accumulators.layout.clone() {
             self.accumulators.begin(layout, &self.settings, self.span.start);
         }

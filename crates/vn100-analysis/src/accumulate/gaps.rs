@@ -50,7 +50,7 @@ impl Gaps {
         } else {
             self.pending_rejected = rejected;
         }
-        if self.from != MissingFrom::Counter {
+        if !self.from.is_exact() {
             self.from = next.from;
         }
         self.missing += next.missing;
@@ -69,21 +69,17 @@ impl Gaps {
         self.by_rejected += if by_rejected { missing } else { 0 };
     }
 
-    pub(crate) fn use_counter(&mut self) {
-        (self.from, self.detector_decides) = (MissingFrom::Counter, true);
-    }
-
-    /// Unless a counter has decided.
-    pub(crate) fn use_arrivals(&mut self) {
-        if self.from != MissingFrom::Counter {
-            self.from = MissingFrom::Arrival;
+    /// Unless what is exact has decided, and this is not.
+    pub(crate) fn use_evidence(&mut self, from: MissingFrom) {
+        if from.is_exact() || !self.from.is_exact() {
+            self.from = from;
         }
         self.detector_decides = true;
     }
 
     /// The evidence is not that of the record where rows are `excluded`.
     pub(crate) fn refuse_arrivals(&mut self, excluded: bool) {
-        self.detector_decides = self.from == MissingFrom::Counter;
+        self.detector_decides = self.from.is_exact();
         if !self.detector_decides && !excluded {
             self.from = MissingFrom::RejectedRows;
         }
@@ -101,7 +97,7 @@ impl Gaps {
     pub(crate) fn missing_from(&self) -> MissingFrom {
         let by_detector = self.missing - self.by_rejected;
         match (self.from, by_detector.cmp(&self.by_rejected)) {
-            (MissingFrom::Counter, _) => MissingFrom::Counter,
+            (exact, _) if exact.is_exact() => exact,
             (_, Ordering::Greater) => MissingFrom::Arrival,
             (_, Ordering::Less) => MissingFrom::RejectedRows,
             (now, Ordering::Equal) => now,
@@ -122,8 +118,8 @@ mod tests {
         gaps.push_rejected_row();
         gaps.forget_rejected();
         assert_eq!(gaps.take_rejected(), 0);
-        for detect in [Gaps::use_counter, Gaps::use_arrivals] {
-            detect(&mut gaps);
+        for from in [MissingFrom::Counter, MissingFrom::DeviceTime, MissingFrom::Arrival] {
+            gaps.use_evidence(from);
             gaps.push_rejected_row();
             assert_eq!(gaps.take_rejected(), 0);
             gaps.end_detection();
@@ -136,7 +132,7 @@ mod tests {
     fn most_of_the_missing_name_the_evidence() {
         let mut gaps = Gaps::default();
         assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);
-        gaps.use_arrivals();
+        gaps.use_evidence(MissingFrom::Arrival);
         assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
         gaps.count(3, true);
         assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);
@@ -147,7 +143,7 @@ mod tests {
         assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows, "as many by each");
         gaps.count(1, false);
         assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
-        gaps.use_counter();
+        gaps.use_evidence(MissingFrom::Counter);
         gaps.count(9, true);
         assert_eq!(gaps.missing_from(), MissingFrom::Counter);
         gaps.discard();
@@ -157,12 +153,12 @@ mod tests {
     #[test]
     fn refused_stamps_leave_counters_or_rejected_rows() {
         let mut gaps = Gaps::default();
-        gaps.use_counter();
-        gaps.use_arrivals();
+        gaps.use_evidence(MissingFrom::Counter);
+        gaps.use_evidence(MissingFrom::Arrival);
         gaps.refuse_arrivals(false);
         assert_eq!((gaps.from, gaps.detector_decides), (MissingFrom::Counter, true));
         let mut gaps = Gaps::default();
-        gaps.use_arrivals();
+        gaps.use_evidence(MissingFrom::Arrival);
         gaps.refuse_arrivals(true);
         assert_eq!(
             (gaps.from, gaps.detector_decides),

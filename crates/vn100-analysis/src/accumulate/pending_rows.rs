@@ -73,13 +73,19 @@ impl PendingRows {
         self.counts.extend_from_slice(&batch.counts);
         let mut arrivals = batch.arrivals.iter().peekable();
         let mut counters = batch.counters.iter().peekable();
+        let is_stamped = self.first_ns.is_some() || !batch.arrivals.is_empty();
         for row in 0..batch.rows().len() {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 let at = self.since_origin(arrival.at_ns);
                 self.before_last = std::mem::replace(&mut self.last, at);
             }
-            let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
-            self.detector.push(self.last, count);
+            match batch.device_ns.get(row) {
+                Some(device_ns) => self.detector.push_device_time(*device_ns, is_stamped.then_some(self.last)),
+                None => {
+                    let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
+                    self.detector.push(self.last, count);
+                }
+            }
         }
     }
 

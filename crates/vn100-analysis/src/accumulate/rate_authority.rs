@@ -1,7 +1,7 @@
 //! Which source decides the sample rate, and what a change of it does.
 
 use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
-use vn100_protocol::{Layout, MESSAGES, OUTPUT_RATES_HZ};
+use vn100_protocol::{BINARY, Layout, MESSAGES, OUTPUT_RATES_HZ};
 
 use super::measured_span::MeasuredSpan;
 use crate::{
@@ -26,15 +26,23 @@ static OUTPUT_RATES: [f64; OUTPUT_RATES_HZ.len()] = {
     rates
 };
 
+/// Those of its binary outputs with a whole number of packets a second, or of seconds a packet.
+static PACKET_RATES: [f64; 18] =
+    [800.0, 400.0, 200.0, 160.0, 100.0, 80.0, 50.0, 40.0, 32.0, 25.0, 20.0, 16.0, 10.0, 8.0, 5.0, 4.0, 2.0, 1.0];
+
 /// Of the sensor that sends this message, in hertz; none for columns that may be of any sensor.
 pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
-    let is_output = layout.is_some_and(|layout| MESSAGES.iter().any(|output| output.message == layout.message));
-    if is_output { &OUTPUT_RATES } else { &[] }
+    let is_sentence = layout.is_some_and(|layout| MESSAGES.iter().any(|output| output.message == layout.message));
+    match layout {
+        Some(layout) if layout.message == BINARY => &PACKET_RATES,
+        _ if is_sentence => &OUTPUT_RATES,
+        _ => &[],
+    }
 }
 
-/// The source of the sample rate of a record, when it was wrong, and when it changed. The user
-/// outranks the sensor, the sensor arrival times, and these the default. A deviation has one sample
-/// interval: samples at another rate are excluded.
+/// The source of the sample rate of a record, when it was wrong, and when it changed. Device times
+/// outrank the user, who outranks the sensor's setting, that arrival times, and these the default.
+/// A deviation has one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
@@ -103,6 +111,10 @@ impl RateAuthority {
 
     pub(crate) fn set_layout(&mut self, layout: &Layout) {
         self.rates_hz = rates_hz(Some(layout));
+        // the register is that of sentences
+        if layout.message == BINARY && self.rate.from == RateFrom::Device {
+            self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
+        }
     }
 
     pub(crate) const fn hz(&self) -> f64 {
@@ -113,7 +125,7 @@ impl RateAuthority {
         match self.rate.from {
             RateFrom::Assumed => true,
             RateFrom::Arrival => self.rate.by_few.is_some(),
-            RateFrom::Option | RateFrom::Device => false,
+            RateFrom::Option | RateFrom::DeviceTime | RateFrom::Device => false,
         }
     }
 
@@ -135,6 +147,19 @@ impl RateAuthority {
                 self.attribute_to(device_hz);
             }
         }
+    }
+
+    /// The device times of the samples show this rate.
+    pub(crate) fn take_device_time(&mut self, device_hz: f64, span: &MeasuredSpan) -> RateEffect {
+        let hz = self.rate.hz;
+        if span.samples == 0 || device_hz == hz {
+            self.set(device_hz, RateFrom::DeviceTime);
+            return match device_hz == hz {
+                true => RateEffect::None,
+                false => RateEffect::Rescale { from_hz: hz, to_hz: device_hz },
+            };
+        }
+        self.take_change(hz, device_hz, None, span)
     }
 
     /// A connection is over after so few `samples` that their rate is not sure: it holds until a

@@ -83,6 +83,7 @@ impl Advice {
         }
         let evidence = match snapshot.timing.missing_from {
             MissingFrom::Arrival => "Arrival times show which samples were dropped.",
+            MissingFrom::DeviceTime => "The times of the sensor show which samples were dropped.",
             MissingFrom::Counter => "The counters show which samples were dropped.",
             MissingFrom::RejectedRows => "Each one between valid ones counts as one dropped sample.",
         };
@@ -106,6 +107,23 @@ impl Advice {
                 }
             };
             self.warn(WarningKind::RejectedLines, headline, format!("{evidence} {advice}"));
+        }
+        let packets = tally.measured_packets;
+        if packets.rejected > 0 {
+            let headline =
+                format!("{} of {} rejected: impossible numbers", packets.rejected, counted(tally.packets, "packet"));
+            let details = format!(
+                "{evidence} They have a right CRC: what sent or stored them wrote a number that no sensor measures, or the bytes are no \
+                 packets."
+            );
+            self.warn(WarningKind::RejectedLines, headline, details);
+        }
+        if packets.repeated > 0 {
+            let headline =
+                format!("{} of {} repeat the one before", packets.repeated, counted(tally.packets, "packet"));
+            let details = "They have the same time of the sensor, and count once: two outputs send the same, or the capture was stored \
+                           twice.";
+            self.warn(WarningKind::RepeatedLines, headline, details);
         }
         if tally.rejected.unchecked > 0 {
             let headline = format!("{} rejected: no checksum", of_all_lines(tally.rejected.unchecked, tally));
@@ -286,6 +304,10 @@ impl Advice {
                            rounding.";
             self.warn_of(WarningKind::StuckDigits, stuck, headline, details);
         }
+        if let Some((headline, details)) = saturated(snapshot) {
+            let axes = snapshot.saturation.axes().map(|(axis, _)| axis.to_owned());
+            self.warn_of(WarningKind::FullRange, axes.collect(), headline, details);
+        }
         let at_limit = channels_where(snapshot, reaches_limit);
         if !at_limit.is_empty() {
             let headline = format!("end of the sensor's range reached on {}", at_limit.join(" "));
@@ -325,6 +347,22 @@ impl Advice {
             self.warn_of(WarningKind::CompensatedStream, rates, headline, details);
         }
     }
+}
+
+/// What the sensor itself says of axes at the end of their range, with the time.
+fn saturated(snapshot: &Snapshot) -> Option<(String, String)> {
+    let saturation = &snapshot.saturation;
+    let (first, last) = saturation.first_at.zip(saturation.last_at)?;
+    let axes: Vec<_> = saturation.axes().map(|(axis, count)| format!("{axis} {count}")).collect();
+    let headline = format!("the sensor reports saturation in {}: {}", samples(saturation.samples), axes.join(", "));
+    let when = match first == last {
+        true => format!("At {:.3} s of the record.", first.as_secs_f64()),
+        false => format!("From {:.3} to {:.3} s of the record.", first.as_secs_f64(), last.as_secs_f64()),
+    };
+    Some((
+        headline,
+        format!("{when} Values at the end of a range are clipped, and statistics of clipped values are wrong."),
+    ))
 }
 
 /// Whether the message is one of the VN-100's own.

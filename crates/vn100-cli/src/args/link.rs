@@ -4,7 +4,10 @@ use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
 
 use clap::Args;
 use vn100_driver::OutputSettings;
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES, OUTPUT_RATES_HZ};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
+    stream::Measured,
+};
 use vn100_sim::{Profile, Thermal, fault::FaultPlan};
 
 use super::LogArgs;
@@ -129,11 +132,13 @@ impl SimSensorArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sensor settings")]
 pub(crate) struct ChangeArgs {
-    /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200
-    #[arg(long, value_name = "HZ", conflicts_with = "listen_only", value_parser = |text: &str| output_rate(text).map(AsyncRate::hz))]
+    /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200, of packets any whole part of
+    /// 800; the baud rate is raised for packets that need it
+    #[arg(long, value_name = "HZ", conflicts_with = "listen_only", value_parser = any_rate)]
     pub(crate) set_rate: Option<u32>,
 
-    /// Set the message to be sent, such as VNYMR or VNIMU
+    /// Set the message to be sent, such as VNYMR, VNIMU or BINARY: packets with the time of the
+    /// sensor, uncompensated; BINARY+MAG has magnetic field and pressure as well
     #[arg(long, value_name = "NAME", conflicts_with = "listen_only", value_parser = message)]
     pub(crate) set_message: Option<String>,
 
@@ -155,11 +160,18 @@ impl ChangeArgs {
         (settings != OutputSettings::default()).then_some(settings)
     }
 
+    /// What they set the sensor to send; `None` where they leave it as it is.
+    pub(crate) fn measured(&self) -> Option<Measured> {
+        let name = self.set_message.as_ref()?;
+        Some(if PacketMessage::named(name).is_some() { Measured::Packets } else { Measured::Sentences })
+    }
+
     /// Why what they ask for cannot be measured.
     pub(super) fn not_measured(&self) -> Option<String> {
-        let name = self.set_message.as_ref()?;
+        let name = self.set_message.as_ref().filter(|name| PacketMessage::named(name).is_none())?;
         let refusal = || {
-            let measured: Vec<_> = MESSAGES.iter().map(|layout| &*layout.message).collect();
+            let sentences = MESSAGES.iter().map(|layout| &*layout.message);
+            let measured: Vec<_> = sentences.chain(PACKET_MESSAGES.map(|message| message.name)).collect();
             format!("{name} cannot be measured; --set-message takes {}", measured.join(" or "))
         };
         MESSAGES.iter().all(|layout| layout.message != *name).then(refusal)
@@ -179,6 +191,15 @@ pub(crate) struct RecordingArgs {
     pub(crate) meta: Option<PathBuf>,
 }
 
+/// Of sentences or packets.
+fn any_rate(text: &str) -> Result<u32, String> {
+    let of_packets = |hz: &u32| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz);
+    match text.parse().ok().filter(of_packets) {
+        Some(hz) => Ok(hz),
+        None => output_rate(text).map(AsyncRate::hz),
+    }
+}
+
 pub(super) fn output_rate(text: &str) -> Result<AsyncRate, String> {
     let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
     let rates = || OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ");
@@ -192,10 +213,12 @@ pub(super) fn baud_rate(text: &str) -> Result<BaudRate, String> {
 
 fn message(text: &str) -> Result<String, String> {
     let name = text.to_ascii_uppercase();
-    let names = || (0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header).collect::<Vec<_>>().join(", ");
-    AsyncType::from_header(name.as_bytes())
-        .map(|_| name)
-        .ok_or_else(|| format!("the sensor's messages are {}", names()))
+    let sentences = (0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header);
+    let names = || sentences.chain(PACKET_MESSAGES.map(|message| message.name)).collect::<Vec<_>>().join(", ");
+    if PacketMessage::named(&name).is_some() || AsyncType::from_header(name.as_bytes()).is_some() {
+        return Ok(name);
+    }
+    Err(format!("the sensor's messages are {}", names()))
 }
 
 #[cfg(test)]

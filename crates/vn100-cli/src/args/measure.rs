@@ -13,7 +13,7 @@ use imu_noise::{Deviation, Estimator};
 use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Detrend, Goal, NoiseFigure, Settings};
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
-use vn100_protocol::stream::ReadOptions;
+use vn100_protocol::stream::{Measured, ReadOptions};
 use vn100_report::{RosFrame, Stamps};
 
 use super::{
@@ -85,6 +85,10 @@ pub(crate) struct MeasureArgs {
     /// Accept sentences without a checksum
     #[arg(long, help_heading = "Capture")]
     pub(crate) accept_unchecked: bool,
+
+    /// What to measure where sentences and binary packets are mixed [default: what comes first]
+    #[arg(long, help_heading = "Capture", value_parser = one_of(&MEASURED))]
+    pub(crate) measure: Option<Measured>,
 }
 
 impl MeasureArgs {
@@ -104,7 +108,11 @@ impl MeasureArgs {
     }
 
     pub(crate) fn read_options(&self) -> ReadOptions {
-        ReadOptions { accept_unchecked: self.accept_unchecked, ..ReadOptions::default() }
+        ReadOptions {
+            accept_unchecked: self.accept_unchecked,
+            measured: self.measure.unwrap_or_default(),
+            ..ReadOptions::default()
+        }
     }
 }
 
@@ -202,6 +210,11 @@ const ESTIMATORS: [(&str, &str, Estimator); 3] = [
 const DEVIATIONS: [(&str, &str, Deviation); 2] = [
     ("allan", "Allan deviation", Deviation::Allan),
     ("hadamard", "Hadamard deviation, insensitive to a linear drift of the rate", Deviation::Hadamard),
+];
+
+const MEASURED: [(&str, &str, Measured); 2] = [
+    ("sentences", "Sentences such as $VNYMR", Measured::Sentences),
+    ("packets", "Binary packets, with the time of the sensor where they carry it", Measured::Packets),
 ];
 
 const DETRENDS: [(&str, &str, Detrend); 2] = [

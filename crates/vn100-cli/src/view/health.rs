@@ -149,6 +149,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         from => {
             let (source, style) = match from {
                 RateFrom::Option => (" as given", Style::new()),
+                RateFrom::DeviceTime => (" from device time", Style::new()),
                 RateFrom::Device => (" as reported", Style::new()),
                 RateFrom::Arrival => (" from arrivals", Style::new()),
                 RateFrom::Assumed => (" ASSUMED", theme.warning()),

@@ -39,8 +39,12 @@ fn count(count: bool) -> OutputSettings {
 
 /// Each write as the sensor sees it.
 fn planned(current: &[RegisterContents], settings: &OutputSettings) -> Vec<String> {
-    let (changes, ..) = plan(current, settings).unwrap();
-    changes.iter().map(|change| format!("{},{}", change.register, change.after)).collect()
+    plan(current, settings)
+        .unwrap()
+        .changes
+        .iter()
+        .map(|change| format!("{},{}", change.register, change.after))
+        .collect()
 }
 
 fn error(current: &[RegisterContents], settings: &OutputSettings) -> String {
@@ -61,7 +65,7 @@ fn a_port_behind_a_value_is_no_change() {
     let current = with(current(115_200, 14, 40), &replies);
     let settings = OutputSettings { message: Some("VNYMR".into()), baud: Some(115_200), ..rate(40) };
     assert_eq!(planned(&current, &settings), [""; 0]);
-    let (changes, ..) = plan(&current, &rate(20)).unwrap();
+    let changes = plan(&current, &rate(20)).unwrap().changes;
     let [Change { before, after, .. }] = &changes[..] else { panic!("{changes:?}") };
     assert_eq!((before.as_str(), after.as_str()), ("40", "20"));
 }
@@ -201,6 +205,61 @@ fn what_cannot_be_says_what_can() {
     }
 }
 
+#[test]
+fn packets_come_behind_a_faster_line_and_without_sentences() {
+    let sold = current(115_200, 14, 40);
+    let packets =
+        |name: &str, rate_hz| OutputSettings { message: Some(name.into()), rate_hz, ..OutputSettings::default() };
+    assert_eq!(planned(&sold, &packets("BINARY", None)), ["06,0", "75,1,4,05,0001,001C"]);
+    let fast = packets("binary", Some(800));
+    assert_eq!(planned(&sold, &fast), ["05,460800", "06,0", "75,1,1,05,0001,001C"]);
+    let with_mag = OutputSettings { window: Some(1), ..packets("BINARY+MAG", Some(800)) };
+    let expected = ["05,921600", "06,0", "85,0,1,1,4,0,0,3,3,3,0", "75,1,1,05,0001,003E"];
+    assert_eq!(planned(&sold, &with_mag), expected);
+    let Plan { frames, rate_hz, .. } = plan(&sold, &fast).unwrap();
+    assert_eq!((frames, rate_hz), (FrameKind::Packet, 800.0));
+}
+
+#[test]
+fn packets_that_are_sent_keep_their_port_and_take_another_rate() {
+    let sending = with(current(921_600, 0, 40), &[(Register::BINARY_OUTPUT_1, "2,4,05,0001,001C")]);
+    assert_eq!(planned(&sending, &rate(800)), ["75,2,1,05,0001,001C"]);
+    let binary = OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() };
+    assert_eq!(planned(&sending, &binary), [""; 0]);
+    let back = OutputSettings { message: Some("VNYMR".into()), ..OutputSettings::default() };
+    assert_eq!(planned(&sending, &back), ["06,14"], "packets come beside");
+}
+
+#[test]
+fn packets_that_do_not_come_go_to_the_second_port() {
+    let changes = plan(
+        &current(115_200, 14, 40),
+        &OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() },
+    )
+    .unwrap()
+    .changes;
+    let moved = to_second_port(&changes).unwrap();
+    assert_eq!((moved.before.as_str(), moved.after.as_str()), ("0,0,00", "2,4,05,0001,001C"));
+    assert_eq!(to_second_port(&[moved]), None);
+    assert_eq!(to_second_port(&changes[..1]), None);
+}
+
+#[test]
+fn packets_that_do_not_fit_say_what_does() {
+    let sold = current(115_200, 14, 40);
+    let asked = OutputSettings { message: Some("BINARY".into()), baud: Some(115_200), ..rate(800) };
+    assert_eq!(
+        error(&sold, &asked),
+        "800 packets a second need 35200 bytes a second, and 115200 baud carry 11520; take 460800 baud or more"
+    );
+    let thirds = OutputSettings { baud: None, ..OutputSettings { rate_hz: Some(300), ..asked } };
+    assert!(
+        error(&sold, &thirds).starts_with("the rate of packets can be 1, 2, 4, 5, 8, 10, "),
+        "{}",
+        error(&sold, &thirds)
+    );
+}
+
 /// A message with a known length.
 fn message() -> impl Strategy<Value = AsyncType> {
     let known = |code: &AsyncType| code.header().is_some() && code.usual_length().is_some();
@@ -224,14 +283,11 @@ fn sensor() -> impl Strategy<Value = Vec<RegisterContents>> {
 
 fn settings() -> impl Strategy<Value = OutputSettings> {
     let baud = option::of(select(BaudRate::ALL.map(BaudRate::bits_per_s).to_vec()));
-    (baud, option::of(message()), option::of(select(OUTPUT_RATES_HZ.to_vec())), option::of(any::<bool>())).prop_map(
-        |(baud, message, rate_hz, count)| OutputSettings {
-            baud,
-            message: message.and_then(AsyncType::header).map(ToOwned::to_owned),
-            rate_hz,
-            count,
-            ..OutputSettings::default()
-        },
+    let sentences = message().prop_map(|message| message.header().map(ToOwned::to_owned));
+    let packets = select(PACKET_MESSAGES.to_vec()).prop_map(|packets| Some(packets.name.to_owned()));
+    let message = prop_oneof![2 => sentences, 1 => packets, 1 => Just(None)];
+    (baud, message, option::of(select(OUTPUT_RATES_HZ.to_vec())), option::of(any::<bool>())).prop_map(
+        |(baud, message, rate_hz, count)| OutputSettings { baud, message, rate_hz, count, ..OutputSettings::default() },
     )
 }
 
@@ -243,16 +299,23 @@ proptest! {
     #[test]
     fn every_step_fits_and_is_undone_in_reverse(sensor in sensor(), settings in settings()) {
         prop_assume!(output(&sensor).check_fit().is_ok());
-        let Ok((changes, _, rate)) = plan(&sensor, &settings) else { return Ok(()) };
+        let Ok(Plan { changes, rate_hz, .. }) = plan(&sensor, &settings) else { return Ok(()) };
         let mut state = sensor.clone();
         for change in &changes {
             state = with(state, &[(change.register, change.after.as_str())]);
             prop_assert_eq!(output(&state).check_fit(), Ok(()), "{:?}", change);
         }
         let set = output(&state);
-        prop_assert_eq!((set.rate, Some(set.rate.hz())), (rate, settings.rate_hz.or(Some(output(&sensor).rate.hz()))));
+        let rate_before_hz = || match output(&sensor).binary {
+            Some(binary) if set.sends_packets_alone() => match settings.message.as_deref().and_then(PacketMessage::named) {
+                Some(packets) if !packets.is_of(&binary) || binary.rate_hz() == 0.0 => f64::from(PACKETS_HZ),
+                _ => binary.rate_hz(),
+            },
+            _ => output(&sensor).rate.hz().into(),
+        };
+        prop_assert_eq!(rate_hz, settings.rate_hz.map_or_else(rate_before_hz, f64::from));
         prop_assert_eq!(set.counts_lines(), settings.count.unwrap_or(output(&sensor).counts_lines()));
-        prop_assert_eq!(plan(&state, &settings).unwrap().0, []);
+        prop_assert_eq!(plan(&state, &settings).unwrap().changes, []);
         for change in changes.iter().rev() {
             state = with(state, &[(change.register, change.before.as_str())]);
             prop_assert_eq!(output(&state).check_fit(), Ok(()), "back: {:?}", change);
@@ -271,7 +334,7 @@ fn a_change_names_what_is_changed() {
         (Register::PROTOCOL_CONTROL, "the format of the sentences (register 30) from 1 to 2"),
         (Register::SYNC_CONTROL, "the synchronisation (register 32) from 1 to 2"),
         (Register::IMU_FILTER, "the averaging windows (register 85) from 1 to 2"),
-        (Register::BINARY_OUTPUT_1, "register 75 from 1 to 2"),
+        (Register::BINARY_OUTPUT_1, "the packets (register 75) from 1 to 2"),
     ] {
         assert_eq!(Change { register, before: fields("1"), after: fields("2") }.to_string(), name);
     }

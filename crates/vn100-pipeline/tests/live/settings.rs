@@ -12,7 +12,7 @@ async fn a_sensor_is_set_before_and_set_back_behind() {
     else {
         panic!("{events:?}")
     };
-    assert_eq!((set.rate_hz, set.changes.len()), (20, 1));
+    assert_eq!((set.rate_hz, set.changes.len()), (20.0, 1));
     assert!(result.is_restored);
     assert_eq!(sensor.world().registers[&7], "40");
 }

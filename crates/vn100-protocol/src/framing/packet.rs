@@ -8,13 +8,16 @@
 //! CRC alone decides, over whatever bytes these are: one in 65 536 false starts with known masks is
 //! taken for a packet.
 
-use crate::framing::checksum::crc16;
+use crate::{
+    framing::checksum::crc16,
+    packet::field::{Field, GROUPS},
+};
 
 /// The byte a packet begins with.
 pub(crate) const START: u8 = 0xFA;
 
 /// The longest packet a VN-100 can send: every field of every group it has.
-pub const MAX_PACKET: usize = 523;
+pub const MAX_PACKET: usize = 627;
 
 /// A binary packet with a right CRC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,19 +39,6 @@ pub(crate) enum PacketStart {
     No,
 }
 
-/// The groups a VN-100 has: the bit of each, and the bytes of its fields by bit, 0 where none is
-/// known.
-///
-/// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with
-/// them is known.
-#[rustfmt::skip]
-const GROUPS: [(u8, [u8; 16]); 4] = [
-    (0x01, [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0]), // common
-    (0x02, [8, 8, 8, 2, 8, 8, 8, 4, 4, 1, 0, 0, 0, 0, 0, 0]),          // time
-    (0x04, [2, 12, 12, 12, 4, 4, 16, 12, 12, 12, 12, 2, 0, 0, 0, 0]),  // inertial
-    (0x10, [2, 12, 16, 36, 12, 12, 12, 12, 12, 0, 0, 0, 12, 4, 0, 0]), // attitude
-];
-
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
 /// Classifies `input`, which begins with 0xFA.
@@ -62,11 +52,11 @@ pub(crate) fn classify(input: &[u8]) -> PacketStart {
     }
     let mut words = input[2..].chunks_exact(2);
     let mut length = 2 + 2;
-    for (_, sizes) in GROUPS.iter().filter(|(bit, _)| groups & bit != 0) {
+    for (_, fields) in GROUPS.iter().filter(|(bit, _)| groups & bit != 0) {
         let Some(word) = words.next() else {
             return PacketStart::Incomplete;
         };
-        match payload_length(u16::from_le_bytes([word[0], word[1]]), sizes) {
+        match payload_length(u16::from_le_bytes([word[0], word[1]]), fields) {
             Some(payload) => length += 2 + payload,
             None => return PacketStart::No,
         }
@@ -84,18 +74,18 @@ pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
     if groups & !KNOWN_GROUPS != 0 || groups == 0 || groups.count_ones() as usize != words.len() {
         return None;
     }
-    let sizes = GROUPS.iter().filter(|(bit, _)| groups & bit != 0).map(|(_, sizes)| sizes);
-    words.iter().zip(sizes).try_fold(2 + 2, |length, (&word, sizes)| Some(length + 2 + payload_length(word, sizes)?))
+    let fields = GROUPS.iter().filter(|(bit, _)| groups & bit != 0).map(|(_, fields)| fields);
+    words.iter().zip(fields).try_fold(2 + 2, |length, (&word, fields)| Some(length + 2 + payload_length(word, fields)?))
 }
 
 /// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
-fn payload_length(word: u16, sizes: &[u8; 16]) -> Option<usize> {
+fn payload_length(word: u16, fields: &[Field; 16]) -> Option<usize> {
     let mut length = 0;
-    for (_, &size) in sizes.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
-        if size == 0 {
+    for (_, field) in fields.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
+        if field.bytes == 0 {
             return None;
         }
-        length += usize::from(size);
+        length += usize::from(field.bytes);
     }
     (length > 0).then_some(length)
 }
@@ -153,8 +143,8 @@ mod tests {
             "FA 01 0000",
             "FA 01 0080",
             "FA 02 0004",
-            "FA 04 0010",
-            "FA 10 0002",
+            "FA 04 0020",
+            "FA 10 0040",
         ] {
             assert_eq!(classify(&bytes(head)), PacketStart::No, "{head}");
         }
@@ -162,8 +152,8 @@ mod tests {
 
     #[test]
     fn the_longest_packet_has_every_field() {
-        let header = bytes("FA 17 FF7F FF03 FF0F FF31");
-        let mut packet = [&header[..], &[0x5A; 198 + 59 + 112 + 142]].concat();
+        let header = bytes("FA 17 FF7F FF03 FF1F FF3F");
+        let mut packet = [&header[..], &[0x5A; 198 + 59 + 152 + 206]].concat();
         packet.extend(crc16(&packet[1..]).to_be_bytes());
         assert_eq!(packet.len(), MAX_PACKET);
         assert_eq!(classify(&packet), PacketStart::Packet(MAX_PACKET));

@@ -26,8 +26,22 @@ pub struct Tally {
     pub unchecked_sentences: u64,
     /// Binary packets.
     pub packets: u64,
+    /// Of these, those that are samples, good or not.
+    pub measured_packets: MeasuredPackets,
     /// Rejected sentences.
     pub rejected: RejectedCounts,
+}
+
+/// Packets of the form that is measured. The decoder counts none of them: the
+/// [`SampleReader`](crate::stream::SampleReader) does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MeasuredPackets {
+    /// Samples.
+    pub samples: u64,
+    /// With a number that no VN-100 measures.
+    pub rejected: u64,
+    /// With the device time of the one before.
+    pub repeated: u64,
 }
 
 /// Rejected sentences by reason.
@@ -69,6 +83,9 @@ impl Tally {
         self.other += next.other;
         self.unchecked_sentences += next.unchecked_sentences;
         self.packets += next.packets;
+        self.measured_packets.samples += next.measured_packets.samples;
+        self.measured_packets.rejected += next.measured_packets.rejected;
+        self.measured_packets.repeated += next.measured_packets.repeated;
         let (ours, theirs) = (&mut self.rejected, &next.rejected);
         ours.checksum += theirs.checksum;
         ours.unchecked += theirs.unchecked;

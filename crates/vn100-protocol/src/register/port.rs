@@ -66,7 +66,7 @@ impl RegisterValue for BaudRate {
 ///
 /// A code without a constant here, of a sister product or of the maker's own, can be read and
 /// written all the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AsyncType(pub u8);
 
 struct AsyncMessage {

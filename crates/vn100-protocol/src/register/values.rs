@@ -240,6 +240,15 @@ impl BinaryOutput {
     }
 }
 
+impl fmt::Display for BinaryOutput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{:02X}", self.async_mode, self.rate_divisor, self.groups)?;
+        self.field_words.iter().try_for_each(|word| write!(f, ",{word:04X}"))
+    }
+}
+
+impl WritableValue for BinaryOutput {}
+
 impl RegisterValue for BinaryOutput {
     const REGISTERS: &'static [Register] =
         &[Register::BINARY_OUTPUT_1, Register::BINARY_OUTPUT_2, Register::BINARY_OUTPUT_3];

@@ -24,6 +24,9 @@ pub struct Batch {
     pub arrivals: Vec<Arrival>,
     /// The counters of the rows that carry one, in order.
     pub counters: Vec<RowCounter>,
+    /// When the sensor measured each row, in nanoseconds since it started; empty where rows do not
+    /// carry their device time.
+    pub device_ns: Vec<u64>,
     /// What stood between the rows, by position.
     pub marks: Vec<Mark>,
     /// What the sensor said of its registers in reply to commands, in order: the values read, and
@@ -110,6 +113,8 @@ impl SingleRows {
         let arrived = batch.arrivals.iter().rfind(|arrival| arrival.from_row <= row);
         line.arrivals.extend(arrived.map(|arrival| Arrival { from_row: 0, ..*arrival }));
         line.counters.clear();
+        line.device_ns.clear();
+        line.device_ns.extend(batch.device_ns.get(row));
         let counter = batch.counters.binary_search_by_key(&row, |counter| counter.row);
         line.counters.extend(counter.ok().map(|place| RowCounter { row: 0, ..batch.counters[place] }));
         Some(line)
@@ -156,8 +161,11 @@ pub struct Mark {
 /// What a [`Mark`] marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
-    /// A rejected sentence or row; the tally counts the reasons.
+    /// A rejected sentence, packet or row; the tally counts the reasons.
     Rejected,
+    /// The row behind it was measured with axes at the end of their range; the bits are those of
+    /// [`PacketForm::saturation`](crate::PacketForm::saturation).
+    Saturated(u16),
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),
     /// The sensor answered with register 54: its temperature, in counts of that channel of

@@ -14,7 +14,7 @@ use crate::{DeviceError, Tally};
 pub struct StreamCounts {
     /// The parser's own count; its byte classes add up to the bytes read.
     pub tally: Tally,
-    /// Lines of a measurement other than the one this stream began with; part of the valid
+    /// Sentences of a measurement other than the one this stream began with; part of the valid
     /// sentences, not of the samples.
     pub foreign_samples: u64,
     /// Bytes that were discarded during a baud scan or while the sensor was identified; not in the
@@ -42,7 +42,7 @@ impl StreamCounts {
     /// Samples handed out.
     #[must_use]
     pub fn samples(&self) -> u64 {
-        self.tally.samples - self.foreign_samples
+        self.tally.samples - self.foreign_samples + self.tally.measured_packets.samples
     }
 
     /// Bytes that came in.

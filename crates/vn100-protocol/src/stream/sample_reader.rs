@@ -6,10 +6,11 @@ use core::mem;
 use super::{
     Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
     StreamInput,
+    packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
-    AsyncType, Channel, Decoder, Item, Layout, Options, PrintFormat, Quantity, Register, RegisterContents, Reply,
-    Sample, Sentence, Tally, VNIMU,
+    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PrintFormat, Quantity, Register,
+    RegisterContents, Reply, Sample, Sentence, Tally, VNIMU,
 };
 
 /// How a stream is read.
@@ -25,6 +26,29 @@ pub struct ReadOptions {
     /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not
     /// among them: its [report](super::CsvReport) names the first of each kind.
     pub diagnostics: bool,
+    /// What is measured of a stream that carries sentences and packets.
+    pub measured: Measured,
+}
+
+/// What is measured of a stream.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Measured {
+    /// What comes first.
+    #[default]
+    First,
+    /// Sentences.
+    Sentences,
+    /// Packets.
+    Packets,
+}
+
+/// What the sensor sends by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FrameKind {
+    /// Sentences of a message; of all without a name [`AsyncType::OFF`].
+    Sentence(AsyncType),
+    /// Binary packets.
+    Packet,
 }
 
 /// Decodes a stream and collects its samples in batches.
@@ -39,10 +63,12 @@ pub struct SampleReader {
 /// What is known of the stream from one batch to the next, and the batches not yet sent.
 #[derive(Default)]
 struct Stream {
+    measured: Measured,
     layout: Option<Arc<Layout>>,
+    packets: PacketReader,
     at_ns: Option<i64>,
     printed: Option<PrintFormat>,
-    /// The counts but for the tally, which is the decoder's.
+    /// The counts but for the tally, which is the decoder's but for the measured packets.
     link: StreamCounts,
     /// Valid sentences of each message but that of the samples, by its code; those without a code
     /// of their own by [`AsyncType::OFF`].
@@ -59,7 +85,7 @@ impl SampleReader {
     /// A reader at the beginning of a stream.
     pub fn new(options: ReadOptions) -> Self {
         let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
-        let stream = Stream { is_diagnosed: options.diagnostics, ..Stream::default() };
+        let stream = Stream { measured: options.measured, is_diagnosed: options.diagnostics, ..Stream::default() };
         Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
@@ -95,13 +121,19 @@ impl SampleReader {
 
     /// What the stream has carried so far.
     pub fn tally(&self) -> Tally {
-        self.decoder.tally()
+        Tally { measured_packets: self.stream.packets.counts, ..self.decoder.tally() }
+    }
+
+    /// Frames that the sensor has sent by itself so far, by their kind.
+    pub fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
+        let sentences = self.lines().map(|(code, count)| (FrameKind::Sentence(AsyncType(code)), count));
+        sentences.chain([(FrameKind::Packet, self.tally().packets)])
     }
 
     /// Valid sentences of each message so far, by its code.
-    pub fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
+    fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
         let samples = self.tally().samples - self.stream.link.foreign_samples;
-        let layout = self.stream.layout.as_deref();
+        let layout = self.stream.layout.as_deref().filter(|layout| layout.message != BINARY);
         let of_samples = layout.map(|layout| (code(layout.message.as_bytes()), samples));
         of_samples.into_iter().chain(self.stream.other_lines.iter().map(|(&code, &lines)| (code, lines)))
     }
@@ -113,8 +145,9 @@ impl SampleReader {
             self.waiting.extend_from_slice(bytes);
             self.decode_line_by_line(false);
         } else {
-            // a count takes nine bytes of its sentence or more
-            self.stream.open.counts.reserve(bytes.len() / 9);
+            // a count takes four bytes of its packet, and nine of its sentence, or more
+            let bytes_per_count = if self.stream.packets.form.is_some() { 4 } else { 9 };
+            self.stream.open.counts.reserve(bytes.len() / bytes_per_count);
             self.decoder.push(bytes, |item| self.stream.put(item));
         }
     }
@@ -164,7 +197,8 @@ impl SampleReader {
             let rows = self.stream.row();
             self.stream.put(item);
             if self.stream.row() > rows {
-                self.stream.open.tallies.push(self.decoder.tally());
+                let tally = self.tally();
+                self.stream.open.tallies.push(tally);
             }
         }
         self.stream.seal_rows();
@@ -173,7 +207,7 @@ impl SampleReader {
 
     /// All batches since the last call; one, unless line by line.
     pub fn take_batches(&mut self) -> Vec<Batch> {
-        self.stream.seal(self.decoder.tally());
+        self.stream.seal(self.tally());
         mem::take(&mut self.stream.sealed)
     }
 }
@@ -196,8 +230,9 @@ impl Stream {
             Item::Rejected(rejected) if self.may_be_sample(rejected.raw) => self.mark(MarkKind::Rejected),
             Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
+            Item::Packet(packet) => self.put_packet(&packet),
             // in the tally
-            Item::Packet(_) | Item::Rejected(_) => {}
+            Item::Rejected(_) => {}
         }
     }
 
@@ -239,8 +274,10 @@ impl Stream {
     #[inline]
     fn put_sample(&mut self, sample: &Sample) {
         let (layout, printed) = (sample.layout, sample.print_format);
-        let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
-        if chosen.message != layout.message {
+        if self.layout.is_none() && self.measured != Measured::Packets {
+            self.layout = Some(Arc::new(layout.clone()));
+        }
+        if self.layout.as_ref().is_none_or(|chosen| chosen.message != layout.message) {
             self.link.foreign_samples += 1;
             self.note_other(layout.message.as_bytes());
             return;
@@ -249,15 +286,52 @@ impl Stream {
             self.printed = Some(printed);
             self.mark(MarkKind::Printed(printed));
         }
-        if let Some(at_ns) = self.at_ns
-            && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
-        {
-            self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
-        }
+        self.note_arrival();
         if let Some(count) = sample.suffix.count {
             self.open.counters.push(RowCounter { row: self.row(), count });
         }
         self.open.counts.extend_from_slice(sample.counts());
+    }
+
+    #[inline]
+    fn put_packet(&mut self, packet: &Packet<'_>) {
+        if self.layout.is_none() && self.measured != Measured::Sentences {
+            self.packets.begin(packet);
+            self.layout = self.packets.form.as_ref().map(|form| Arc::clone(form.layout()));
+        }
+        let rows = self.row();
+        match self.packets.read(packet, &mut self.open.counts) {
+            PacketOutcome::Sample { device_ns, saturation } => {
+                if saturation != 0 {
+                    self.open.marks.push(Mark { before_row: rows, kind: MarkKind::Saturated(saturation) });
+                }
+                self.open.device_ns.extend(device_ns);
+                self.note_arrival_of(rows);
+            }
+            PacketOutcome::Rejected(rejected) => {
+                self.diagnose(|| Diagnostic::Refused {
+                    reason: rejected.to_string(),
+                    offset: packet.offset,
+                    raw: packet.raw.into(),
+                });
+                self.mark(MarkKind::Rejected);
+            }
+            PacketOutcome::None => {}
+        }
+    }
+
+    #[inline]
+    fn note_arrival(&mut self) {
+        self.note_arrival_of(self.row());
+    }
+
+    #[inline]
+    fn note_arrival_of(&mut self, row: usize) {
+        if let Some(at_ns) = self.at_ns
+            && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
+        {
+            self.open.arrivals.push(Arrival { from_row: row, at_ns });
+        }
     }
 
     fn note_other(&mut self, header: &[u8]) {
@@ -287,9 +361,14 @@ impl Stream {
 
     /// Whether the item is a row like that before it, with nothing else to be said.
     fn is_one_more_row(&self, item: &Item<'_>) -> bool {
-        let Item::Sample(sample) = item else { return false };
-        let is_ours = self.layout.as_ref().is_some_and(|layout| layout.message == sample.layout.message);
-        is_ours && self.printed == Some(sample.print_format)
+        match item {
+            Item::Sample(sample) => {
+                let is_ours = self.layout.as_ref().is_some_and(|layout| layout.message == sample.layout.message);
+                is_ours && self.printed == Some(sample.print_format)
+            }
+            Item::Packet(packet) => self.packets.is_one_more_row(packet),
+            _ => false,
+        }
     }
 
     /// Ends the batch with its last row, if it has any.

@@ -13,6 +13,7 @@ mod examples;
 mod fast_path;
 mod link_budget;
 mod no_copy;
+mod packets;
 mod registers;
 mod session;
 mod session_echo;

@@ -153,6 +153,7 @@ const fn of_rate(from: RateFrom) -> Words {
         "All averaging times and densities rest on the rate: 1 % of it is 1 % of every tau and 0.5 % of N.";
     match from {
         RateFrom::Option => (MATTERS, "Nothing, if the sensor was set to it.", &[], ""),
+        RateFrom::DeviceTime => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, TimeStartup"),
         RateFrom::Device => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 7"),
         RateFrom::Arrival => (MATTERS, "Nothing; state another rate with {}.", &[Remedy::GiveRate(None)], ""),
         RateFrom::Assumed => (MATTERS, "Set {} if the sensor did not run at 40 Hz.", &[Remedy::GiveRate(None)], ""),
@@ -163,6 +164,7 @@ const fn of_missing(from: MissingFrom) -> Words {
     const MATTERS: &str =
         "Undetected dropped samples move all later samples in time, which distorts long averaging times.";
     match from {
+        MissingFrom::DeviceTime => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, TimeStartup"),
         MissingFrom::Counter => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 30"),
         MissingFrom::Arrival => (MATTERS, "For exact counts let the sensor append its counter.", &[], ""),
         MissingFrom::RejectedRows => {

@@ -206,11 +206,13 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     let from = match timing.rate_from {
         RateFrom::Option => "as given by the user",
+        RateFrom::DeviceTime => "from the device time in each packet",
         RateFrom::Device => "reported by the sensor (register 7)",
         RateFrom::Arrival => "from arrival times",
         RateFrom::Assumed => "assumed; the capture does not contain it",
     };
     let by = match timing.missing_from {
+        MissingFrom::DeviceTime => "by device time",
         MissingFrom::Counter => "by the row counter",
         MissingFrom::Arrival => "by arrival times",
         MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",

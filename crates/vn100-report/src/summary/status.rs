@@ -161,7 +161,7 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
             let rejected = rejected_lines(&snapshot.link.tally);
             let dropped = match timing.missing_from {
                 MissingFrom::RejectedRows => "missing ones undetectable (no times)".to_owned(),
-                MissingFrom::Counter | MissingFrom::Arrival => {
+                MissingFrom::DeviceTime | MissingFrom::Counter | MissingFrom::Arrival => {
                     format!("{} dropped samples, {}", grouped(timing.missing), counted(timing.segments, "segment"))
                 }
             };

@@ -36,6 +36,7 @@ fn time_base(findings: &Findings) -> Option<String> {
     } else {
         let from = match findings.timing.rate_from {
             RateFrom::Option => "as given by the user",
+            RateFrom::DeviceTime => "by the sensor's own clock",
             RateFrom::Device => "as reported by the sensor",
             RateFrom::Arrival | RateFrom::Assumed => "from arrival times",
         };

@@ -45,9 +45,9 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
         let beside =
             link.other_message.map_or_else(String::new, |name| format!(" and other sentences, such as {name}"));
         let headline = format!("{}{beside}, and no message that is measured", counted(tally.packets, "binary packet"));
-        let details = Text::from("Binary packets are counted, not read. Switch to an ASCII message with `")
-            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
-            .then("`, or VNIMU.");
+        let details = Text::from("They have neither angular rate nor acceleration. Packets that have both come with `")
+            .remedy(Remedy::Configure(Setting::Message("BINARY")))
+            .then("`, sentences with VNYMR or VNIMU.");
         return Some((headline, details));
     }
     if let Some(name) = link.other_message {
@@ -127,7 +127,7 @@ pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> T
             RateFrom::Option => {
                 Text::default().remedy(Remedy::GiveRate(None)).then(" set that rate: if the stamps are right, omit it.")
             }
-            RateFrom::Device => "The sensor reports that rate.".into(),
+            RateFrom::DeviceTime | RateFrom::Device => "The sensor reports that rate.".into(),
             RateFrom::Arrival | RateFrom::Assumed => "The arrival times before showed that rate.".into(),
         },
         Refusal::OtherRate { .. } => "The arrival times before showed that rate.".into(),

@@ -1,0 +1,351 @@
+//! Missing samples by the time at which the sensor says that it measured each.
+
+use std::{collections::VecDeque, time::Duration};
+
+use super::envelope::Envelope;
+use super::gap_event::{GapEvent, NominalRate, TimebaseSummary};
+use super::interval_statistics::IntervalStatistics;
+use super::rate_estimates::RUN;
+use super::sample_counter::CounterSummary;
+
+/// The sensor measures 800 times a second, and sends every so many of these measurements (VN-100
+/// User Manual, register 75).
+const TICK_NS: f64 = 1_250_000.0;
+
+/// Part of an interval by which it may differ from whole periods. Chosen: the clocks of real
+/// sensors differ by a fortieth at 800 Hz.
+const TOLERANCE: f64 = 0.25;
+
+/// Part of a tick by which the mean interval of a sensor with such ticks may differ.
+const TICK_TOLERANCE: f64 = 0.1;
+
+/// Above, an interval is no gap but another clock: at 800 Hz such a gap takes two months.
+const MAX_PERIODS: f64 = 4_294_967_296.0;
+
+/// Below, arrival times say nothing of the offset of two clocks.
+const MIN_COMPARED: Duration = Duration::from_secs(60);
+
+/// Judges the device times of a stream's samples; streaming, in bounded memory.
+///
+/// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
+/// intervals shows one, else that mean: it is right as long as two samples follow each other
+/// anywhere among them. An interval of n periods is n - 1 missing samples. A time that goes back is
+/// a restart of the sensor, and any other interval another clock: [`GapEvent::UnknownGap`]. As many
+/// equal intervals of another length are another rate.
+#[derive(Clone, Debug)]
+pub(super) struct DeviceClock {
+    first_ns: u64,
+    last_ns: u64,
+    last_at: Option<Duration>,
+    /// The first samples; empty once the period is known.
+    held: Vec<Stamped>,
+    period_ns: Option<f64>,
+    /// Of the last sample, in periods since the sensor started to send.
+    index: u64,
+    /// Ticks of the last intervals that are not the period, and how many of them came.
+    other: (u64, usize),
+    envelope: Option<Envelope>,
+    intervals: IntervalStatistics,
+    /// Where the offset of the clocks begins to count.
+    compared_from: Option<Duration>,
+    samples: u64,
+    backwards: u64,
+    missing: u64,
+    gaps: u64,
+    pub(super) events: VecDeque<GapEvent>,
+}
+
+/// A sample, by both clocks.
+#[derive(Clone, Copy, Debug)]
+struct Stamped {
+    device_ns: u64,
+    at: Option<Duration>,
+}
+
+impl DeviceClock {
+    pub(super) fn new() -> Self {
+        Self {
+            first_ns: 0,
+            last_ns: 0,
+            last_at: None,
+            held: Vec::new(),
+            period_ns: None,
+            index: 0,
+            other: (0, 0),
+            envelope: None,
+            intervals: IntervalStatistics::new(),
+            compared_from: None,
+            samples: 0,
+            backwards: 0,
+            missing: 0,
+            gaps: 0,
+            events: VecDeque::new(),
+        }
+    }
+
+    /// `at` is the arrival, where it is known.
+    pub(super) fn push(&mut self, device_ns: u64, at: Option<Duration>) {
+        if self.samples == 0 {
+            self.first_ns = device_ns;
+        }
+        self.samples += 1;
+        let stamped = Stamped { device_ns, at };
+        match self.period_ns {
+            Some(period_ns) => self.judge(stamped, period_ns),
+            None => {
+                self.held.push(stamped);
+                if self.held.len() == RUN {
+                    self.learn_period();
+                }
+            }
+        }
+        self.last_ns = device_ns;
+    }
+
+    /// No sample follows: decides on those held.
+    pub(super) fn finish(&mut self) {
+        self.learn_period();
+    }
+
+    pub(super) fn counter(&self) -> Option<CounterSummary> {
+        let (first, last) = (self.first_ns, self.last_ns);
+        (self.samples > 0).then_some(CounterSummary { first, last, step: self.period_ns, is_device_time: true })
+    }
+
+    /// What the arrival times show of the sensor's clock; `None` without any.
+    pub(super) fn summary(&self) -> Option<TimebaseSummary> {
+        self.last_at.map(|_| self.so_far())
+    }
+
+    fn so_far(&self) -> TimebaseSummary {
+        let nominal = self.period_ns.map(|period_ns| NominalRate::Known(1e9 / period_ns));
+        let compared = self.last_at.zip(self.compared_from).map(|(last, from)| last.saturating_sub(from));
+        let fitted_s = self.envelope.as_ref().and_then(|envelope| envelope.fitted_period_s);
+        let measured_hz = fitted_s.filter(|_| compared >= Some(MIN_COMPARED)).map(f64::recip);
+        TimebaseSummary {
+            samples: self.samples,
+            backwards: self.backwards,
+            nominal,
+            measured_hz,
+            offset_ppm: nominal.zip(measured_hz).map(|(nominal, hz)| (hz / nominal.hz() - 1.0) * 1e6),
+            refusal: None,
+            missing: self.missing,
+            gaps: self.gaps,
+            arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
+        }
+    }
+
+    fn learn_period(&mut self) {
+        let held = std::mem::take(&mut self.held);
+        let Some(first) = held.first() else { return };
+        let intervals = || held.windows(2).filter_map(|pair| pair[1].device_ns.checked_sub(pair[0].device_ns));
+        if let Some(period_ns) = period_ns(intervals().filter(|ns| *ns > 0)) {
+            self.period_ns = Some(period_ns);
+            self.envelope = Some(Envelope::new(period_ns * 1e-9));
+            self.events.push_back(GapEvent::DeviceTimeInUse { rate_hz: 1e9 / period_ns });
+        }
+        self.last_ns = first.device_ns;
+        self.add_sample(*first);
+        for stamped in &held[1..] {
+            match self.period_ns {
+                Some(period_ns) => self.judge(*stamped, period_ns),
+                // no interval is one
+                None => {
+                    self.events.push_back(GapEvent::UnknownGap);
+                    self.add_sample(*stamped);
+                }
+            }
+            self.last_ns = stamped.device_ns;
+        }
+    }
+
+    fn judge(&mut self, stamped: Stamped, period_ns: f64) {
+        let Some(interval_ns) = stamped.device_ns.checked_sub(self.last_ns) else {
+            self.backwards += 1;
+            return self.begin_anew(stamped);
+        };
+        let quotient = interval_ns as f64 / period_ns;
+        let periods = quotient.round();
+        let is_whole = (quotient - periods).abs() <= TOLERANCE && (1.0..=MAX_PERIODS).contains(&periods);
+        if is_whole && periods == 1.0 {
+            self.other.1 = 0;
+            self.index += 1;
+            return self.add_sample(stamped);
+        }
+        if self.is_other_rate(interval_ns, period_ns) {
+            return self.begin_anew(stamped);
+        }
+        if is_whole {
+            let missing = periods as u64 - 1;
+            self.index += 1 + missing;
+            self.missing += missing;
+            self.gaps += 1;
+            self.events.push_back(GapEvent::Missing(missing));
+            self.add_sample(stamped);
+        } else {
+            self.begin_anew(stamped);
+        }
+    }
+
+    /// The sample follows the one before by an unknown time.
+    fn begin_anew(&mut self, stamped: Stamped) {
+        self.index = 0;
+        (self.last_at, self.compared_from) = (None, None);
+        if let Some(envelope) = &mut self.envelope {
+            envelope.restart();
+        }
+        self.events.push_back(GapEvent::UnknownGap);
+        self.add_sample(stamped);
+    }
+
+    /// Whether as many intervals as show a rate were equal to this one; then it is the period.
+    fn is_other_rate(&mut self, interval_ns: u64, period_ns: f64) -> bool {
+        let ticks = (interval_ns as f64 / TICK_NS).round().max(1.0);
+        let same = if self.other.0 == ticks as u64 { self.other.1 + 1 } else { 1 };
+        self.other = (ticks as u64, same);
+        if same < RUN || (interval_ns as f64 / TICK_NS - ticks).abs() > TICK_TOLERANCE {
+            return false;
+        }
+        let (from_hz, to_hz) = (1e9 / period_ns, 1e9 / (ticks * TICK_NS));
+        self.events.push_back(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
+        (self.period_ns, self.other) = (Some(ticks * TICK_NS), (0, 0));
+        self.envelope = Some(Envelope::new(ticks * TICK_NS * 1e-9));
+        true
+    }
+
+    fn add_sample(&mut self, stamped: Stamped) {
+        if let Some(at) = stamped.at {
+            if let Some(envelope) = &mut self.envelope {
+                envelope.push(self.index, at.as_secs_f64());
+            }
+            let since_last = self.last_at.map(|last| at.saturating_sub(last).as_micros() as u64);
+            self.intervals.push(since_last);
+            self.intervals.resolve(1);
+            self.last_at = Some(at);
+            self.compared_from.get_or_insert(at);
+        }
+        match self.events.back_mut() {
+            Some(GapEvent::Samples(samples)) => *samples += 1,
+            _ => self.events.push_back(GapEvent::Samples(1)),
+        }
+    }
+}
+
+/// Of intervals in nanoseconds that are not zero; `None` without any.
+fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
+    let least = intervals.clone().min()? as f64;
+    let single: Vec<f64> = intervals.map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
+    let mean_ns = single.iter().sum::<f64>() / single.len() as f64;
+    let ticks = (mean_ns / TICK_NS).round();
+    let is_whole = ticks >= 1.0 && (mean_ns / TICK_NS - ticks).abs() <= TICK_TOLERANCE;
+    Some(if is_whole { ticks * TICK_NS } else { mean_ns })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::gap_event::GapEvent::{DeviceTimeInUse, Missing, Samples, UnknownGap};
+    use super::*;
+
+    const TICK: u64 = 1_250_000;
+
+    fn events(device_ns: impl IntoIterator<Item = u64>) -> Vec<GapEvent> {
+        let mut clock = DeviceClock::new();
+        device_ns.into_iter().for_each(|ns| clock.push(ns, None));
+        clock.finish();
+        let mut events: Vec<GapEvent> = Vec::new();
+        while let Some(event) = clock.events.pop_front() {
+            match (events.last_mut(), &event) {
+                (Some(Samples(before)), Samples(samples)) => *before += samples,
+                _ => events.push(event),
+            }
+        }
+        events
+    }
+
+    #[test]
+    fn the_exact_vectors_miss_one_sample() {
+        let expected = [DeviceTimeInUse { rate_hz: 800.0 }, Samples(2), Missing(1), Samples(1)];
+        assert_eq!(events([TICK, 2 * TICK, 4 * TICK]), expected);
+    }
+
+    #[test]
+    fn few_samples_show_what_they_can() {
+        assert_eq!(events([]), []);
+        assert_eq!(events([5]), [Samples(1)]);
+        assert_eq!(events([9, 5]), [Samples(1), UnknownGap, Samples(1)]);
+        assert_eq!(events([0, 5_000_000]), [DeviceTimeInUse { rate_hz: 200.0 }, Samples(2)]);
+    }
+
+    #[test]
+    fn a_restart_is_no_gap() {
+        let running = (100..140).map(|tick| tick * TICK);
+        let restarted = (1..50).map(|tick| tick * TICK);
+        let used = DeviceTimeInUse { rate_hz: 800.0 };
+        assert_eq!(events(running.clone().chain(restarted)), [used.clone(), Samples(40), UnknownGap, Samples(49)]);
+        let later = (100_140..100_150).map(|tick| tick * TICK);
+        assert_eq!(events(running.clone().chain(later)), [used.clone(), Samples(40), Missing(100_000), Samples(10)]);
+        let off = (0..9).map(|tick| 140 * TICK + TICK / 2 + tick * TICK);
+        assert_eq!(events(running.chain(off)), [used, Samples(40), UnknownGap, Samples(9)]);
+    }
+
+    #[test]
+    fn a_clock_without_such_ticks_has_its_mean_interval() {
+        let every_ms = (0..100).map(|ms| ms * 1_000_000);
+        assert_eq!(events(every_ms), [DeviceTimeInUse { rate_hz: 1000.0 }, Samples(100)]);
+    }
+
+    #[test]
+    fn as_many_equal_intervals_as_show_a_rate_are_another_rate() {
+        let fast = (0..100).map(|tick| tick * TICK);
+        let slow = (0..100).map(|sample| 99 * TICK + (sample + 1) * 4 * TICK);
+        let found = events(fast.chain(slow));
+        let changed = |event: &GapEvent| matches!(event, GapEvent::RateChanged { from_hz: 800.0, to_hz: 200.0, .. });
+        assert_eq!(found.iter().filter(|event| changed(event)).count(), 1);
+        assert_eq!(found.last(), Some(&Samples(69)), "{found:?}");
+        let (fast, slow) =
+            ((0..100).map(|sample| sample * 4 * TICK), (0..100).map(|tick| 396 * TICK + (tick + 1) * TICK));
+        let found = events(fast.chain(slow));
+        let changed = |event: &GapEvent| matches!(event, GapEvent::RateChanged { from_hz: 200.0, to_hz: 800.0, .. });
+        assert_eq!(found.iter().filter(|event| changed(event)).count(), 1, "{found:?}");
+    }
+
+    #[test]
+    fn the_offset_of_the_clocks_shows_after_a_minute() {
+        // the sensor's clock is 20 ppm fast, and reads come up to 4 ms late
+        let mut clock = DeviceClock::new();
+        for tick in 0..200_000_u64 {
+            let late_ns = tick.wrapping_mul(2_654_435_761) % 4_000_000;
+            let at = Duration::from_nanos(9_000_000_000 + (tick as f64 * 1_250_000.0 / (1.0 + 20e-6)) as u64 + late_ns);
+            clock.push(7_000_000 + tick * TICK, Some(at));
+            if tick == 40_000 {
+                assert_eq!(clock.summary().and_then(|summary| summary.offset_ppm), None);
+            }
+        }
+        let summary = clock.summary().unwrap();
+        let ppm = summary.offset_ppm.unwrap();
+        assert!((ppm - 20.0).abs() < 1.0, "{ppm}");
+        assert_eq!((summary.nominal, summary.missing), (Some(NominalRate::Known(800.0)), 0));
+    }
+
+    proptest! {
+        #[test]
+        fn gaps_are_counted_at_any_rate_and_jitter(
+            divisor in 1_u64..800,
+            dropped in proptest::collection::btree_set(40_u64..400, 0..40),
+            seed: u64,
+        ) {
+            // as much as real sensors have at 800 Hz, in microseconds
+            let jitter = |sample: u64| (sample.wrapping_mul(seed | 1) >> 33) % 55;
+            let kept: Vec<u64> = (0..400).filter(|sample| !dropped.contains(sample)).collect();
+            let found = events(kept.iter().map(|sample| 1_000_000_000 + sample * divisor * TICK + jitter(*sample) * 1000));
+            let rate_hz = 800.0 / divisor as f64;
+            prop_assert_eq!(&found[0], &DeviceTimeInUse { rate_hz });
+            let missing: u64 = found.iter().map(|event| if let Missing(missing) = event { *missing } else { 0 }).sum();
+            let last = kept[kept.len() - 1];
+            prop_assert_eq!(missing, last + 1 - kept.len() as u64);
+            prop_assert!(!found.contains(&UnknownGap));
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The fields of a packet, a row each: bytes, and the numbers that are measured of them.
+//!
+//! Sources: VN-100 User Manual (UM001, revisions 2.02 and 2.22), the tables of the binary output
+//! groups; the sizes of fields that the manual leaves out are those of the maker's public library.
+
+use alloc::borrow::Cow;
+
+use crate::message::layout::{Channel, Quantity};
+
+/// A field of a group.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Field {
+    /// Its bytes; 0 where no field is known.
+    pub(crate) bytes: u8,
+    /// Its name in the manual.
+    pub(crate) name: &'static str,
+    pub(crate) content: Content,
+}
+
+/// What a field holds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Content {
+    /// Floats, of which these runs of channels are measured.
+    Numbers(&'static [Numbers]),
+    /// An interval in seconds and increments over it, which are rates after the division.
+    Increments(&'static [Numbers]),
+    /// Increments over the interval of such a field before it.
+    MoreIncrements(&'static [Numbers]),
+    /// Nanoseconds since the sensor started.
+    DeviceTime,
+    /// A bit for each axis at the end of its range.
+    Saturation,
+    /// Nothing that is measured.
+    Other,
+}
+
+/// Floats of consecutive channels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Numbers {
+    /// In the order of the wire.
+    pub(crate) channels: &'static [PacketChannel],
+    pub(crate) processing: Processing,
+    /// What one in the packet is in the unit of the channels.
+    pub(crate) unit_scale: f64,
+}
+
+/// What the sensor has done to the numbers; of the same quantity the first in this order is
+/// measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Processing {
+    /// Factory and user calibration and rotation alone.
+    Uncompensated,
+    /// With the estimated bias taken off, and hard and soft iron.
+    Compensated,
+    /// Not documented: taken for compensated.
+    Undocumented,
+    /// Increments, with what register 82 says.
+    Integrated,
+}
+
+/// A channel of packets: a count is 2^-`bits` units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PacketChannel {
+    name: &'static str,
+    quantity: Quantity,
+    unit: &'static str,
+    bits: u8,
+    /// Units.
+    limit: i32,
+}
+
+impl PacketChannel {
+    /// Counts of one unit.
+    pub(crate) fn counts_per_unit(&self) -> f64 {
+        (1_u64 << self.bits) as f64
+    }
+
+    pub(crate) fn name(&self) -> &'static str {
+        self.name
+    }
+
+    pub(crate) fn quantity(&self) -> Quantity {
+        self.quantity
+    }
+
+    pub(crate) fn channel(&self) -> Channel {
+        Channel {
+            name: Cow::Borrowed(self.name),
+            quantity: self.quantity,
+            unit: Cow::Borrowed(self.unit),
+            decimals: 0,
+            scale: 1.0 / self.counts_per_unit(),
+            limit_counts: self.limit << self.bits,
+        }
+    }
+}
+
+const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, bits: u8, limit: i32) -> PacketChannel {
+    assert!((limit as i64) << bits <= i32::MAX as i64);
+    PacketChannel { name, quantity, unit, bits, limit }
+}
+
+const fn angle(name: &'static str) -> PacketChannel {
+    // a whole turn is a count, too
+    channel(name, Quantity::Angle, "deg", 21, 180)
+}
+
+const fn quaternion(name: &'static str) -> PacketChannel {
+    channel(name, Quantity::Quaternion, "1", 29, 2)
+}
+
+const fn magnetic_field(name: &'static str) -> PacketChannel {
+    channel(name, Quantity::MagneticField, "gauss", 27, 10)
+}
+
+const fn acceleration(name: &'static str) -> PacketChannel {
+    channel(name, Quantity::Acceleration, "m/s^2", 23, 200)
+}
+
+const fn angular_rate(name: &'static str) -> PacketChannel {
+    channel(name, Quantity::AngularRate, "rad/s", 25, 40)
+}
+
+const ATTITUDE: [PacketChannel; 3] = [angle("yaw"), angle("pitch"), angle("roll")];
+const QUATERNION: [PacketChannel; 4] =
+    [quaternion("quat_x"), quaternion("quat_y"), quaternion("quat_z"), quaternion("quat_w")];
+const MAG: [PacketChannel; 3] = [magnetic_field("mag_x"), magnetic_field("mag_y"), magnetic_field("mag_z")];
+const ACCEL: [PacketChannel; 3] = [acceleration("accel_x"), acceleration("accel_y"), acceleration("accel_z")];
+const GYRO: [PacketChannel; 3] = [angular_rate("gyro_x"), angular_rate("gyro_y"), angular_rate("gyro_z")];
+const TEMPERATURE: [PacketChannel; 1] = [channel("temperature", Quantity::Temperature, "degC", 23, 200)];
+const PRESSURE: [PacketChannel; 1] = [channel("pressure", Quantity::Pressure, "kPa", 23, 200)];
+
+const fn numbers(channels: &'static [PacketChannel], processing: Processing) -> Numbers {
+    Numbers { channels, processing, unit_scale: 1.0 }
+}
+
+const fn degrees(channels: &'static [PacketChannel]) -> Numbers {
+    Numbers { channels, processing: Integrated, unit_scale: core::f64::consts::PI / 180.0 }
+}
+
+use Content::{DeviceTime, Increments, MoreIncrements, Numbers as Floats, Other, Saturation};
+use Processing::{Compensated, Integrated, Uncompensated, Undocumented};
+
+const fn field(bytes: u8, name: &'static str, content: Content) -> Field {
+    Field { bytes, name, content }
+}
+
+/// No field that is known.
+const NONE: Field = field(0, "", Other);
+
+/// The groups of a VN-100: the bit of each, and its fields by bit.
+///
+/// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with
+/// them is known. A VN-100 has no satellite receiver: what belongs to one is zero.
+#[rustfmt::skip]
+pub(crate) static GROUPS: [(u8, [Field; 16]); 4] = [
+    (0x01, [
+        field(8, "TimeStartup", DeviceTime),
+        field(8, "TimeGps", Other),
+        field(8, "TimeSyncIn", Other),
+        field(12, "YawPitchRoll", Floats(&[numbers(&ATTITUDE, Compensated)])),
+        field(16, "Quaternion", Floats(&[numbers(&QUATERNION, Compensated)])),
+        field(12, "AngularRate", Floats(&[numbers(&GYRO, Compensated)])),
+        field(24, "Position", Other),
+        field(12, "Velocity", Other),
+        field(12, "Accel", Floats(&[numbers(&ACCEL, Compensated)])),
+        // revision 2.02 prints the rate first; sensors and both public libraries send it second
+        field(24, "Imu", Floats(&[numbers(&ACCEL, Undocumented), numbers(&GYRO, Undocumented)])),
+        field(20, "MagPres", Floats(&[
+            numbers(&MAG, Compensated), numbers(&TEMPERATURE, Uncompensated), numbers(&PRESSURE, Uncompensated),
+        ])),
+        field(28, "Deltas", Increments(&[degrees(&GYRO), numbers(&ACCEL, Integrated)])),
+        field(2, "VpeStatus", Other),
+        field(4, "SyncInCnt", Other),
+        field(8, "TimeGpsPps", Other),
+        NONE,
+    ]),
+    (0x02, [
+        field(8, "TimeStartup", DeviceTime),
+        field(8, "TimeGps", Other),
+        field(8, "GpsTow", Other),
+        field(2, "GpsWeek", Other),
+        field(8, "TimeSyncIn", Other),
+        field(8, "TimeGpsPps", Other),
+        field(8, "TimeUtc", Other),
+        field(4, "SyncInCnt", Other),
+        field(4, "SyncOutCnt", Other),
+        field(1, "TimeStatus", Other),
+        NONE, NONE, NONE, NONE, NONE, NONE,
+    ]),
+    (0x04, [
+        field(2, "ImuStatus", Other),
+        field(12, "UncompMag", Floats(&[numbers(&MAG, Uncompensated)])),
+        field(12, "UncompAccel", Floats(&[numbers(&ACCEL, Uncompensated)])),
+        field(12, "UncompGyro", Floats(&[numbers(&GYRO, Uncompensated)])),
+        field(4, "Temp", Floats(&[numbers(&TEMPERATURE, Uncompensated)])),
+        field(4, "Pres", Floats(&[numbers(&PRESSURE, Uncompensated)])),
+        field(16, "DeltaTheta", Increments(&[degrees(&GYRO)])),
+        field(12, "DeltaVel", MoreIncrements(&[numbers(&ACCEL, Integrated)])),
+        field(12, "Mag", Floats(&[numbers(&MAG, Compensated)])),
+        field(12, "Accel", Floats(&[numbers(&ACCEL, Compensated)])),
+        field(12, "AngularRate", Floats(&[numbers(&GYRO, Compensated)])),
+        field(2, "SensSat", Saturation),
+        field(40, "Raw", Other),
+        NONE, NONE, NONE,
+    ]),
+    (0x10, [
+        field(2, "VpeStatus", Other),
+        field(12, "YawPitchRoll", Floats(&[numbers(&ATTITUDE, Compensated)])),
+        field(16, "Quaternion", Floats(&[numbers(&QUATERNION, Compensated)])),
+        field(36, "Dcm", Other),
+        field(12, "MagNed", Other),
+        field(12, "AccelNed", Other),
+        field(12, "LinearAccelBody", Other),
+        field(12, "LinearAccelNed", Other),
+        field(12, "YprU", Other),
+        field(12, "undocumented", Other),
+        field(28, "undocumented", Other),
+        field(24, "undocumented", Other),
+        field(12, "Heave", Other),
+        field(4, "AttU", Other),
+        NONE, NONE,
+    ]),
+];

@@ -1,0 +1,255 @@
+//! The form of a packet: which fields it has, and where in it stands what is measured.
+
+use alloc::{borrow::Cow, sync::Arc, vec::Vec};
+
+use thiserror::Error;
+
+use super::field::{Content, GROUPS, Numbers, PacketChannel, Processing};
+use crate::{
+    framing::packet::Packet,
+    message::layout::{Layout, Quantity},
+};
+
+/// The name of the message that packets are, in layouts.
+pub const BINARY: &str = "BINARY";
+
+/// `FA`, groups and a word for each of the four.
+const MAX_HEADER: usize = 2 + 2 * GROUPS.len();
+
+/// The fields of packets that begin with the same groups and words, and how they are read.
+///
+/// Measured are attitude, magnetic field, acceleration, angular rate, temperature and pressure,
+/// each once: uncompensated before compensated, and increments only where there is nothing else.
+/// The attitude is that of the angles where a packet has them, else the quaternion.
+///
+/// | quantity | unit | a count | limit |
+/// |---|---|---|---:|
+/// | yaw, pitch, roll | deg | 2^-21 | 180 |
+/// | quaternion, scalar last | 1 | 2^-29 | 2 |
+/// | magnetic field | gauss | 2^-27 | 10 |
+/// | acceleration | m/s² | 2^-23 | 200 |
+/// | angular rate | rad/s | 2^-25 | 40 |
+/// | temperature | °C | 2^-23 | 200 |
+/// | pressure | kPa | 2^-23 | 200 |
+///
+/// A count is the float rounded to the nearest multiple of this, of two as near to the even one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PacketForm {
+    header: [u8; MAX_HEADER],
+    header_length: usize,
+    layout: Arc<Layout>,
+    reads: Vec<Read>,
+    device_time_at: Option<usize>,
+    saturation_at: Option<usize>,
+    unmeasured: Vec<&'static str>,
+}
+
+/// One channel in the bytes of a packet.
+#[derive(Debug, Clone, PartialEq)]
+struct Read {
+    channel: &'static PacketChannel,
+    at: usize,
+    /// Where the interval stands by which it is divided.
+    interval_at: Option<usize>,
+    /// Counts of one in the packet.
+    counts: f64,
+    limit_counts: f64,
+}
+
+/// A number that no VN-100 measures, in a packet whose CRC is right.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("{channel} is {value}, beyond ±{limit}")]
+pub struct RejectedPacket {
+    /// The channel.
+    pub channel: &'static str,
+    /// Its number in the unit of the channel; infinite or no number, too.
+    pub value: f64,
+    /// The largest magnitude it may have.
+    pub limit: f64,
+}
+
+/// A run of channels in the bytes of a packet.
+struct Found {
+    numbers: Numbers,
+    at: usize,
+    interval_at: Option<usize>,
+}
+
+impl PacketForm {
+    /// The form of a packet; `None` where it has neither angular rate nor acceleration, and is not
+    /// measured.
+    #[must_use]
+    pub fn of(packet: &Packet<'_>) -> Option<Self> {
+        let groups = *packet.raw.get(1)?;
+        let header_length = 2 + 2 * groups.count_ones() as usize;
+        let header = packet.raw.get(..header_length).filter(|header| header.len() <= MAX_HEADER)?;
+        let words: Vec<u16> = header[2..].chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
+        Self::new(groups, &words)
+    }
+
+    /// The form of packets with these groups and a word of fields for each, as registers 75 to 77
+    /// have them; `None` where it has neither angular rate nor acceleration, a field is unknown, or
+    /// the numbers of groups and words differ.
+    #[must_use]
+    pub fn new(groups: u8, words: &[u16]) -> Option<Self> {
+        crate::framing::packet::length(groups, words)?;
+        let mut header = [0; MAX_HEADER];
+        (header[0], header[1]) = (crate::framing::packet::START, groups);
+        for (bytes, word) in header[2..].chunks_exact_mut(2).zip(words) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
+        let header_length = 2 + 2 * words.len();
+        let (mut at, mut interval_at) = (header_length, None);
+        let (mut device_time_at, mut saturation_at) = (None, None);
+        let (mut found, mut others) = (Vec::new(), Vec::new());
+        let present = GROUPS.iter().filter(|(bit, _)| groups & bit != 0);
+        for ((_, fields), word) in present.zip(words) {
+            for (_, field) in fields.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
+                let mut put = |runs: &[Numbers], mut at: usize, interval_at: Option<usize>| {
+                    for numbers in runs {
+                        found.push((field.name, Found { numbers: *numbers, at, interval_at }));
+                        at += 4 * numbers.channels.len();
+                    }
+                };
+                match field.content {
+                    Content::Numbers(runs) => put(runs, at, None),
+                    Content::Increments(runs) => {
+                        interval_at = Some(at);
+                        put(runs, at + 4, interval_at);
+                    }
+                    Content::MoreIncrements(runs) if interval_at.is_some() => put(runs, at, interval_at),
+                    Content::DeviceTime => device_time_at = device_time_at.or(Some(at)),
+                    Content::Saturation => saturation_at = Some(at),
+                    Content::MoreIncrements(_) | Content::Other => others.push(field.name),
+                }
+                at += usize::from(field.bytes);
+            }
+        }
+        Self { header, header_length, device_time_at, saturation_at, unmeasured: others, ..Self::measuring(found)? }
+            .into()
+    }
+
+    /// The best source of each quantity, in the order of the quantities.
+    fn measuring(mut found: Vec<(&'static str, Found)>) -> Option<Self> {
+        let quantity = |found: &Found| found.numbers.channels[0].quantity();
+        let has_angles = found.iter().any(|(_, found)| quantity(found) == Quantity::Angle);
+        found.sort_by_key(|(_, found)| (quantity(found), found.numbers.processing));
+        let (mut reads, mut channels, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new());
+        let mut compensated = Some(false);
+        let mut before = None;
+        for (name, found) in found {
+            let quantity = quantity(&found);
+            if before == Some(quantity) || has_angles && quantity == Quantity::Quaternion {
+                unmeasured.push(name);
+                continue;
+            }
+            before = Some(quantity);
+            compensated = match found.numbers.processing {
+                Processing::Uncompensated => compensated,
+                Processing::Compensated | Processing::Undocumented => Some(true),
+                Processing::Integrated => compensated.filter(|is_compensated| *is_compensated),
+            };
+            reads.extend((found.at..).step_by(4).zip(found.numbers.channels).map(|(at, channel)| Read {
+                channel,
+                at,
+                interval_at: found.interval_at,
+                counts: found.numbers.unit_scale * channel.counts_per_unit(),
+                limit_counts: channel.channel().limit_counts.into(),
+            }));
+            channels.extend(found.numbers.channels.iter().map(PacketChannel::channel));
+        }
+        let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
+        channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
+            header: [0; MAX_HEADER],
+            header_length: 0,
+            layout: Arc::new(Layout { message: Cow::Borrowed(BINARY), compensated, channels: channels.into() }),
+            reads,
+            device_time_at: None,
+            saturation_at: None,
+            unmeasured,
+        })
+    }
+
+    /// Whether the packet has this form.
+    #[inline]
+    #[must_use]
+    pub fn is_of(&self, packet: &Packet<'_>) -> bool {
+        packet.raw.starts_with(&self.header[..self.header_length])
+    }
+
+    /// What is measured of it.
+    #[must_use]
+    pub const fn layout(&self) -> &Arc<Layout> {
+        &self.layout
+    }
+
+    /// The names of fields that are not measured: another form of what is, or none of the sensor's
+    /// own measurements.
+    pub fn unmeasured(&self) -> impl Iterator<Item = &'static str> {
+        self.unmeasured.iter().copied()
+    }
+
+    /// Appends the counts of a packet of this form, one for each channel of the layout.
+    ///
+    /// # Errors
+    /// For the first number that is infinite, no number or beyond the limit of its channel, and for
+    /// increments over an interval that is not positive. Nothing is appended then.
+    #[inline]
+    pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
+        let before = counts.len();
+        for read in &self.reads {
+            let interval_s = read.interval_at.map_or(1.0, |at| float(packet.raw, at));
+            let scaled = float(packet.raw, read.at) * read.counts / interval_s;
+            // a comparison with no number is false
+            if !(scaled.abs() <= read.limit_counts && interval_s > 0.0) {
+                counts.truncate(before);
+                return Err(read.rejected(scaled));
+            }
+            counts.push(rounded(scaled));
+        }
+        Ok(())
+    }
+
+    /// When the sensor measured it, in nanoseconds since it started; `None` where the packet does
+    /// not say.
+    #[inline]
+    #[must_use]
+    pub fn device_ns(&self, packet: &Packet<'_>) -> Option<u64> {
+        let bytes = packet.raw[self.device_time_at?..].first_chunk()?;
+        Some(u64::from_le_bytes(*bytes))
+    }
+
+    /// The axes that were at the end of their range: bits 0 to 2 magnetic field x y z, 3 to 5
+    /// acceleration, 6 to 8 angular rate, 9 pressure; 0 where the packet does not say.
+    #[inline]
+    #[must_use]
+    pub fn saturation(&self, packet: &Packet<'_>) -> u16 {
+        let bytes = self.saturation_at.and_then(|at| packet.raw[at..].first_chunk());
+        bytes.map_or(0, |bytes| u16::from_le_bytes(*bytes))
+    }
+}
+
+impl Read {
+    #[cold]
+    fn rejected(&self, scaled: f64) -> RejectedPacket {
+        let channel = self.channel.channel();
+        RejectedPacket {
+            channel: self.channel.name(),
+            value: channel.in_unit(scaled),
+            limit: channel.value(channel.limit_counts),
+        }
+    }
+}
+
+#[inline]
+fn float(raw: &[u8], at: usize) -> f64 {
+    raw[at..].first_chunk().map_or(f64::NAN, |bytes| f32::from_le_bytes(*bytes).into())
+}
+
+/// The nearest integer, of two as near the even one; of less than 2^31.
+#[inline]
+fn rounded(value: f64) -> i32 {
+    // below 2^51 the sum has no digit behind the point, and the addition rounds as asked for
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    ((value + SHIFT) - SHIFT) as i32
+}

@@ -1,0 +1,96 @@
+//! The packets that this project asks a sensor for, by name.
+
+use crate::register::BinaryOutput;
+
+/// A choice of fields that [`BinaryOutput`] asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PacketMessage {
+    /// Its name, such as `BINARY`.
+    pub name: &'static str,
+    /// What it holds, in words.
+    pub description: &'static str,
+    groups: u8,
+    words: &'static [u16],
+}
+
+/// Every such choice. All have the device time, and measurements that no filter has touched.
+pub const PACKET_MESSAGES: [PacketMessage; 2] = [
+    PacketMessage {
+        name: "BINARY",
+        description: "packets of device time, uncompensated acceleration and angular rate, temperature",
+        groups: 0x05,
+        words: &[0x0001, 0x001C],
+    },
+    PacketMessage {
+        name: "BINARY+MAG",
+        description: "the same with the uncompensated magnetic field and the pressure",
+        groups: 0x05,
+        words: &[0x0001, 0x003E],
+    },
+];
+
+/// How often the sensor measures in a second; packets come at this rate or a whole part of it.
+pub const MEASUREMENTS_PER_S: u32 = 800;
+
+impl PacketMessage {
+    /// The one with this name, in upper or lower case.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        PACKET_MESSAGES.into_iter().find(|message| message.name.eq_ignore_ascii_case(name))
+    }
+
+    /// The setting that sends it `rate_hz` times a second to the ports of `async_mode`; `None`
+    /// where the sensor has no such rate.
+    #[must_use]
+    pub fn output(&self, async_mode: u16, rate_hz: u32) -> Option<BinaryOutput> {
+        let rate_divisor = u16::try_from(MEASUREMENTS_PER_S.checked_div(rate_hz)?).ok()?;
+        let is_whole = MEASUREMENTS_PER_S.is_multiple_of(rate_hz);
+        is_whole.then(|| BinaryOutput {
+            async_mode,
+            rate_divisor,
+            groups: self.groups,
+            field_words: self.words.to_vec(),
+        })
+    }
+
+    /// Whether `output` asks for these fields.
+    #[must_use]
+    pub fn is_of(&self, output: &BinaryOutput) -> bool {
+        (output.groups, &*output.field_words) == (self.groups, self.words)
+    }
+
+    /// Bytes of a packet.
+    #[must_use]
+    pub fn packet_length(&self) -> usize {
+        crate::framing::packet::length(self.groups, self.words).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_message_is_measured_with_its_device_time() {
+        for message in PACKET_MESSAGES {
+            let form = crate::PacketForm::new(message.groups, message.words).unwrap();
+            assert_eq!((form.unmeasured().count(), form.layout().compensated), (0, Some(false)));
+            assert_eq!(PacketMessage::named(&message.name.to_lowercase()), Some(message));
+        }
+        assert_eq!(PACKET_MESSAGES.map(|message| message.packet_length()), [44, 60]);
+        assert_eq!(PacketMessage::named("VNYMR"), None);
+    }
+
+    #[test]
+    fn rates_are_whole_parts_of_the_measurements() {
+        let message = PACKET_MESSAGES[0];
+        assert_eq!(message.output(1, 800).unwrap().to_string(), "1,1,05,0001,001C");
+        assert_eq!(message.output(2, 200).unwrap().to_string(), "2,4,05,0001,001C");
+        for rate_hz in [0, 3, 300, 801, 1600] {
+            assert_eq!(message.output(1, rate_hz), None, "{rate_hz}");
+        }
+        assert!(
+            message.is_of(&message.output(3, 1).unwrap()) && !PACKET_MESSAGES[1].is_of(&message.output(3, 1).unwrap())
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! The packets of one form as rows.
+
+use alloc::vec::Vec;
+
+use crate::{MeasuredPackets, Packet, PacketForm, RejectedPacket};
+
+/// Reads the packets of the form that is measured. Other packets are counted by the framer alone.
+#[derive(Debug, Default)]
+pub(super) struct PacketReader {
+    pub(super) form: Option<PacketForm>,
+    pub(super) counts: MeasuredPackets,
+    last_device_ns: Option<u64>,
+}
+
+/// What a packet is.
+pub(super) enum PacketOutcome {
+    /// A row, whose counts were appended.
+    Sample { device_ns: Option<u64>, saturation: u16 },
+    /// None, as a number in it is none that a sensor measures.
+    Rejected(RejectedPacket),
+    /// The same as the one before, or of another form.
+    None,
+}
+
+impl PacketReader {
+    /// Measures packets such as this, if it is one that can be.
+    pub(super) fn begin(&mut self, packet: &Packet<'_>) {
+        self.form = PacketForm::of(packet);
+    }
+
+    #[inline]
+    pub(super) fn read(&mut self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> PacketOutcome {
+        let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else { return PacketOutcome::None };
+        let device_ns = form.device_ns(packet);
+        if is_repeated(self.last_device_ns, device_ns) {
+            self.counts.repeated += 1;
+            return PacketOutcome::None;
+        }
+        match form.read(packet, counts) {
+            Ok(()) => {
+                self.counts.samples += 1;
+                self.last_device_ns = device_ns;
+                PacketOutcome::Sample { device_ns, saturation: form.saturation(packet) }
+            }
+            Err(rejected) => {
+                self.counts.rejected += 1;
+                PacketOutcome::Rejected(rejected)
+            }
+        }
+    }
+
+    /// Whether the packet is a row, with nothing else to be said.
+    pub(super) fn is_one_more_row(&self, packet: &Packet<'_>) -> bool {
+        let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else { return false };
+        let is_read = form.read(packet, &mut Vec::new()).is_ok();
+        is_read && form.saturation(packet) == 0 && !is_repeated(self.last_device_ns, form.device_ns(packet))
+    }
+}
+
+fn is_repeated(last_ns: Option<u64>, device_ns: Option<u64>) -> bool {
+    device_ns.is_some() && device_ns == last_ns
+}

@@ -1,0 +1,321 @@
+//! Packets of the maker's manual and of real sensors, and what is measured of them.
+
+use bytes::Bytes;
+use proptest::{prelude::*, sample::Index};
+use vn100_protocol::{
+    Decoder, Item, Options, PacketForm, Quantity, crc16,
+    stream::{Batch, Chunk, MarkKind, Measured, ReadOptions, SampleReader, StreamInput},
+};
+
+/// Manual UM001, revision 2.02: attitude alone.
+const ATTITUDE: &str = "FA01080093502E42833EF13F48B504BB9288";
+/// The same manual's second case, as printed and as it should be: attitude and temperature.
+const MISPRINT: &str = "FA01080001 00A4150242 4DDFEB3F F61A36BE BF2DA441A83A";
+const ATTITUDE_TEMPERATURE: &str = "FA0508001000A41502424DDFEB3FF61A36BEBF2DA441AF1A";
+/// A real sensor (`UWOrbital/OBC-firmware`, test_vn100_unpack.cpp): 62 bytes.
+const COMPENSATED: &str = "FA012805A802C33FE789B0423DA96AC1D083543A923E0BBB1C2530BA047D1C413BB2833D4EEA9CBEF1BD93BEA4558CBD26C7773E\
+                           F428E64157CEC142C0E9";
+/// A real sensor with firmware 3.1 at 800 Hz (`rw-vn100`): 110 bytes.
+const EVERYTHING: &str = "FA0139070805539ED30F0000B3291AC20E4E984226B7AC42572A283FE9AB7C3E4D7A16BFFB21CE3E00AD75BA0039A438C0A42539\
+                          842C11419D980DC06B98FDBD842C11419D980DC06B98FDBD271F943C060DC9BC49A312BC043D43BEA71B673D3FACC5BEEAD1024215\
+                          2ECA429F60";
+/// The values of that packet as inertial groups: time, acceleration, rate, temperature.
+const INERTIAL: &str = "FA0501001C000805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242B82E";
+/// The same with the time in its own group; with magnetic field and pressure; with saturation.
+const TIME_GROUP: &str = "FA0601001C000805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242612F";
+const MAG_PRESSURE: &str = "FA0501003E000805539ED30F0000043D43BEA71B673D3FACC5BE842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242152ECA42150C";
+const SATURATION: &str = "FA0501001C080805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD1024200007779";
+/// Numbers that floats hold exactly, 1.25 ms, 2.5 ms and 5 ms after the start: one sample is missing.
+const EXACT: [&str; 3] = [
+    "FA0501001C00D0121300000000000000803E000000BF00001CC10000803A000000BB0000803B0000CC416587",
+    "FA0501001C00A0252600000000000000803E000000BF00001CC10000803A000000BB0000803B0000CC417032",
+    "FA0501001C00404B4C00000000000000803E000000BF00001CC10000803A000000BB0000803B0000CC415B58",
+];
+
+fn bytes(hex: &str) -> Vec<u8> {
+    let digits: Vec<_> = hex.bytes().filter(|byte| *byte != b' ').collect();
+    digits.chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
+}
+
+/// The same payload with another right CRC.
+fn sealed(mut packet: Vec<u8>) -> Vec<u8> {
+    let crc = crc16(&packet[1..packet.len() - 2]);
+    let end = packet.len() - 2;
+    packet[end..].copy_from_slice(&crc.to_be_bytes());
+    packet
+}
+
+fn reader(measured: Measured) -> SampleReader {
+    SampleReader::new(ReadOptions { measured, ..ReadOptions::default() })
+}
+
+fn read(measured: Measured, pieces: &[&[u8]]) -> Vec<Batch> {
+    let mut reader = reader(measured);
+    let mut batches = Vec::new();
+    for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
+        reader.take_input(StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(piece), at_ns: None }));
+        batches.extend(reader.take_batches());
+    }
+    batches.extend(reader.finish());
+    batches
+}
+
+/// All in one batch, but for the counts of the link, which are those of the last.
+fn whole(measured: Measured, stream: &[u8]) -> Batch {
+    let mut batches = read(measured, &[stream]);
+    let last = batches.pop().unwrap();
+    let mut batch = batches.pop().unwrap();
+    assert!(batches.is_empty() && last.counts.is_empty());
+    batch.link = last.link;
+    batch
+}
+
+/// The names and values of the rows.
+fn values(batch: &Batch) -> Vec<(String, f64)> {
+    let Some(layout) = &batch.layout else { return Vec::new() };
+    batch
+        .rows()
+        .flat_map(|row| {
+            layout.channels.iter().zip(row).map(|(channel, count)| (channel.name.to_string(), channel.value(*count)))
+        })
+        .collect()
+}
+
+fn assert_values(hex: &str, expected: &[(&str, f64)]) {
+    let batch = whole(Measured::First, &bytes(hex));
+    let found = values(&batch);
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for ((name, value), (expected_name, expected)) in found.iter().zip(expected) {
+        assert_eq!(name, expected_name);
+        assert!((value - expected).abs() <= 7e-8_f64.max(1.2e-7 * expected.abs()), "{name}: {value}, not {expected}");
+    }
+}
+
+const IMU: [(&str, f64); 7] = [
+    ("accel_x", 9.073368),
+    ("accel_y", -2.212_439_8),
+    ("accel_z", -0.123_825_87),
+    ("gyro_x", 0.018_081_261),
+    ("gyro_y", -0.024_542_343),
+    ("gyro_z", -0.008_950_063),
+    ("temperature", 32.704_994),
+];
+
+#[test]
+fn real_packets_become_rows() {
+    let compensated = [
+        ("yaw", 1.523_518_6),
+        ("pitch", 88.269_34),
+        ("roll", -14.666_318),
+        ("mag_x", -0.288_558_5),
+        ("mag_y", -0.068_522_72),
+        ("mag_z", 0.241_970_63),
+        ("accel_x", 9.780_521),
+        ("accel_y", 0.064_304_79),
+        ("accel_z", -0.306_475_1),
+        ("gyro_x", 8.106_8e-4),
+        ("gyro_y", -2.124_701_2e-3),
+        ("gyro_z", -6.719_397e-4),
+        ("temperature", 28.769_997),
+        ("pressure", 96.903_01),
+    ];
+    assert_values(COMPENSATED, &compensated);
+    assert_eq!(whole(Measured::First, &bytes(COMPENSATED)).layout.unwrap().compensated, Some(true));
+    for hex in [INERTIAL, TIME_GROUP, SATURATION] {
+        assert_values(hex, &IMU);
+        let batch = whole(Measured::First, &bytes(hex));
+        assert_eq!((batch.layout.unwrap().compensated, &batch.device_ns[..]), (Some(false), &[17_401_568_757_000][..]));
+        assert!(batch.marks.is_empty());
+    }
+    let with_mag = [&[("mag_x", -0.190_662_44), ("mag_y", 0.056_423_81), ("mag_z", -0.386_079_76)], &IMU[..]].concat();
+    let with_pressure = [&with_mag[..], &[("pressure", 101.090_004)]].concat();
+    assert_values(MAG_PRESSURE, &with_pressure);
+}
+
+#[test]
+fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
+    let batch = whole(Measured::First, &bytes(EVERYTHING));
+    let layout = batch.layout.clone().unwrap();
+    assert_eq!((layout.compensated, layout.channels.len()), (Some(true), 14));
+    let rate = values(&batch).into_iter().find(|(name, _)| name == "gyro_x").unwrap().1;
+    assert!((rate + 9.371_8e-4).abs() < 1e-7, "the compensated rate, not that of the undocumented field: {rate}");
+}
+
+#[test]
+fn attitude_alone_is_no_measurement() {
+    for hex in [ATTITUDE, ATTITUDE_TEMPERATURE] {
+        let batch = whole(Measured::First, &bytes(hex));
+        assert_eq!((batch.link.tally.packets, batch.link.samples(), batch.layout), (1, 0, None));
+    }
+    let tally = whole(Measured::First, &bytes(MISPRINT)).link.tally;
+    assert_eq!((tally.packets, tally.skipped_bytes), (0, 24), "the printed form has a wrong CRC");
+}
+
+#[test]
+fn exact_floats_are_exact_counts() {
+    let stream: Vec<u8> = EXACT.iter().flat_map(|hex| bytes(hex)).collect();
+    let batch = whole(Measured::First, &stream);
+    let expected = [0.25, -0.5, -9.75, 0.5_f64.powi(10), -0.5_f64.powi(9), 0.5_f64.powi(8), 25.5];
+    let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
+    assert_eq!(found, [expected; 3].concat());
+    assert_eq!(batch.device_ns, [1_250_000, 2_500_000, 5_000_000]);
+    assert_eq!((batch.link.samples(), batch.link.tally.packet_bytes), (3, 132));
+}
+
+#[test]
+fn increments_become_rates() {
+    let mut packet = vec![0xFA, 0x05, 0x01, 0x00, 0xC0, 0x00];
+    packet.extend(1_000_000_000_u64.to_le_bytes());
+    // 1.8 degrees and 0.05 m/s in 25 ms
+    for value in [0.025_f32, 1.8, -1.8, 0.0, 0.05, 0.0, -0.245] {
+        packet.extend(value.to_le_bytes());
+    }
+    packet.extend([0, 0]);
+    let batch = whole(Measured::First, &sealed(packet.clone()));
+    assert_eq!(batch.layout.as_ref().unwrap().compensated, None, "what register 82 says is not known");
+    let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
+    let expected = [2.0, 0.0, -9.8, 0.4 * std::f64::consts::PI, -0.4 * std::f64::consts::PI, 0.0];
+    assert!(found.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 2e-6), "{found:?}");
+    // no time has passed
+    packet[14..18].copy_from_slice(&0_f32.to_le_bytes());
+    assert_eq!(whole(Measured::First, &sealed(packet)).link.tally.measured_packets.rejected, 1);
+}
+
+#[test]
+fn numbers_that_no_sensor_measures_are_rejected_with_evidence() {
+    for (value, reason) in [
+        (f32::NAN, "accel_x is NaN, beyond ±200"),
+        (f32::INFINITY, "accel_x is inf, beyond ±200"),
+        (-200.1, "accel_x is -200.100006103515"),
+    ] {
+        let mut bad = bytes(EXACT[1]);
+        bad[14..18].copy_from_slice(&value.to_le_bytes());
+        let stream = [bytes(EXACT[0]), sealed(bad), bytes(EXACT[2])].concat();
+        let mut reader = SampleReader::new(ReadOptions { diagnostics: true, ..ReadOptions::default() });
+        reader.push(&stream, None);
+        let [batch] = &reader.take_batches()[..] else { panic!("one batch") };
+        let measured = batch.link.tally.measured_packets;
+        assert_eq!((measured.samples, measured.rejected, batch.link.samples()), (2, 1, 2));
+        assert_eq!((batch.marks[0].before_row, batch.marks[0].kind), (1, MarkKind::Rejected));
+        let told = batch.diagnostics[0].to_string();
+        assert!(told.contains(reason), "{told}");
+        assert_eq!(batch.device_ns.len(), 2);
+    }
+}
+
+#[test]
+fn a_packet_that_comes_twice_is_one_sample() {
+    let stream: Vec<u8> = [EXACT[0], EXACT[0], EXACT[1], EXACT[0]].iter().flat_map(|hex| bytes(hex)).collect();
+    let batch = whole(Measured::First, &stream);
+    let measured = batch.link.tally.measured_packets;
+    assert_eq!((measured.samples, measured.repeated), (3, 1));
+    assert_eq!(batch.device_ns, [1_250_000, 2_500_000, 1_250_000], "an earlier time is no repetition");
+}
+
+#[test]
+fn saturated_axes_are_marked() {
+    let mut saturated = bytes(SATURATION);
+    saturated[42] = 0x48;
+    let stream = [bytes(SATURATION), sealed(saturated)].concat();
+    let mut later = stream.clone();
+    // its time
+    later[46 + 6] ^= 0x10;
+    let end = later.len();
+    let crc = crc16(&later[47..end - 2]);
+    later[end - 2..].copy_from_slice(&crc.to_be_bytes());
+    let batch = whole(Measured::First, &later);
+    let marks: Vec<_> = batch.marks.iter().map(|mark| (mark.before_row, mark.kind)).collect();
+    assert_eq!(marks, [(1, MarkKind::Saturated(0x48))], "accel_x and gyro_x");
+}
+
+const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+
+#[test]
+fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
+    let packet = bytes(INERTIAL);
+    let both = [YMR.as_bytes(), &packet].concat();
+    for (stream, measured, message) in [
+        (&both, Measured::First, "VNYMR"),
+        (&both, Measured::Packets, "BINARY"),
+        (&both, Measured::Sentences, "VNYMR"),
+        (&[&packet, YMR.as_bytes()].concat(), Measured::First, "BINARY"),
+        (&[&packet, YMR.as_bytes()].concat(), Measured::Sentences, "VNYMR"),
+    ] {
+        let batch = whole(measured, stream);
+        assert_eq!((&*batch.layout.clone().unwrap().message, batch.rows().len()), (message, 1));
+        let link = batch.link;
+        assert_eq!((link.tally.samples, link.tally.packets, link.samples()), (1, 1, 1));
+        assert_eq!(link.foreign_samples, u64::from(message == "BINARY"));
+    }
+    let none = whole(Measured::Packets, YMR.as_bytes());
+    assert_eq!((none.layout, none.link.samples(), none.link.foreign_samples), (None, 0, 1));
+}
+
+#[test]
+fn packets_of_another_form_are_counted_only() {
+    let stream = [bytes(INERTIAL), bytes(COMPENSATED), bytes(EXACT[0])].concat();
+    let batch = whole(Measured::First, &stream);
+    assert_eq!((batch.link.tally.packets, batch.link.samples()), (3, 2));
+}
+
+#[test]
+fn registers_and_packets_have_one_form() {
+    let form = PacketForm::new(0x05, &[0x0001, 0x081C]).unwrap();
+    let mut decoder = Decoder::new(Options::default());
+    decoder.push(&bytes(SATURATION), |item| {
+        let Item::Packet(packet) = item else { panic!("no packet") };
+        assert_eq!(PacketForm::of(&packet).as_ref(), Some(&form));
+    });
+    assert_eq!(form.unmeasured().count(), 0);
+    let quantities: Vec<_> = form.layout().channels.iter().map(|channel| channel.quantity).collect();
+    assert_eq!(quantities[0], Quantity::Acceleration);
+    let other = PacketForm::new(0x14, &[0x003E, 0x003A]).unwrap();
+    assert_eq!(other.unmeasured().collect::<Vec<_>>(), ["Dcm", "MagNed", "AccelNed"]);
+    for (groups, words) in [(0x05, &[0x0001][..]), (0x08, &[1]), (0x01, &[0x0009]), (0x04, &[0x2000]), (0, &[])] {
+        assert_eq!(PacketForm::new(groups, words), None, "{groups:02X} {words:04X?}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn rows_do_not_depend_on_how_the_stream_is_cut(
+        cuts in proptest::collection::vec(any::<Index>(), 0..6),
+        flips in proptest::collection::vec((any::<Index>(), 0_u32..8), 0..3),
+        line_by_line in any::<bool>(),
+    ) {
+        let parts = [bytes(SATURATION), YMR.as_bytes().to_vec(), bytes(SATURATION), bytes(COMPENSATED)];
+        let mut stream: Vec<u8> = parts.concat();
+        for (at, bit) in flips {
+            let at = at.index(stream.len());
+            stream[at] ^= 1 << bit;
+        }
+        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.index(stream.len())).collect();
+        cuts.sort_unstable();
+        let mut expected = read(Measured::First, &[&stream]);
+        let mut reader = SampleReader::new(ReadOptions { line_by_line, ..ReadOptions::default() });
+        let (mut counts, mut device_ns, mut from) = (Vec::new(), Vec::new(), 0);
+        let mut last = None;
+        let mut take = |batches: Vec<Batch>| {
+            for batch in batches {
+                let mut lines = batch.lines();
+                while let Some(line) = lines.next_line() {
+                    counts.extend_from_slice(&line.counts);
+                    device_ns.extend_from_slice(&line.device_ns);
+                    last = Some(line.link);
+                }
+            }
+        };
+        for to in cuts.into_iter().chain([stream.len()]) {
+            reader.push(&stream[from..to], None);
+            take(reader.take_batches());
+            from = to;
+        }
+        take(reader.finish());
+        let whole = expected.remove(0);
+        prop_assert_eq!(counts, [&whole.counts[..], &expected[0].counts].concat());
+        prop_assert_eq!(device_ns, [&whole.device_ns[..], &expected[0].device_ns].concat());
+        prop_assert_eq!(last, Some(expected[0].link));
+        let link = expected[0].link;
+        prop_assert_eq!(link.bytes(), stream.len() as u64);
+    }
+}
