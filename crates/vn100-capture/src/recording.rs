@@ -3,18 +3,20 @@
 //!
 //! | in the file | is |
 //! |---|---|
-//! | metadata `vn100.recording` | `format` (this form is 1) and `program` |
+//! | metadata `vn100.recording` | `format` (this form is 2) and `program` |
 //! | metadata `vn100.metadata` | what the caller gave, if anything |
-//! | topic `/vn100/bytes` | one message for each chunk, from a serial port a line as a rule: its bytes, with the time of the last read as log time |
+//! | topic `/vn100/bytes` | the bytes of a read of the port, with its time as log time |
+//! | topic `/vn100/reads` | reads that came within 50 ms (`reads.rs`), with the time of the first as log time |
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](vn100_protocol::stream::LinkEvent), with its time as log time |
 //! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
 //!
 //! Times are nanoseconds since 1970-01-01 UTC. There are no chunks and there is no compression, so
-//! that a file which was cut anywhere holds everything up to the last whole record. The payloads of
-//! `/vn100/bytes`, one behind the other, are the stream. Files that other tools have put into
-//! chunks and compressed are read as well.
+//! that a file which was cut anywhere holds everything up to the last whole record. The bytes of
+//! both topics, one behind the other, are the stream. Files that other tools have put into chunks
+//! and compressed are read as well, and so is form 1, which has no `/vn100/reads`.
 
 mod reader;
+mod reads;
 mod recorder;
 mod writer;
 
@@ -32,12 +34,15 @@ pub use writer::RecordingWriter;
 /// How every MCAP file begins.
 pub(crate) const MAGIC: &[u8] = b"\x89MCAP";
 
-/// The form described above.
-const FORMAT: &str = "1";
+/// The form described above, and the older one.
+const FORMAT: &str = "2";
+const FORMAT_1: &str = "1";
 
 const PROFILE: &str = "vn100";
 pub(crate) const BYTES_TOPIC: &str = "/vn100/bytes";
 const BYTES_ENCODING: &str = "application/octet-stream";
+const READS_TOPIC: &str = "/vn100/reads";
+const READS_ENCODING: &str = "vn100.reads";
 const LINK_TOPIC: &str = "/vn100/link";
 const LINK_ENCODING: &str = "json";
 /// Metadata of a channel of `/vn100/bytes` for which the times of the reads are not known.

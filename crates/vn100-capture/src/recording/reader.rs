@@ -2,7 +2,7 @@
 
 use std::{
     borrow::Cow,
-    collections::BTreeMap,
+    collections::{BTreeMap, VecDeque},
     io::{self, ErrorKind, Read},
     sync::{Arc, OnceLock},
 };
@@ -11,8 +11,8 @@ use bytes::Bytes;
 use mcap::records::{Channel, Metadata, Record, op};
 
 use super::{
-    BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
-    io_error, link_from_json,
+    BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, FORMAT_1, LINK_TOPIC, READS_TOPIC, RECORDING_METADATA, RESUMED,
+    UNSTAMPED, at_ns, io_error, link_from_json, reads::reads_of,
 };
 use crate::{
     mcap_records::{McapRecords, Next},
@@ -95,6 +95,8 @@ pub struct RecordingReader<R> {
     /// All metadata before the first input.
     pub(super) head: Vec<Metadata>,
     first: Option<Entry<'static>>,
+    /// Those of the last message of several that were not shown.
+    reads: VecDeque<(i64, Bytes)>,
     recorded: Recorded,
     done: bool,
 }
@@ -111,6 +113,7 @@ impl<R: Read> RecordingReader<R> {
             contents: Contents::default(),
             head: Vec::new(),
             first: None,
+            reads: VecDeque::new(),
             recorded: Recorded::default(),
             done: false,
         };
@@ -185,10 +188,16 @@ impl<R: Read> RecordingReader<R> {
 
     fn read_to_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
         let complete = loop {
+            if let Some((at_ns, bytes)) = self.reads.pop_front() {
+                self.contents.last_ns = Some(at_ns);
+                return Ok(Some(show(Entry::Bytes { at_ns: Some(at_ns), bytes: Cow::Borrowed(&bytes) })));
+            }
             match self.records.advance()? {
                 Next::Record(opcode) => {
-                    if let Some(entry) = self.contents.take(opcode, self.records.data())? {
-                        return Ok(Some(show(entry)));
+                    match self.contents.take(opcode, self.records.data())? {
+                        Some(Taken::Entry(entry)) => return Ok(Some(show(entry))),
+                        Some(Taken::Reads(reads)) => self.reads = reads,
+                        None => {}
                     }
                     if self.contents.searched_bytes > SEARCHED_BYTES {
                         return Ok(None);
@@ -207,7 +216,8 @@ impl<R: Read> RecordingReader<R> {
         let values = &metadata.metadata;
         match &*metadata.name {
             RECORDING_METADATA => {
-                if let Some(found) = values.get("format").filter(|format| *format != FORMAT) {
+                let is_other = |format: &&String| ![FORMAT, FORMAT_1].contains(&format.as_str());
+                if let Some(found) = values.get("format").filter(is_other) {
                     return Err(RecordingError::Format(found.clone()));
                 }
                 self.recorded.program = values.get("program").cloned();
@@ -235,6 +245,7 @@ impl Entry<'_> {
 #[derive(Debug, Clone, Copy)]
 enum Carries {
     Bytes { stamped: bool },
+    Reads,
     Link,
 }
 
@@ -250,8 +261,14 @@ struct Contents {
     reason: Option<String>,
 }
 
+/// What a record holds.
+enum Taken<'a> {
+    Entry(Entry<'a>),
+    Reads(VecDeque<(i64, Bytes)>),
+}
+
 impl Contents {
-    fn take<'a>(&mut self, opcode: u8, data: &'a [u8]) -> io::Result<Option<Entry<'a>>> {
+    fn take<'a>(&mut self, opcode: u8, data: &'a [u8]) -> io::Result<Option<Taken<'a>>> {
         if self.carries.is_empty() {
             self.searched_bytes += data.len();
         }
@@ -267,7 +284,7 @@ impl Contents {
                 if metadata.name == END_METADATA {
                     self.reason = metadata.metadata.get("reason").cloned();
                 }
-                Ok(Some(Entry::Metadata(metadata)))
+                Ok(Some(Taken::Entry(Entry::Metadata(metadata))))
             }
             Record::Message { header, data } => self.take_message(header.channel_id, at_ns(header.log_time), data),
             _ => Ok(None),
@@ -280,6 +297,7 @@ impl Contents {
                 let unstamped = channel.metadata.get(UNSTAMPED.0).is_some_and(|arrival| arrival == UNSTAMPED.1);
                 Carries::Bytes { stamped: !unstamped }
             }
+            READS_TOPIC => Carries::Reads,
             LINK_TOPIC => Carries::Link,
             _ => {
                 self.other_topics.insert(channel.id, channel.topic);
@@ -289,9 +307,18 @@ impl Contents {
         self.carries.insert(channel.id, carries);
     }
 
-    fn take_message<'a>(&mut self, channel: u16, at_ns: i64, data: Cow<'a, [u8]>) -> io::Result<Option<Entry<'a>>> {
+    fn take_message<'a>(&mut self, channel: u16, at_ns: i64, data: Cow<'a, [u8]>) -> io::Result<Option<Taken<'a>>> {
         let entry = match self.carries.get(&channel) {
             None => return Ok(None),
+            Some(Carries::Reads) => {
+                let problem = || format!("a message on {READS_TOPIC} does not hold the reads that it lists");
+                let reads = reads_of(at_ns, &data).ok_or_else(|| io::Error::new(ErrorKind::InvalidData, problem()))?;
+                let data = Bytes::from(data.into_owned());
+                let reads = reads.into_iter().filter(|(_, place)| !place.is_empty());
+                let reads: VecDeque<_> = reads.map(|(at_ns, place)| (at_ns, data.slice(place))).collect();
+                self.reason = None;
+                return Ok(Some(Taken::Reads(reads)).filter(|_| !data.is_empty()));
+            }
             Some(Carries::Bytes { .. }) if data.is_empty() => return Ok(None),
             Some(Carries::Bytes { stamped: false }) => Entry::Bytes { at_ns: None, bytes: data },
             Some(Carries::Bytes { stamped: true }) => Entry::Bytes { at_ns: Some(at_ns), bytes: data },
@@ -305,7 +332,7 @@ impl Contents {
             self.last_ns = Some(at_ns);
         }
         self.reason = None;
-        Ok(Some(entry))
+        Ok(Some(Taken::Entry(entry)))
     }
 }
 

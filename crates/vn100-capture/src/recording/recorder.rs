@@ -16,7 +16,7 @@ use vn100_protocol::Register;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
 
 use super::{
-    RECORDING_METADATA, RESUMED,
+    FORMAT, RECORDING_METADATA, RESUMED,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
     writer::{RecordingWriter, head},
 };
@@ -281,6 +281,7 @@ fn resume(
     let mut begin = recording.head.clone();
     for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
         about.metadata.insert(RESUMED.into(), "true".into());
+        about.metadata.insert("format".into(), FORMAT.into());
     }
     let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
     let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;

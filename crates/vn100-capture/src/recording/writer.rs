@@ -13,7 +13,8 @@ use mcap::{
 
 use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
-    RECORDING_METADATA, UNSTAMPED, io_error, link_to_json, log_time,
+    READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, io_error, link_to_json, log_time,
+    reads::{Message, Reads},
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
@@ -24,7 +25,8 @@ const BUFFERED_BYTES: usize = 64 * 1024;
 
 /// Writes [`StreamInput`]s as an MCAP file, to anything that can be written.
 ///
-/// What was flushed can be replayed, whatever happens to the file behind it. After an error nothing
+/// Reads that come within 50 ms are written together. What was flushed can be replayed, whatever
+/// happens to the file behind it. After an error nothing
 /// more is written: what stands there is a recording that was cut.
 ///
 /// ```
@@ -44,7 +46,10 @@ pub struct RecordingWriter<W: Write> {
     /// `None` after an error.
     mcap: Option<Writer<NoSeek<BufWriter<W>>>>,
     bytes_channel: u16,
+    reads_channel: u16,
     link_channel: u16,
+    /// Not written yet.
+    reads: Reads,
     messages: u32,
     last_ns: i64,
 }
@@ -66,14 +71,20 @@ impl<W: Write> RecordingWriter<W> {
     pub fn write(&mut self, input: &StreamInput) -> io::Result<()> {
         match input {
             StreamInput::Chunk(Chunk { bytes, at_ns: Some(at_ns) }) => {
-                self.write_message(self.bytes_channel, *at_ns, bytes)
+                if !self.reads.takes(*at_ns, bytes) {
+                    self.write_reads()?;
+                }
+                self.reads.push(*at_ns, bytes);
+                if self.mcap.is_some() { Ok(()) } else { Err(stopped()) }
             }
             StreamInput::Chunk(Chunk { bytes, at_ns: None }) => {
+                self.write_reads()?;
                 let unstamped = BTreeMap::from([(UNSTAMPED.0.into(), UNSTAMPED.1.into())]);
                 let channel = self.put(|mcap| mcap.add_channel(0, BYTES_TOPIC, BYTES_ENCODING, &unstamped))?;
                 self.write_message(channel, self.last_ns, bytes)
             }
             StreamInput::Link(LinkEvent { at_ns, kind }) => {
+                self.write_reads()?;
                 self.write_message(self.link_channel, *at_ns, &link_to_json(kind))
             }
         }
@@ -84,6 +95,7 @@ impl<W: Write> RecordingWriter<W> {
     /// # Errors
     /// As [`RecordingWriter::write`].
     pub fn flush(&mut self) -> io::Result<()> {
+        self.write_reads()?;
         self.put(Writer::flush)
     }
 
@@ -93,6 +105,7 @@ impl<W: Write> RecordingWriter<W> {
     /// # Errors
     /// As [`RecordingWriter::write`].
     pub fn finish(mut self, reason: Option<&str>) -> io::Result<W> {
+        self.write_reads()?;
         if let Some(reason) = reason {
             self.put_metadata(&[Metadata {
                 name: END_METADATA.into(),
@@ -114,16 +127,35 @@ impl<W: Write> RecordingWriter<W> {
             .library(format!("{PROGRAM}, {}", mcap::LIBRARY_IDENTIFIER));
         let out = NoSeek::new(BufWriter::with_capacity(BUFFERED_BYTES, out));
         let mcap = Some(options.create(out).map_err(io_error)?);
-        let mut writer = Self { mcap, bytes_channel: 0, link_channel: 0, messages: 0, last_ns: 0 };
+        let mut writer = Self {
+            mcap,
+            bytes_channel: 0,
+            reads_channel: 0,
+            link_channel: 0,
+            reads: Reads::default(),
+            messages: 0,
+            last_ns: 0,
+        };
         writer.put_metadata(head)?;
         writer.bytes_channel = writer.put(|mcap| mcap.add_channel(0, BYTES_TOPIC, BYTES_ENCODING, &BTreeMap::new()))?;
+        writer.reads_channel = writer.put(|mcap| mcap.add_channel(0, READS_TOPIC, READS_ENCODING, &BTreeMap::new()))?;
         writer.link_channel = writer.put(|mcap| mcap.add_channel(0, LINK_TOPIC, LINK_ENCODING, &BTreeMap::new()))?;
         writer.flush()?;
         Ok(writer)
     }
 
     pub(super) fn put_metadata(&mut self, metadata: &[Metadata]) -> io::Result<()> {
+        self.write_reads()?;
         metadata.iter().try_for_each(|metadata| self.put(|mcap| mcap.write_metadata(metadata)))
+    }
+
+    /// Writes the reads that wait.
+    fn write_reads(&mut self) -> io::Result<()> {
+        match self.reads.take() {
+            Some((at_ns, Message::One(bytes))) => self.write_message(self.bytes_channel, at_ns, &bytes),
+            Some((at_ns, Message::Several(data))) => self.write_message(self.reads_channel, at_ns, &data),
+            None => Ok(()),
+        }
     }
 
     fn write_message(&mut self, channel_id: u16, at_ns: i64, data: &[u8]) -> io::Result<()> {
@@ -142,6 +174,13 @@ impl<W: Write> RecordingWriter<W> {
             self.mcap.take().map(Writer::into_inner);
         }
         result.map_err(io_error)
+    }
+}
+
+impl<W: Write> Drop for RecordingWriter<W> {
+    fn drop(&mut self) {
+        // its error is lost with it
+        let _ = self.write_reads();
     }
 }
 

@@ -157,14 +157,15 @@ async fn a_resumed_recording_names_its_sensor() {
 #[tokio::test]
 async fn a_cut_recording_resumes_wherever_it_was_cut() {
     let (_folder, path) = place();
-    let before = [read(5), read(6), read(7)];
+    // each in a message of its own
+    let before = [read(5), read(100_000_006), read(200_000_007)];
     record(Recorder::create(&path, &conditions("me")).unwrap(), &before, "stopped").await;
     let whole = fs::read(&path).unwrap();
     let mut interrupted = 0;
     for cut in (0..whole.len()).rev().step_by(7) {
         fs::write(&path, &whole[..cut]).unwrap();
         match Recorder::resume(&path, &conditions("you")) {
-            Ok(recorder) => record(recorder, &[read(9)], "stopped again").await,
+            Ok(recorder) => record(recorder, &[read(300_000_009)], "stopped again").await,
             Err(RecordError::NotResumable { .. }) => {
                 assert_eq!(fs::read(&path).unwrap(), &whole[..cut]);
                 continue;
@@ -172,7 +173,7 @@ async fn a_cut_recording_resumes_wherever_it_was_cut() {
             Err(error) => panic!("cut at {cut}: {error}"),
         }
         let (mut inputs, _) = replay(&path);
-        assert_eq!(inputs.pop(), Some(read(9)), "cut at {cut}");
+        assert_eq!(inputs.pop(), Some(read(300_000_009)), "cut at {cut}");
         if let Some(StreamInput::Link(event)) = inputs.pop() {
             interrupted += usize::from(event.kind == LinkEventKind::Down { cause: "recording interrupted".into() });
         }

@@ -127,7 +127,7 @@ fn real_packets_become_rows() {
         assert_eq!((batch.layout.unwrap().compensated, &batch.device_ns[..]), (Some(false), &[17_401_568_757_000][..]));
         assert!(batch.marks.is_empty());
     }
-    let with_mag = [&[("mag_x", -0.190_662_44), ("mag_y", 0.056_423_81), ("mag_z", -0.386_079_76)], &IMU[..]].concat();
+    let with_mag = [&[("mag_x", -0.190_662_44), ("mag_y", 0.056_422_856), ("mag_z", -0.386_079_76)], &IMU[..]].concat();
     let with_pressure = [&with_mag[..], &[("pressure", 101.090_004)]].concat();
     assert_values(MAG_PRESSURE, &with_pressure);
 }
