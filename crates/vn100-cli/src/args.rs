@@ -14,7 +14,7 @@ use clap::{
 };
 use imu_noise::Estimator;
 use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES, PACKET_MESSAGES, PacketMessage};
 use vn100_sim::Message;
 
 use duration::{duration, length};
@@ -301,14 +301,14 @@ pub(crate) struct SimArgs {
     #[arg(short, long, help_heading = "Capture", value_name = "T", value_parser = duration)]
     pub(crate) duration: Option<Duration>,
 
-    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200
-    /// [default: 40]
+    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200, of
+    /// packets any whole part of 800 [default: 40]
     #[arg(short, long, help_heading = "Capture", value_name = "HZ", requires = "output")]
     pub(crate) rate: Option<u32>,
 
     /// Message of the capture
     #[arg(long, help_heading = "Capture", value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
-    pub(crate) message: &'static Message,
+    pub(crate) message: CaptureMessage,
 
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
@@ -327,14 +327,25 @@ pub(crate) struct SimArgs {
     pub(crate) force: bool,
 }
 
+/// What an emulated capture holds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CaptureMessage {
+    Sentence(&'static Message),
+    Packets(PacketMessage),
+}
+
 /// The messages of emulated captures: those that are measured.
-fn sim_message() -> impl TypedValueParser<Value = &'static Message> {
+fn sim_message() -> impl TypedValueParser<Value = CaptureMessage> {
     let described = MESSAGES.iter().map(|layout| {
         let message = AsyncType::from_header(layout.message.as_bytes());
         PossibleValue::new(&*layout.message).help(message.and_then(AsyncType::description).unwrap_or_default())
     });
-    PossibleValuesParser::new(described)
-        .try_map(|name| Message::named(&name.to_ascii_uppercase()).ok_or("the emulated sensor does not send it"))
+    let packets = PACKET_MESSAGES.map(|packets| PossibleValue::new(packets.name).help(packets.description));
+    PossibleValuesParser::new(described.chain(packets)).try_map(|name| {
+        let packets = PacketMessage::named(&name).map(CaptureMessage::Packets);
+        let sentence = || Message::named(&name.to_ascii_uppercase()).map(CaptureMessage::Sentence);
+        packets.or_else(sentence).ok_or("the emulated sensor does not send it")
+    })
 }
 
 #[derive(Debug, clap::Args)]

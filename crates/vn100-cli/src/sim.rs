@@ -13,15 +13,14 @@ use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::Chunk;
 use vn100_report::Completion;
 use vn100_sim::{
-    Generator, Message,
+    Generator, PacketStream,
     capture::write_next,
     device::{Device, DeviceConfig},
     pty::{PtyOptions, PtyStats, serve},
-    write_capture,
 };
 
 use crate::{
-    args::{SimArgs, SimSensorArgs},
+    args::{CaptureMessage, SimArgs, SimSensorArgs},
     exit::{HangUp, print, report, stop_on_interrupt},
 };
 
@@ -75,14 +74,23 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
 
 fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
-    let message = args.message;
-    let mut generator = Generator::new(&args.sensor.truth(), rate_hz, args.sensor.seed)?;
+    let (truth, seed) = (args.sensor.truth(), args.sensor.seed);
+    let mut write_frame: Box<dyn FnMut(&mut Vec<u8>)> = match args.message {
+        CaptureMessage::Sentence(message) => {
+            let mut generator = Generator::new(&truth, rate_hz, seed)?;
+            Box::new(move |bytes| write_next(bytes, message, &mut generator))
+        }
+        CaptureMessage::Packets(packets) => {
+            let mut stream = PacketStream::new(&truth, packets, rate_hz, seed)?;
+            Box::new(move |bytes| stream.write_next(bytes))
+        }
+    };
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
         bail!("a record of {duration:?} at {rate_hz} Hz contains no sample: give a longer duration");
     }
     if output == Path::new("-") {
-        write(io::stdout().lock(), &mut generator, message, samples).context("cannot write to standard output")?;
+        write(io::stdout().lock(), &mut *write_frame, samples).context("cannot write to standard output")?;
         return Ok(Completion::Complete);
     }
     let context = || format!("cannot write {}", output.display());
@@ -96,9 +104,9 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
         file => file.with_context(context)?,
     };
     if output.extension().is_some_and(|extension| extension == "mcap") {
-        record(file, &mut generator, samples, rate_hz, args).with_context(context)?;
+        record(file, &mut *write_frame, samples, rate_hz, args).with_context(context)?;
     } else {
-        write(file, &mut generator, message, samples).with_context(context)?;
+        write(file, &mut *write_frame, samples).with_context(context)?;
     }
     Ok(Completion::Complete)
 }
@@ -115,14 +123,25 @@ fn make_room(output: &Path) -> Result<()> {
     }
 }
 
-fn write(out: impl Write, generator: &mut Generator, message: &Message, samples: u64) -> io::Result<()> {
+fn write(out: impl Write, write_frame: &mut dyn FnMut(&mut Vec<u8>), samples: u64) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(64 * 1024, out);
-    write_capture(&mut out, generator, message, samples)?;
+    let mut frame = Vec::new();
+    for _ in 0..samples {
+        frame.clear();
+        write_frame(&mut frame);
+        out.write_all(&frame)?;
+    }
     out.flush()
 }
 
-/// Writes each line as a read of its own, at the very time of its sample; the first is at 0.
-fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, args: &SimArgs) -> io::Result<()> {
+/// Writes each frame as a read of its own, at the very time of its sample; the first is at 0.
+fn record(
+    file: File,
+    write_frame: &mut dyn FnMut(&mut Vec<u8>),
+    samples: u64,
+    rate_hz: u32,
+    args: &SimArgs,
+) -> io::Result<()> {
     let recipe = [
         ("profile", args.sensor.profile.name.to_owned()),
         ("rate_hz", rate_hz.to_string()),
@@ -132,10 +151,10 @@ fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, arg
     let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
-        let mut line = Vec::new();
-        write_next(&mut line, args.message, generator);
+        let mut frame = Vec::new();
+        write_frame(&mut frame);
         let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(rate_hz)).ok();
-        recording.write(&Chunk { bytes: line.into(), at_ns }.into())?;
+        recording.write(&Chunk { bytes: frame.into(), at_ns }.into())?;
     }
     recording.finish(Some("the record has its length"))?.sync_all()
 }

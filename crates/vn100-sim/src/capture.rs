@@ -18,10 +18,16 @@ use crate::{
 
 /// The sensor has no such output rate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", OUTPUT_RATES_HZ.map(|rate| rate.to_string()).join(", "))]
+#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", list(rates))]
 pub struct UnsupportedRate {
     /// The rate asked for, Hz.
     pub rate_hz: u32,
+    /// Those that it has, Hz.
+    pub rates: Vec<u32>,
+}
+
+fn list(rates: &[u32]) -> String {
+    rates.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// The endless, seeded stream of an emulated sensor's samples.
@@ -44,15 +50,20 @@ impl Generator {
     /// # Errors
     /// [`UnsupportedRate`] unless the rate is one of [`OUTPUT_RATES_HZ`].
     pub fn new(profile: &Profile, rate_hz: u32, seed: u64) -> Result<Self, UnsupportedRate> {
-        let rate = NonZeroU32::new(rate_hz)
-            .filter(|_| OUTPUT_RATES_HZ.contains(&rate_hz))
-            .ok_or(UnsupportedRate { rate_hz })?;
+        let is_supported = OUTPUT_RATES_HZ.contains(&rate_hz);
+        let generator = Self::at_any_rate(profile, rate_hz, seed).filter(|_| is_supported);
+        generator.ok_or_else(|| UnsupportedRate { rate_hz, rates: OUTPUT_RATES_HZ.to_vec() })
+    }
+
+    /// `None` for a rate of zero.
+    pub(crate) fn at_any_rate(profile: &Profile, rate_hz: u32, seed: u64) -> Option<Self> {
+        let rate = NonZeroU32::new(rate_hz)?;
         let channels = std::array::from_fn(|number| {
             let channel = &profile.channels[number];
             ChannelStream::new(&channel.noise, channel.window, rate, seed, number as u32)
         });
         let thermal = profile.thermal;
-        Ok(Self {
+        Some(Self {
             channels,
             surroundings: Surroundings::new(thermal, seed),
             thermal_bias: ThermalBias::new(thermal),
@@ -83,8 +94,13 @@ impl Generator {
     /// The temperature (degC) and the pressure (kPa) of the next sample.
     #[must_use]
     pub fn next_surroundings(&mut self) -> [f32; 2] {
-        self.surroundings.advance_to(self.age_s + self.readings as f64 * self.interval_s);
         self.readings += 1;
+        self.next_surroundings_at((self.readings - 1) as f64 * self.interval_s)
+    }
+
+    /// Those so many seconds after the first sample.
+    pub(crate) fn next_surroundings_at(&mut self, time_s: f64) -> [f32; 2] {
+        self.surroundings.advance_to(self.age_s + time_s);
         [self.surroundings.temperature_c as f32, self.surroundings.pressure_kpa as f32]
     }
 }
@@ -93,10 +109,17 @@ impl Generator {
 /// (kPa), from `$` to LF.
 ///
 /// The angular rates are those of the row in every message: no attitude filter takes a bias out.
-pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) {
+pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], surroundings: [f32; 2]) {
+    let mut body = message.header.to_owned();
+    message.print(&values_of(row, surroundings), &Deltas::default(), &mut body);
+    line.extend(Check::Xor8.sentence(&body).into_bytes());
+}
+
+/// The same, uncompensated and compensated.
+pub(crate) fn values_of(row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) -> SensorValues {
     let [yaw, pitch, roll, mx, my, mz, ax, ay, az, gx, gy, gz] = *row;
     let (mag_gauss, accel_m_s2, gyro_rad_s) = ([mx, my, mz], [ax, ay, az], [gx, gy, gz]);
-    let measured = SensorValues {
+    SensorValues {
         ypr_deg: [yaw, pitch, roll],
         mag_gauss,
         accel_m_s2,
@@ -106,10 +129,7 @@ pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], [t
         uncompensated_gyro_rad_s: gyro_rad_s,
         temperature_c,
         pressure_kpa,
-    };
-    let mut body = message.header.to_owned();
-    message.print(&measured, &Deltas::default(), &mut body);
-    line.extend(Check::Xor8.sentence(&body).into_bytes());
+    }
 }
 
 /// Appends the generator's next row as a sentence.

@@ -28,7 +28,7 @@
 //! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
 //! - `VNIMU` prints pressure ten wide.
 
-mod binary;
+pub(crate) mod binary;
 mod command;
 mod execute;
 mod output;
@@ -46,6 +46,7 @@ use vn100_protocol::DeviceError;
 pub use {register_table::Firmware, uart::SentByte};
 
 use crate::{
+    packets::DeviceClock,
     profile::Profile,
     sensor::{Deltas, Processing, SensorModel},
 };
@@ -110,6 +111,7 @@ pub struct Device {
     flash: Registers,
     started_with: Registers,
     sensor: SensorModel,
+    clock: DeviceClock,
     /// The processing that `registers` ask for.
     processing: Processing,
     /// What the integrals were when they were last taken.
@@ -123,6 +125,8 @@ struct Run {
     ticks: u64,
     /// After how many ticks the integrals were last taken.
     deltas_tick: Option<u64>,
+    /// What the clock said at the last tick that was asked for.
+    device_time: Option<(u64, u64)>,
     buffer: CommandBuffer,
     restart_ns: Option<u64>,
     flash_until_ns: Option<u64>,
@@ -148,6 +152,7 @@ impl Device {
             flash: registers.clone(),
             started_with: registers.clone(),
             sensor: SensorModel::new(&config.profile, config.seed),
+            clock: DeviceClock::new(config.seed),
             processing: registers.processing(&registers),
             deltas: Deltas::default(),
             uart: Uart::new(registers.ports[PORT].baud),

@@ -100,14 +100,28 @@ impl Device {
 
     pub(super) fn packet(&mut self, index: usize) -> Vec<u8> {
         let deltas = if self.registers.binary[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
+        let time_ns = self.device_ns();
         self.registers.binary[index].packet(&PacketContents {
             measured: &self.sensor.measure(&self.processing),
             deltas: &deltas,
-            // by its own clock, which runs from the start of the boot
-            time_ns: super::ns(super::BOOT) + self.run.ticks.saturating_sub(1) * 1_000_000_000 / TICK_HZ,
+            time_ns,
             sync_out_count: self.sync_out_count(),
             vpe_status: self.run.known_disturbances,
         })
+    }
+
+    /// The time of this tick by the sensor's own clock, which runs from the start of the boot; the
+    /// same for all packets of the tick.
+    fn device_ns(&mut self) -> u64 {
+        let tick = self.run.ticks.saturating_sub(1);
+        match self.run.device_time {
+            Some((at_tick, time_ns)) if at_tick == tick => time_ns,
+            _ => {
+                let time_ns = self.clock.read(super::ns(super::BOOT) + tick * 1_000_000_000 / TICK_HZ);
+                self.run.device_time = Some((tick, time_ns));
+                time_ns
+            }
+        }
     }
 
     /// Integrals since the last output that had any; the same for all output of one tick.
