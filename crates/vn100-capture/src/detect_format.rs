@@ -177,20 +177,34 @@ pub(crate) fn detect_format(
             Detected::Unknown("nothing but zero bytes".into())
         }
         (_, false) => {
-            while head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {}
-            let measured = if holds_samples(&head.bytes) { Measured::Sentences } else { Measured::First };
-            Detected::Bytes(Format::Raw, measured)
+            // a live stream of sentences is not kept waiting
+            let mut found = FramesFound::among(&head.bytes);
+            while found.packets && !found.samples && head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {
+                found = FramesFound::among(&head.bytes);
+            }
+            Detected::Bytes(Format::Raw, if found.samples { Measured::Sentences } else { Measured::First })
         }
     };
     Ok((head, detected))
 }
 
-/// Whether a sentence that is measured is among the first bytes.
-fn holds_samples(head: &[u8]) -> bool {
-    let mut decoder = Decoder::new(Options::default());
-    let mut holds_samples = false;
-    decoder.push(&head[..head.len().min(MIXED_BYTES)], |item| holds_samples |= matches!(item, Item::Sample(_)));
-    holds_samples
+/// Which frames the first bytes hold.
+#[derive(Default)]
+struct FramesFound {
+    /// Sentences that are measured.
+    samples: bool,
+    packets: bool,
+}
+
+impl FramesFound {
+    fn among(head: &[u8]) -> Self {
+        let mut found = Self::default();
+        Decoder::new(Options::default()).push(&head[..head.len().min(MIXED_BYTES)], |item| {
+            found.samples |= matches!(item, Item::Sample(_));
+            found.packets |= matches!(item, Item::Packet(_));
+        });
+        found
+    }
 }
 
 impl CaptureHead {

@@ -10,7 +10,11 @@ use nom::{
     IResult, Parser, bytes::complete::tag, character::complete::char, number::complete::double, sequence::preceded,
 };
 use rustix::time::{ClockId, clock_gettime};
-use vn100_protocol::{Decoder, Item, Options, xor8};
+use vn100_protocol::{
+    Decoder, Item, Options, crc16,
+    stream::{Batch, ReadOptions, SampleReader},
+    xor8,
+};
 
 const LINES: usize = 4_000;
 const ROUNDS: usize = 41;
@@ -22,12 +26,17 @@ type Kernel = fn(&[u8]) -> f64;
 fn main() {
     let usual = capture(usual_line);
     let other_widths = capture(line_of_other_widths);
-    let kernels: [(&str, &[u8], Kernel); 5] = [
+    let packets = packets();
+    let kernels: [(&str, &[u8], Kernel); 9] = [
         ("bare read", &usual, read),
         ("decoder, usual lines", &usual, decode),
         ("decoder, other widths", &other_widths, decode),
         ("nom double, usual lines", &usual, nom_double),
         ("nom double, other widths", &other_widths, nom_double),
+        ("copy of packets", &packets, copy),
+        ("crc of packets", &packets, crc),
+        ("frames of packets", &packets, frames),
+        ("rows of packets", &packets, rows),
     ];
     assert_eq!(decode(&usual), decode(&other_widths));
     assert_eq!(nom_double(&usual), nom_double(&other_widths));
@@ -78,6 +87,49 @@ fn usual_line(noise: &mut Noise) -> String {
         write!(body, ",{value:+0width$.decimals$}").unwrap();
     }
     format!("${body}*{:02X}\r\n", xor8(body.as_bytes()))
+}
+
+/// Packets of 44 bytes: device time, acceleration, angular rate, temperature.
+fn packets() -> Vec<u8> {
+    let mut noise = Noise(1);
+    let packet = |number: u64| {
+        let mut packet = vec![0xFA, 0x05, 0x01, 0x00, 0x1C, 0x00];
+        packet.extend((1_000_000_000 + number * 1_250_000).to_le_bytes());
+        let values = [0, 1, 2, 3, 4, 5, 6].map(|_| noise.within(20_000) as f32 / 1000.0);
+        packet.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        packet.extend(crc16(&packet[1..]).to_be_bytes());
+        packet
+    };
+    (0..LINES as u64).flat_map(packet).collect()
+}
+
+fn copy(bytes: &[u8]) -> f64 {
+    black_box(bytes.to_vec()).len() as f64
+}
+
+fn crc(bytes: &[u8]) -> f64 {
+    bytes.chunks(44).map(|packet| crc16(&packet[1..])).fold(0, |sum, crc| sum ^ crc).into()
+}
+
+fn frames(bytes: &[u8]) -> f64 {
+    let mut decoder = Decoder::new(Options::default());
+    let mut length = 0;
+    decoder.push(bytes, |item| {
+        if let Item::Packet(packet) = item {
+            length += packet.raw.len();
+        }
+    });
+    assert_eq!(length, bytes.len());
+    length as f64
+}
+
+/// As a capture is read: batches of counts and device times.
+fn rows(bytes: &[u8]) -> f64 {
+    let mut reader = SampleReader::new(ReadOptions::default());
+    reader.push(bytes, None);
+    let batches = reader.take_batches();
+    assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), LINES);
+    batches.iter().flat_map(|batch| &batch.counts).map(|&count| i64::from(count)).sum::<i64>() as f64
 }
 
 /// The same values, with one digit more before the point of each acceleration.

@@ -84,11 +84,27 @@ pub fn xor8(bytes: &[u8]) -> u8 {
 /// ```
 #[must_use]
 pub fn crc16(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0, |crc, &byte| (crc << 8) ^ CRC16_OF_BYTE[usize::from((crc >> 8) as u8 ^ byte)])
+    // the bytes of a block do not wait for each other: a quarter of the time of byte after byte
+    bytes.chunks(BLOCK).fold(0, |crc, block| {
+        let [high, low] = crc.to_be_bytes();
+        match block {
+            [] => crc,
+            [only] => (crc << 8) ^ CRC16[0][usize::from(high ^ only)],
+            [first, second, rest @ ..] => {
+                let of = |behind: usize, byte: u8| CRC16[behind][usize::from(byte)];
+                let begun = of(rest.len() + 1, high ^ first) ^ of(rest.len(), low ^ second);
+                rest.iter().rev().zip(&CRC16).fold(begun, |sum, (byte, table)| sum ^ table[usize::from(*byte)])
+            }
+        }
+    })
 }
 
-const CRC16_OF_BYTE: [u16; 256] = {
-    let mut table = [0; 256];
+/// Bytes that are taken together.
+const BLOCK: usize = 32;
+
+/// The CRC of each byte with so many zeros behind it.
+static CRC16: [[u16; 256]; BLOCK] = {
+    let mut tables = [[0; 256]; BLOCK];
     let mut byte = 0;
     while byte < 256 {
         let mut crc = (byte as u16) << 8;
@@ -97,10 +113,20 @@ const CRC16_OF_BYTE: [u16; 256] = {
             crc = if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ 0x1021 };
             bit += 1;
         }
-        table[byte] = crc;
+        tables[0][byte] = crc;
         byte += 1;
     }
-    table
+    let mut zeros = 1;
+    while zeros < BLOCK {
+        let mut byte = 0;
+        while byte < 256 {
+            let before = tables[zeros - 1][byte];
+            tables[zeros][byte] = (before << 8) ^ tables[0][(before >> 8) as usize];
+            byte += 1;
+        }
+        zeros += 1;
+    }
+    tables
 };
 
 #[cfg(test)]

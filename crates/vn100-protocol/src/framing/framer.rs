@@ -13,7 +13,7 @@ use memchr::{memchr_iter, memchr2};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
-    framing::packet::{self, Packet, PacketStart},
+    framing::packet::{self, Packet, PacketHead, PacketStart},
     framing::sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
 };
@@ -40,6 +40,8 @@ pub struct Framer {
     offset: u64,
     /// What CR and LF at this place would belong to.
     line_end_of: LineEndOf,
+    /// Of the last packet: the next one is like it as a rule.
+    packet_head: PacketHead,
 }
 
 /// A piece of a stream.
@@ -75,7 +77,13 @@ impl Framer {
     /// A framer at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { options, tally: Tally::default(), offset: 0, line_end_of: LineEndOf::Nothing }
+        Self {
+            options,
+            tally: Tally::default(),
+            offset: 0,
+            line_end_of: LineEndOf::Nothing,
+            packet_head: PacketHead::default(),
+        }
     }
 
     /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
@@ -183,6 +191,7 @@ impl Framer {
             Some(true) => Found::Nothing,
             Some(false) => {
                 let packet = Packet { raw: &input[..length], offset: self.offset };
+                self.packet_head.remember(packet.raw);
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
                 self.tally.packets += 1;
@@ -190,6 +199,22 @@ impl Framer {
                 Found::Frame(length, Frame::Packet(packet))
             }
         }
+    }
+
+    /// The packet at the head of `input` where it is like the one before, as nearly all are, and no
+    /// sentence can begin in it; counts it.
+    #[inline]
+    pub(crate) fn quick_packet<'a>(&mut self, input: &'a [u8]) -> Option<Packet<'a>> {
+        let raw = self.packet_head.packet(input)?;
+        if raw.contains(&b'$') {
+            return None;
+        }
+        let packet = Packet { raw, offset: self.offset };
+        self.advance(raw.len());
+        self.tally.packet_bytes += raw.len() as u64;
+        self.tally.packets += 1;
+        self.line_end_of = LineEndOf::Nothing;
+        Some(packet)
     }
 
     fn skip(&mut self, length: usize) {

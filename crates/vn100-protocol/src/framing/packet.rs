@@ -41,6 +41,43 @@ pub(crate) enum PacketStart {
 
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
+/// How packets of one form begin, and their length.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PacketHead {
+    /// The first eight bytes; the mask leaves those of the groups and field words.
+    bytes: u64,
+    mask: u64,
+    /// 0 before the first.
+    length: usize,
+}
+
+impl PacketHead {
+    /// Those of a packet with at most three groups.
+    pub(crate) fn remember(&mut self, packet: &[u8]) {
+        if self.length != packet.len() || self.is_of(packet).is_none() {
+            let head_bits = 8 * (2 + 2 * packet[1].count_ones());
+            let bytes = packet.first_chunk().map_or(0, |head| u64::from_le_bytes(*head));
+            let mask = u64::MAX >> (64 - head_bits.min(64));
+            let length = if head_bits <= 64 { packet.len() } else { 0 };
+            *self = Self { bytes: bytes & mask, mask, length };
+        }
+    }
+
+    /// The packet at the head of `input`; `None` where it begins otherwise, or is not whole.
+    #[inline]
+    pub(crate) fn packet<'a>(&self, input: &'a [u8]) -> Option<&'a [u8]> {
+        self.is_of(input)?;
+        let raw = input.get(..self.length)?;
+        (crc16(&raw[1..]) == 0).then_some(raw)
+    }
+
+    #[inline]
+    fn is_of(&self, input: &[u8]) -> Option<()> {
+        let head = u64::from_le_bytes(*input.first_chunk()?);
+        (self.length > 0 && head & self.mask == self.bytes).then_some(())
+    }
+}
+
 /// Classifies `input`, which begins with 0xFA.
 pub(crate) fn classify(input: &[u8]) -> PacketStart {
     let Some(&groups) = input.get(1) else {

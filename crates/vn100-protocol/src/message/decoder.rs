@@ -157,6 +157,9 @@ impl Framer {
             self.tally.samples += 1;
             return (at + template::LENGTH, Some(Item::Sample(sample)));
         }
+        if let Some(packet) = self.quick_packet(&input[at..]) {
+            return (at + packet.raw.len(), Some(Item::Packet(packet)));
+        }
         let (consumed, item) = self.any_item(&input[at..], end_of_input);
         (at + consumed, item)
     }

@@ -197,17 +197,18 @@ impl PacketForm {
     #[inline]
     pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
         let before = counts.len();
-        for read in &self.reads {
-            let interval_s = read.interval_at.map_or(1.0, |at| float(packet.raw, at));
-            let scaled = float(packet.raw, read.at) * read.counts / interval_s;
-            // a comparison with no number is false
-            if !(scaled.abs() <= read.limit_counts && interval_s > 0.0) {
-                counts.truncate(before);
-                return Err(read.rejected(scaled));
-            }
-            counts.push(rounded(scaled));
+        let mut is_good = true;
+        counts.extend(self.reads.iter().map(|read| {
+            let (scaled, is_measured) = read.scaled(packet.raw);
+            is_good &= is_measured;
+            rounded(scaled)
+        }));
+        if is_good {
+            return Ok(());
         }
-        Ok(())
+        counts.truncate(before);
+        let bad = self.reads.iter().find(|read| !read.scaled(packet.raw).1);
+        bad.map_or(Ok(()), |read| Err(read.rejected(read.scaled(packet.raw).0)))
     }
 
     /// When the sensor measured it, in nanoseconds since it started; `None` where the packet does
@@ -230,6 +231,18 @@ impl PacketForm {
 }
 
 impl Read {
+    /// In counts, and whether a sensor measures so much.
+    #[inline]
+    fn scaled(&self, raw: &[u8]) -> (f64, bool) {
+        let scaled = float(raw, self.at) * self.counts;
+        let (scaled, has_interval) = match self.interval_at {
+            None => (scaled, true),
+            Some(at) => (scaled / float(raw, at), float(raw, at) > 0.0),
+        };
+        // a comparison with no number is false
+        (scaled, scaled.abs() <= self.limit_counts && has_interval)
+    }
+
     #[cold]
     fn rejected(&self, scaled: f64) -> RejectedPacket {
         let channel = self.channel.channel();
