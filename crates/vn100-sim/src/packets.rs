@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_gives_the_same_packets_and_time_goes_on() {
+    fn the_same_seed_gives_the_same_packets_and_time_continues() {
         let bytes = |seed| {
             let mut stream = PacketStream::new(&Profile::lab3(), PACKET_MESSAGES[1], 800, seed).unwrap();
             let mut bytes = Vec::new();

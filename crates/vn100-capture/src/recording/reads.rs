@@ -168,7 +168,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn reads_come_back_as_they_were(reads in vec((0_i64..10_000_000, vec(any::<u8>(), 1..200)), 2..30)) {
+        fn reads_are_returned_as_they_were(reads in vec((0_i64..10_000_000, vec(any::<u8>(), 1..200)), 2..30)) {
             let mut at_ns = -5;
             let reads: Vec<(i64, Vec<u8>)> = reads.into_iter().map(|(by, bytes)| { at_ns += by; (at_ns, bytes) }).collect();
             let borrowed: Vec<(i64, &[u8])> = reads.iter().map(|(at_ns, bytes)| (*at_ns, &**bytes)).collect();
@@ -178,7 +178,7 @@ mod tests {
         }
 
         #[test]
-        fn numbers_come_back(number: u64) {
+        fn numbers_are_returned(number: u64) {
             let mut digits = Vec::new();
             put_number(&mut digits, number);
             prop_assert_eq!(take_number(&mut &digits[..]), Some(number));
