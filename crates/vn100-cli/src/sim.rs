@@ -75,7 +75,7 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
 fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
     let (truth, seed) = (args.sensor.truth(), args.sensor.seed);
-    let mut write_frame: Box<dyn FnMut(&mut Vec<u8>)> = match args.message {
+    let mut write_frame: Box<WriteFrame> = match args.message {
         CaptureMessage::Sentence(message) => {
             let mut generator = Generator::new(&truth, rate_hz, seed)?;
             Box::new(move |bytes| write_next(bytes, message, &mut generator))
@@ -123,7 +123,10 @@ fn make_room(output: &Path) -> Result<()> {
     }
 }
 
-fn write(out: impl Write, write_frame: &mut dyn FnMut(&mut Vec<u8>), samples: u64) -> io::Result<()> {
+/// Appends the next sentence or packet.
+type WriteFrame = dyn FnMut(&mut Vec<u8>);
+
+fn write(out: impl Write, write_frame: &mut WriteFrame, samples: u64) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(64 * 1024, out);
     let mut frame = Vec::new();
     for _ in 0..samples {
@@ -135,13 +138,7 @@ fn write(out: impl Write, write_frame: &mut dyn FnMut(&mut Vec<u8>), samples: u6
 }
 
 /// Writes each frame as a read of its own, at the very time of its sample; the first is at 0.
-fn record(
-    file: File,
-    write_frame: &mut dyn FnMut(&mut Vec<u8>),
-    samples: u64,
-    rate_hz: u32,
-    args: &SimArgs,
-) -> io::Result<()> {
+fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, args: &SimArgs) -> io::Result<()> {
     let recipe = [
         ("profile", args.sensor.profile.name.to_owned()),
         ("rate_hz", rate_hz.to_string()),
