@@ -178,33 +178,20 @@ pub(crate) fn detect_format(
         }
         (_, false) => {
             // a live stream of sentences is not kept waiting
-            let mut found = FramesFound::among(&head.bytes);
-            while found.packets && !found.samples && head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {
-                found = FramesFound::among(&head.bytes);
-            }
-            Detected::Bytes(Format::Raw, if found.samples { Measured::Sentences } else { Measured::First })
+            while !holds_samples(&head.bytes) && head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {}
+            let is_of_sentences = holds_samples(&head.bytes);
+            Detected::Bytes(Format::Raw, if is_of_sentences { Measured::Sentences } else { Measured::First })
         }
     };
     Ok((head, detected))
 }
 
-/// Which frames the first bytes hold.
-#[derive(Default)]
-struct FramesFound {
-    /// Sentences that are measured.
-    samples: bool,
-    packets: bool,
-}
-
-impl FramesFound {
-    fn among(head: &[u8]) -> Self {
-        let mut found = Self::default();
-        Decoder::new(Options::default()).push(&head[..head.len().min(MIXED_BYTES)], |item| {
-            found.samples |= matches!(item, Item::Sample(_));
-            found.packets |= matches!(item, Item::Packet(_));
-        });
-        found
-    }
+/// Whether a sentence that is measured is among the first bytes.
+fn holds_samples(head: &[u8]) -> bool {
+    let mut holds_samples = false;
+    Decoder::new(Options::default())
+        .push(&head[..head.len().min(MIXED_BYTES)], |item| holds_samples |= matches!(item, Item::Sample(_)));
+    holds_samples
 }
 
 impl CaptureHead {
