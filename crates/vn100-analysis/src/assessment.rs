@@ -91,7 +91,7 @@ impl Assessment {
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
-        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape());
+        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
         let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
@@ -100,7 +100,7 @@ impl Assessment {
             let levels = motion.is_none().then_some(&levels);
             ChannelAssessment::new(channel, results, curve, snapshot, levels, confidence, &models)
         });
-        let mut known_edf = KnownEdf::new(snapshot.shape());
+        let mut known_edf = KnownEdf::default();
         for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
             channel.points = known_edf.points(results, curve, &channel.octaves, confidence);
         }
@@ -133,7 +133,7 @@ impl ChannelAssessment {
         confidence: f64,
         models: &Models,
     ) -> Self {
-        let onboard = Onboard::of(channel, snapshot);
+        let onboard = Onboard::of(channel, results, snapshot);
         let signal = results.signal.as_ref();
         let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
         let disturbed = match levels {
@@ -204,7 +204,7 @@ pub(crate) struct SingleAxes<'a> {
 impl<'a> SingleAxes<'a> {
     pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
         let was_moved = Motion::of(snapshot).is_some();
-        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape());
+        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
         Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
@@ -215,7 +215,7 @@ impl<'a> SingleAxes<'a> {
         if !self.known.iter().any(|(known, _)| *known == place) {
             let (channel, results) = self.snapshot.measured().nth(place)?;
             let (snapshot, was_moved) = (self.snapshot, self.was_moved);
-            let (onboard, curve) = (Onboard::of(channel, snapshot), self.curves.get(place)?);
+            let (onboard, curve) = (Onboard::of(channel, results, snapshot), self.curves.get(place)?);
             let signal = results.signal.as_ref();
             let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
             let (confidence, models) = (self.confidence, &self.models);

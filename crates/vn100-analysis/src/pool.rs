@@ -239,7 +239,10 @@ fn octaves(
         let edf = (all.terms as f64).powi(2) / squares;
         Some(PooledOctave {
             m: first.m,
-            tau_s: first.m as f64 / records[found[0].0].snapshot.timing.rate_hz,
+            tau_s: {
+                let snapshot = &records[found[0].0].snapshot;
+                first.m as f64 / snapshot.rate_of(snapshot.channels.get(place)?)
+            },
             deviation: all.deviation_counts().map(|counts| channel.in_unit(counts)),
             terms: all.terms,
             relative: Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),

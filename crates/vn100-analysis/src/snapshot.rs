@@ -112,7 +112,24 @@ impl Snapshot {
         self.arrivals.as_ref()?.samples_pending()
     }
 
-    /// How the octaves of every channel were computed.
+    /// How the octaves of a channel were computed.
+    #[must_use]
+    pub fn shape_of(&self, results: &ChannelSnapshot) -> RecordShape {
+        let rows = self.shape();
+        RecordShape {
+            samples: rows.samples.div_ceil(results.stride),
+            interval_s: rows.interval_s * results.stride as f64,
+            ..rows
+        }
+    }
+
+    /// The sample rate of a channel, in hertz.
+    #[must_use]
+    pub fn rate_of(&self, results: &ChannelSnapshot) -> f64 {
+        self.timing.rate_hz / results.stride as f64
+    }
+
+    /// How the octaves of channels with the rate of the rows were computed.
     #[must_use]
     pub fn shape(&self) -> RecordShape {
         RecordShape {
@@ -293,6 +310,9 @@ pub struct ChannelSnapshot {
     /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous
     /// series has left the branch from -180 (not included) to 180 degrees; else 0.
     pub branch_counts: i64,
+    /// Rows for one of its samples: 1, or more where the sensor measures it more slowly than it
+    /// sends it.
+    pub stride: u64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,
     /// The contribution of the temperature to the channel, where it was removed.

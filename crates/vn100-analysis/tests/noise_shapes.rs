@@ -129,6 +129,21 @@ fn behind_a_low_pass_n_is_that_of_long_averaging_times() {
 }
 
 #[test]
+fn a_low_pass_removes_no_bias() {
+    for draws in 0..12 {
+        let assessment = assessed(|column, random| {
+            (0..draws).for_each(|_| _ = random.normal());
+            let fresh: Vec<f64> = (0..column.len() + 3).map(|_| WHITE * random.normal()).collect();
+            // the average of four, as sensors are delivered with
+            *column = fresh.windows(4).map(|four| four.iter().sum::<f64>() / 4.0).collect();
+        });
+        let is_of_filter = |warning: &Warning| warning.kind == WarningKind::CompensatedStream;
+        assert!(!assessment.warnings.iter().any(is_of_filter), "{draws}: {:?}", assessment.warnings);
+        assert!(white(&assessment).0.quality.unwrap().tau_min_s > 1.5 / RATE_HZ);
+    }
+}
+
+#[test]
 fn where_lines_leave_no_free_band_n_is_bounded() {
     let assessment = assessed(|column, _| {
         for line in 1..40 {

@@ -104,6 +104,7 @@ struct BadFrames {
 struct Channel {
     name: String,
     unit: String,
+    rate_hz: f64,
     statistics: Statistics,
     allan: Curve,
     noise: Option<NoiseDocument>,
@@ -297,6 +298,7 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
     Channel {
         name: values.name,
         unit: values.unit,
+        rate_hz: values.rate_hz,
         statistics: Statistics {
             count: values.count,
             mean: values.mean,

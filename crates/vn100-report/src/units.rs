@@ -24,6 +24,8 @@ pub struct ChannelValues {
     pub unit: String,
     /// That resolve one count in the unit.
     pub decimals: usize,
+    /// Its sample rate in hertz.
+    pub rate_hz: f64,
     /// Samples.
     pub count: u64,
     /// Of all samples.
@@ -234,7 +236,7 @@ fn values(
         let assessments = assessments.map_or(&[][..], Vec::as_slice);
         let assessment = |index| assessments.get(index);
         let points = sums.iter().enumerate();
-        points.map(|(index, sum)| point(channel, sum, assessment(index), fit, snapshot.timing.rate_hz)).collect()
+        points.map(|(index, sum)| point(channel, sum, assessment(index), fit, snapshot.rate_of(results))).collect()
     };
     let octaves = points(&results.octaves, assessed.map(|assessed| &assessed.octaves));
     let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
@@ -243,6 +245,7 @@ fn values(
         quantity: channel.quantity,
         unit: channel.unit.to_string(),
         decimals: converted_decimals(channel.decimals, channel.scale),
+        rate_hz: snapshot.rate_of(results),
         count: moments.count(),
         mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
         std: moments.std_counts().map(value),
@@ -261,9 +264,9 @@ fn values(
             asked => points(asked, assessed.map(|assessed| &assessed.points)),
         },
         octaves,
-        slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
+        slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.rate_of(results)),
         signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {
-            let interval_s = snapshot.shape().interval_s;
+            let interval_s = snapshot.shape_of(results).interval_s;
             let mut density = signal.spectrum().density(Sides::One, interval_s, channel.decimals);
             for point in density.iter_mut().flat_map(|density| &mut density.points) {
                 point.density_unit2_hz *= channel.scale * channel.scale;

@@ -3,7 +3,7 @@
 use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
-use vn100_protocol::{Layout, stream::AbsentCell};
+use vn100_protocol::{BINARY, Layout, Quantity, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
@@ -33,8 +33,9 @@ pub(crate) struct Accumulators {
     quaternion: Option<QuaternionSign>,
     /// Only if the temperature is known, from its first reading on.
     pub(super) temperature: Option<TemperatureRecord>,
-    /// Absolute index after the last row.
+    /// Absolute index after the last row, and after the last one in the sums; 0 before the first.
     end: u64,
+    end_of_sums: u64,
     /// Only if asked for.
     pub(super) recent: Option<Recent>,
     /// Samples of one channel, for reuse.
@@ -71,6 +72,7 @@ impl Accumulators {
         self.temperature = TemperatureRecord::of_stream(&layout);
         self.quaternion = QuaternionSign::of(&layout);
         (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
+        self.end_of_sums = 0;
         self.buffered.clear();
         self.holds_rows = settings.averaging_times == AveragingTimes::Octave;
         self.layout = Some(layout);
@@ -126,6 +128,10 @@ impl Accumulators {
     }
 
     fn add(&mut self, rows: Rows<'_>, RowPlace { first_index, rate_hz, keep_recent }: RowPlace) {
+        if self.end_of_sums == 0 {
+            self.set_strides(rate_hz);
+        }
+        self.end_of_sums = first_index + rows.len() as u64;
         let width = self.width();
         for row in rows.counts.chunks_exact(width) {
             let hash = repeats::hash(row);
@@ -179,6 +185,19 @@ impl Accumulators {
                 magnitude.push(run, width, column);
             }
         }
+    }
+
+    /// What packets repeat until the sensor has measured it again has a rate of its own.
+    fn set_strides(&mut self, rate_hz: f64) {
+        let Some(layout) = self.layout.as_ref().filter(|layout| layout.message == BINARY) else { return };
+        for (state, channel) in self.channels.iter_mut().zip(&*layout.channels) {
+            state.set_stride(stride(channel.quantity, rate_hz));
+        }
+    }
+
+    /// A channel has a rate of its own.
+    pub(crate) fn has_strides(&self) -> bool {
+        self.channels.iter().any(|channel| channel.stride() > 1)
     }
 
     /// The absent cells of these rows, by place: all of a quaternion that lacks an element.
@@ -277,6 +296,20 @@ impl Accumulators {
     fn states(&self) -> impl Iterator<Item = (&ChannelState, &vn100_protocol::Channel)> {
         self.channels.iter().zip(self.layout.iter().flat_map(|layout| layout.channels.iter()))
     }
+}
+
+/// The fewest packets, a power of two, in which the sensor measures this anew. The magnetometer is
+/// refreshed at 250 Hz (VN-100 User Manual, data sheet), thermometer and barometer of a real sensor
+/// at 120 Hz.
+fn stride(quantity: Quantity, rate_hz: f64) -> u64 {
+    let refresh_hz = match quantity {
+        Quantity::MagneticField => 250.0,
+        Quantity::Temperature | Quantity::Pressure => 120.0,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Acceleration | Quantity::AngularRate | Quantity::Value => {
+            return 1;
+        }
+    };
+    ((rate_hz / refresh_hz).ceil() as u64).next_power_of_two()
 }
 
 #[cfg(test)]
@@ -393,5 +426,66 @@ mod tests {
             (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
             (0, 0)
         );
+    }
+
+    /// Magnetic field and angular rate, as packets have them.
+    fn of_packets() -> Accumulators {
+        let mut accumulators = Accumulators::default();
+        let channels = vec![VNYMR.channels[3].clone(), VNYMR.channels[9].clone()].into();
+        let layout = Layout { message: BINARY.into(), channels, ..VNYMR.clone() };
+        accumulators.begin(Arc::new(layout), &Settings::default(), PieceStart::default());
+        accumulators
+    }
+
+    /// Values of a magnetometer that is read anew every fourth row.
+    fn packet_rows(rows: i32) -> Vec<i32> {
+        (0..rows).flat_map(|row| [(row / 4).wrapping_mul(7919) % 1000, row.wrapping_mul(104_729) % 1000]).collect()
+    }
+
+    #[test]
+    fn what_packets_repeat_has_a_rate_of_its_own() {
+        let counts = packet_rows(401);
+        let mut accumulators = of_packets();
+        for (rows, index) in counts.chunks(2 * 37).zip((0..).step_by(37)) {
+            accumulators.push(Rows::new(rows, 2, &[]), index, 800.0, false);
+        }
+        let channels = accumulators.settled().snapshot(&shape(), &[]);
+        let counted: Vec<_> = channels.iter().map(|channel| (channel.stride, channel.moments.count())).collect();
+        assert_eq!(counted, [(4, 101), (1, 401)]);
+        let mut alone = of(1);
+        let every_fourth: Vec<i32> = counts.iter().copied().step_by(8).collect();
+        alone.push(Rows::new(&every_fourth, 1, &[]), 0, 200.0, false);
+        let expected = &alone.settled().snapshot(&shape(), &[])[0];
+        assert_eq!(channels[0].octaves, expected.octaves, "the numbers of a record at a quarter of the rate");
+    }
+
+    #[test]
+    fn a_gap_takes_from_a_slower_channel_only_the_samples_in_it() {
+        let mut accumulators = of_packets();
+        accumulators.push(Rows::new(&packet_rows(10), 2, &[]), 0, 800.0, false);
+        // rows 10 and 11 hold no sample of every fourth, rows 12 to 20 three
+        accumulators.gap(Some(2));
+        accumulators.push(Rows::new(&packet_rows(1), 2, &[]), 12, 800.0, false);
+        let terms = |accumulators: &Accumulators| {
+            let channels = accumulators.settled().snapshot(&shape(), &[]);
+            channels.iter().map(|channel| channel.octaves[0].terms).collect::<Vec<_>>()
+        };
+        assert_eq!(terms(&accumulators), [3, 9]);
+        accumulators.gap(Some(8));
+        accumulators.push(Rows::new(&packet_rows(9), 2, &[]), 21, 800.0, false);
+        assert_eq!(terms(&accumulators), [4, 17]);
+        accumulators.gap(None);
+        accumulators.push(Rows::new(&packet_rows(8), 2, &[]), 30, 800.0, false);
+        assert_eq!(terms(&accumulators), [5, 24]);
+    }
+
+    #[test]
+    fn strides_are_those_of_the_refresh() {
+        let quantities = [Quantity::MagneticField, Quantity::Temperature, Quantity::Pressure, Quantity::AngularRate];
+        for (rate_hz, strides) in
+            [(800.0, [4, 8, 8, 1]), (400.0, [2, 4, 4, 1]), (200.0, [1, 2, 2, 1]), (100.0, [1, 1, 1, 1])]
+        {
+            assert_eq!(quantities.map(|quantity| stride(quantity, rate_hz)), strides, "{rate_hz} Hz");
+        }
     }
 }

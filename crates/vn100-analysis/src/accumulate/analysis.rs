@@ -286,7 +286,13 @@ impl Analysis {
         let (factors, mut missing) = self.settings().averaging_times.factors(&shape);
         let points = self.record.accumulators.settled().points(&factors);
         if matches!(self.settings().averaging_times, AveragingTimes::List(_)) && !points.is_empty() {
-            let is_missing = |m: &&u64| points.iter().flatten().all(|point| point.m != **m);
+            let strides = snapshot.channels.iter().map(|channel| channel.stride);
+            let found: Vec<u64> = points
+                .iter()
+                .zip(strides)
+                .flat_map(|(points, stride)| points.iter().map(move |p| p.m * stride))
+                .collect();
+            let is_missing = |m: &&u64| !found.contains(m);
             missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));
         }
         snapshot.missing_times = missing;

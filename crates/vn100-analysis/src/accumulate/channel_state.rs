@@ -15,6 +15,10 @@ pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
     /// Without the regression line.
     detrend: bool,
+    /// Rows for one sample.
+    stride: u64,
+    /// Absolute place of the next row.
+    place: u64,
     signal: ChannelSignal,
     /// Angles only.
     unwrap: Option<Unwrap>,
@@ -32,16 +36,34 @@ impl ChannelState {
         Self {
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             detrend,
+            stride: 1,
+            place: start.places,
             signal: ChannelSignal::new(plan).starting_at(start.places, start.samples),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
     }
 
-    /// Samples are missing here; `None` for an unknown number.
+    /// Takes a sample of its own of so many rows, before the first of the record.
+    pub(crate) fn set_stride(&mut self, stride: u64) {
+        self.stride = stride;
+    }
+
+    pub(crate) const fn stride(&self) -> u64 {
+        self.stride
+    }
+
+    /// Rows are missing here; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
-        self.accumulator.gap(missing);
-        self.signal.gap(missing);
+        let rows = missing.unwrap_or(0);
+        let samples_until = |place: u64| place.div_ceil(self.stride);
+        let samples = samples_until(self.place + rows) - samples_until(self.place);
+        self.place += rows;
+        // rows that hold none of its samples are no gap
+        if rows == 0 || samples > 0 {
+            self.accumulator.gap(missing.map(|_| samples));
+            self.signal.gap(missing.map(|_| samples));
+        }
     }
 
     /// The next piece as it continues this one: an angle on the same branch. `None` where its
@@ -63,6 +85,7 @@ impl ChannelState {
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
+        self.place = next.place;
         self.restarted |= next.restarted;
         if let Some((ours, theirs)) = self.unwrap.as_mut().zip(next.unwrap.as_ref()) {
             ours.append(theirs);
@@ -70,8 +93,21 @@ impl ChannelState {
         Ok(())
     }
 
-    /// Takes samples in time order; unwraps them in place.
-    pub(crate) fn push(&mut self, mut counts: &mut [i32]) {
+    /// Takes the counts of rows in time order; unwraps them in place.
+    pub(crate) fn push(&mut self, counts: &mut [i32]) {
+        let first = self.place.next_multiple_of(self.stride) - self.place;
+        self.place += counts.len() as u64;
+        match usize::try_from(self.stride) {
+            Ok(1) => self.push_samples(counts),
+            Ok(stride) if first < counts.len() as u64 => {
+                let mut samples: Vec<i32> = counts[first as usize..].iter().copied().step_by(stride).collect();
+                self.push_samples(&mut samples);
+            }
+            _ => {}
+        }
+    }
+
+    fn push_samples(&mut self, mut counts: &mut [i32]) {
         let Self { accumulator, signal, unwrap, restarted, .. } = self;
         loop {
             let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));
@@ -114,14 +150,16 @@ impl ChannelState {
             signal: Some(self.signal.clone()),
             octaves: sums,
             points: Vec::new(),
+            stride: self.stride,
             printed_decimals,
             removed_temperature,
         }
     }
 
-    /// The sums at these averaging factors, of those that have a window.
+    /// The sums at these averaging factors of rows, of those that have a window.
     pub(crate) fn points(&self, factors: &[u64]) -> Vec<OctaveSum> {
-        let sums = factors.iter().filter_map(|m| self.accumulator.octaves().sum_at(*m));
+        let own = factors.iter().filter(|m| m.is_multiple_of(self.stride)).map(|m| m / self.stride);
+        let sums = own.filter_map(|m| self.accumulator.octaves().sum_at(m));
         sums.map(|sum| self.detrended(sum)).collect()
     }
 

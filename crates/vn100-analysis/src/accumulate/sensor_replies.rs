@@ -114,6 +114,7 @@ impl SensorReplies {
                     slope_counts: None,
                     signal: None,
                     branch_counts: 0,
+                    stride: 1,
                     printed_decimals: channel.decimals,
                     removed_temperature: None,
                 },

@@ -283,11 +283,15 @@ fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
     onboard.filter(|onboard| onboard.window_known() && onboard.window.overlaps()).map(|onboard| onboard.window)
 }
 
-/// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
+/// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times. A
+/// low pass takes from the shortest ones, which the fit excludes, and removes no bias.
 fn falls_below_white(curve: &OctaveVariances, short: &NoiseFit, window: Option<BoxcarWindow>) -> bool {
     const BEYOND_DOUBT: f64 = 3.7;
     let white = short.parameter(Term::White).and_then(|white| white.value);
-    let deficit = |white| white_deficit(&curve.octaves, &curve.variances, &curve.shape, white, window);
+    let first_s = short.quality.map_or(0.0, |quality| quality.tau_min_s);
+    let low_pass = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < 0.99 * first_s).count();
+    let (octaves, variances) = (&curve.octaves[low_pass..], &curve.variances[low_pass..]);
+    let deficit = |white| white_deficit(octaves, variances, &curve.shape, white, window);
     white.is_some_and(|white| deficit(white) > BEYOND_DOUBT)
 }
 
@@ -311,8 +315,9 @@ impl Models {
             terms = terms.and(Term::Quantization);
         }
         let mut models = Self { made: Vec::new() };
-        for ((channel, _), curve) in snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel)) {
-            let window = overlapping_window(Onboard::of(channel, snapshot));
+        for ((channel, results), curve) in snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel))
+        {
+            let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
                 let model = NoiseModel::new(&curve.octaves, &curve.shape, terms, window);
                 models.made.push(Made { octaves: curve.octaves.clone(), window, model, longer: OnceLock::new() });
@@ -370,7 +375,7 @@ impl FilterModels {
         (snapshot.assessed(assessed))
             .map(|(channel, results, assessed)| {
                 let noise = assessed.noise.as_ref()?;
-                let curve = OctaveVariances::new(channel, results, snapshot.shape());
+                let curve = OctaveVariances::new(channel, results, snapshot.shape_of(results));
                 let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
                     // octaves that vibration disturbs are not part of the fit
                     let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);

@@ -8,20 +8,16 @@ use super::{LEAST_EDF, OctaveAssessment, OctaveVariances};
 use crate::snapshot::ChannelSnapshot;
 
 /// Degrees of freedom in noise of one kind, computed once for all channels.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct KnownEdf {
-    shape: RecordShape,
-    known: HashMap<(u64, u64, PowerLaw), Option<f64>>,
+    /// By the samples of the channel, too.
+    known: HashMap<(u64, u64, u64, PowerLaw), Option<f64>>,
 }
 
 impl KnownEdf {
-    pub(super) fn new(shape: RecordShape) -> Self {
-        Self { shape, known: HashMap::new() }
-    }
-
-    fn of(&mut self, octave: &Octave, law: PowerLaw) -> Option<f64> {
-        let Self { shape, known } = self;
-        *known.entry((octave.m, octave.terms, law)).or_insert_with(|| edf(octave, shape, law))
+    fn of(&mut self, octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
+        let key = (shape.samples, octave.m, octave.terms, law);
+        *self.known.entry(key).or_insert_with(|| edf(octave, shape, law))
     }
 
     /// The assessments of the points of `results`, from those of its `octaves`. The kind of noise
@@ -41,14 +37,14 @@ impl KnownEdf {
             let law = results.noise_types[..=nearest].iter().rev().find_map(|law| *law);
             let mut ratio = |index: usize| {
                 let mixture = octaves.get(index)?.relative?.edf;
-                Some((mixture / self.of(curve.octaves.get(index)?, law?)?).ln())
+                Some((mixture / self.of(curve.octaves.get(index)?, &curve.shape, law?)?).ln())
             };
             let (below, above) = (ratio(place.floor() as usize), ratio(place.ceil() as usize));
             let ratio = match (below, above) {
                 (Some(below), Some(above)) => below + (above - below) * place.fract(),
                 (one, other) => one.or(other).unwrap_or(0.0),
             };
-            let edf = self.of(&sum.octave(), law?).map(|edf| edf * ratio.exp());
+            let edf = self.of(&sum.octave(), &curve.shape, law?).map(|edf| edf * ratio.exp());
             let known = edf.filter(|edf| *edf >= LEAST_EDF);
             let relative = known.and_then(|edf| Interval::new(1.0, edf, confidence));
             Some(OctaveAssessment { m: sum.m, alpha: octaves[nearest].alpha, relative })

@@ -71,7 +71,7 @@ impl Onboard {
     }
 
     /// For a channel of a sensor of this make that is averaged on board.
-    pub(super) fn of(channel: &Channel, snapshot: &Snapshot) -> Option<Self> {
+    pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> Option<Self> {
         let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
         let filter = filter(snapshot);
         let averaging = filter.unwrap_or_default();
@@ -88,7 +88,7 @@ impl Onboard {
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
         let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;
         let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
-        let decimation = refresh_hz / snapshot.timing.rate_hz;
+        let decimation = refresh_hz / snapshot.rate_of(results);
         let window_from = match (filter, given) {
             (Some(_), _) => WindowFrom::Register,
             (None, Some(_)) => WindowFrom::Given,

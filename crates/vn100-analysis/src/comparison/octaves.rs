@@ -101,7 +101,7 @@ fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<OctavePoint> {
         .filter_map(|(octave, assessed)| {
             let deviation = channel.in_unit(octave.deviation_counts()?);
             let edf = assessed.relative?.edf;
-            let tau_s = octave.m as f64 / snapshot.timing.rate_hz;
+            let tau_s = octave.m as f64 / snapshot.rate_of(results);
             (deviation > 0.0 && edf >= LEAST_EDF).then_some(OctavePoint { tau_s, deviation, edf })
         })
         .collect()

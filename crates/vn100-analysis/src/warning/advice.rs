@@ -212,7 +212,8 @@ impl Advice {
     fn on_absent_values(&mut self, snapshot: &Snapshot) {
         let rows = snapshot.timing.samples;
         let lacking = |(channel, results): (&Channel, &ChannelSnapshot)| {
-            let absent = rows.saturating_sub(results.moments.count());
+            // a channel with a rate of its own lacks none of the rows that repeat it
+            let absent = if results.stride == 1 { rows.saturating_sub(results.moments.count()) } else { 0 };
             (absent > 0).then(|| (absent, channel.name.to_string()))
         };
         let lacking: Vec<_> = snapshot.measured().filter_map(lacking).collect();
@@ -297,7 +298,7 @@ impl Advice {
             let details = "Mean, minimum and maximum mix the branches.";
             self.warn_of(WarningKind::AngleRestarted, findings.restarted, headline, details);
         }
-        let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.timing.rate_hz));
+        let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.rate_of(results)));
         if !stuck.is_empty() {
             let headline = format!("no more than two values on {}", stuck.join(" "));
             let details = "The noise lies below the last printed digit, or the channel is dead; its deviations are those of the \
