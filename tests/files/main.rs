@@ -16,6 +16,7 @@ mod diagnostics;
 mod formats;
 mod measure_options;
 mod numbers;
+mod packets;
 mod pool;
 mod real_captures;
 mod replay_logs;

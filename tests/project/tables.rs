@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 use vn100_analysis::WarningKind;
 use vn100_capture::{ColumnMap, Format};
-use vn100_protocol::{Channel, MESSAGES};
+use vn100_protocol::{Channel, MESSAGES, PACKET_MESSAGES, PacketForm};
 use vn100_report::glossary::explain;
 
 /// The cells of the rows of the first table below a heading of a document, without its head.
@@ -79,7 +79,15 @@ fn messages_and_their_channels() {
             vec![format!("`${}`", layout.message), channels.join(" "), nature.into()]
         })
         .collect();
-    assert_eq!(documented, expected);
+    let packets = PACKET_MESSAGES.iter().map(|message| {
+        let output = message.output(1, 800).unwrap();
+        let form = PacketForm::new(output.groups, &output.field_words).unwrap();
+        let channels: Vec<String> =
+            form.layout().channels.iter().map(|channel| format!("`{}`", channel.name)).collect();
+        let nature = if form.layout().compensated == Some(true) { "compensated" } else { "uncompensated" };
+        vec![format!("`{}`", message.name), channels.join(" "), nature.into()]
+    });
+    assert_eq!(documented, expected.into_iter().chain(packets).collect::<Vec<_>>());
 }
 
 #[test]

@@ -1,0 +1,136 @@
+//! Binary packets of real sensors against what other programs say of them, and of the emulated one
+//! against its truth.
+
+use std::fs;
+
+use serde_json::Value;
+use vn100_protocol::stream::{ReadOptions, SampleReader};
+
+use crate::support::{channel, real_captures, replay, vn100};
+
+fn timing<'a>(document: &'a Value, name: &str) -> &'a Value {
+    &document["timing"][name]
+}
+
+/// A logger's file of ten packets a second between its own sentences, and the same as another
+/// program decoded it: 14 of its 29 columns are measured.
+#[test]
+fn every_row_is_as_another_program_decoded_it() {
+    let Some(folder) = real_captures().map(|folder| folder.join("binary")) else { return };
+    let mut reader = SampleReader::new(ReadOptions::default());
+    reader.push(&fs::read(folder.join("F00379")).unwrap(), None);
+    let batches = [reader.take_batches(), reader.finish()].concat();
+    let layout = batches[0].layout.clone().unwrap();
+    let rows: Vec<&[i32]> = batches.iter().flat_map(|batch| batch.rows()).collect();
+    let text = fs::read_to_string(folder.join("F00379_B")).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').map(str::trim).collect();
+    let decoded: Vec<Vec<f64>> = lines
+        .map(|line| line.split(',').filter_map(|cell| cell.trim().parse().ok()).collect::<Vec<f64>>())
+        .filter(|cells| cells.len() == 29)
+        .collect();
+    assert_eq!((rows.len(), decoded.len()), (8895, 8895));
+    let theirs = [
+        ("yaw", "Yaw"),
+        ("pitch", "Pitch"),
+        ("roll", "Roll"),
+        ("mag_x", "MagX"),
+        ("mag_y", "MagY"),
+        ("mag_z", "MagZ"),
+        ("accel_x", "AccX"),
+        ("accel_y", "AccY"),
+        ("accel_z", "AccZ"),
+        ("gyro_x", "GyroX"),
+        ("gyro_y", "GyroY"),
+        ("gyro_z", "GyroZ"),
+        ("temperature", "Temp"),
+        ("pressure", "Pres"),
+    ];
+    assert_eq!(layout.channels.len(), theirs.len());
+    for (place, (channel, (ours, theirs))) in layout.channels.iter().zip(theirs).enumerate() {
+        assert_eq!(channel.name, ours);
+        let column = names.iter().position(|name| *name == theirs).unwrap();
+        for (row, (counts, cells)) in rows.iter().zip(&decoded).enumerate() {
+            let (value, expected) = (channel.value(counts[place]), cells[column]);
+            // six digits behind the point of the printed number, and half a count
+            let tolerance = 5.1e-7 * expected.abs() + 0.51 * channel.scale;
+            assert!((value - expected).abs() <= tolerance, "{ours} of row {row}: {value}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn streams_of_a_real_sensor_have_its_rate_and_lose_nothing() {
+    let Some(folder) = real_captures().map(|folder| folder.join("wire")) else { return };
+    for (name, options, samples, rate_hz) in [
+        ("binonly-95pct_clean.bin", &[][..], 800, 800.0),
+        ("binary-only.bin", &[], 200, 200.0),
+        ("mixed-50pct_clean.bin", &["--measure", "packets"], 199, 200.0),
+    ] {
+        let (document, exit) = replay(&folder.join(name), options);
+        assert_eq!((exit, &document["source"]["message"]), (0, &"BINARY".into()), "{name}");
+        assert_eq!(
+            (timing(&document, "samples"), timing(&document, "missing")),
+            (&samples.into(), &0.into()),
+            "{name}"
+        );
+        assert_eq!(
+            (timing(&document, "rate_hz"), timing(&document, "rate_from")),
+            (&rate_hz.into(), &"device-time".into())
+        );
+        assert_eq!(timing(&document, "missing_from"), "device-time");
+        assert_eq!(document["link"]["rejected_packets"], 0);
+    }
+    // sentences are measured where nothing else is asked for
+    let (document, _) = replay(&folder.join("mixed-50pct_clean.bin"), &[]);
+    assert_eq!((&document["source"]["message"], &document["link"]["binary_packets"]), (&"VNYMR".into(), &199.into()));
+}
+
+#[test]
+fn at_800_hz_n_is_that_of_the_sensor_and_slower_channels_have_rates_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.bin");
+    let made = vn100()
+        .args(["sim", "--message", "BINARY+MAG", "--rate", "800", "--duration", "2m", "--profile", "lab3", "-o"])
+        .arg(&file)
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let (document, exit) = replay(&file, &[]);
+    assert_eq!((exit, timing(&document, "samples")), (0, &96_000.into()));
+    let rates = |name: &str| channel(&document, name)["rate_hz"].as_f64().unwrap();
+    assert_eq!(["gyro_y", "mag_x", "temperature", "pressure"].map(rates), [800.0, 200.0, 100.0, 100.0]);
+    assert_eq!(channel(&document, "mag_x")["statistics"]["count"], 24_000);
+    // the profile states 0.354 °/√h
+    let truth = 0.354_f64.to_radians() / 60.0;
+    let white = &channel(&document, "gyro_y")["noise"]["white"];
+    let [lower, upper] = ["lower", "upper"].map(|end| white[end].as_f64().unwrap());
+    assert!(lower < truth && truth < upper, "{lower} to {upper} without {truth}");
+}
+
+#[test]
+fn what_is_lost_is_counted_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.bin");
+    let made = vn100()
+        .args(["sim", "--message", "BINARY", "--rate", "400", "--duration", "10s", "-o"])
+        .arg(&file)
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let bytes = fs::read(&file).unwrap();
+    let packets: Vec<&[u8]> = bytes.chunks(44).collect();
+    assert_eq!(packets.len(), 4000);
+    let kept = packets.iter().enumerate().filter(|(number, _)| !(1000..1700).contains(number) && number % 97 != 5);
+    let mut damaged: Vec<u8> = kept.flat_map(|(_, packet)| packet.to_vec()).collect();
+    // one more by a wrong bit
+    damaged[20 * 44 + 30] ^= 1;
+    fs::write(&file, &damaged).unwrap();
+    let (document, _) = replay(&file, &[]);
+    let samples = damaged.len() / 44 - 1;
+    assert_eq!(timing(&document, "samples"), samples);
+    // the first and the last are there
+    assert_eq!(timing(&document, "missing"), 4000 - samples);
+    assert_eq!(timing(&document, "rate_hz"), 400.0);
+    assert_eq!(document["link"]["skipped_bytes"], 44);
+}
