@@ -164,14 +164,15 @@ impl DeviceClock {
             self.backwards += 1;
             return self.begin_anew(stamped);
         };
-        let quotient = interval_ns as f64 / period_ns;
-        let periods = quotient.round();
-        let is_whole = (quotient - periods).abs() <= TOLERANCE && (1.0..=MAX_PERIODS).contains(&periods);
-        if is_whole && periods == 1.0 {
+        // nearly every sample; without the rounding of a quotient
+        if (interval_ns as f64 - period_ns).abs() <= TOLERANCE * period_ns {
             self.other.1 = 0;
             self.index += 1;
             return self.add_sample(stamped);
         }
+        let quotient = interval_ns as f64 / period_ns;
+        let periods = quotient.round();
+        let is_whole = (quotient - periods).abs() <= TOLERANCE && (2.0..=MAX_PERIODS).contains(&periods);
         if self.is_other_rate(interval_ns, period_ns) {
             return self.begin_anew(stamped);
         }

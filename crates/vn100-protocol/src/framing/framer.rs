@@ -9,7 +9,7 @@
 //! The search after a false start continues one byte behind it, or behind all that was taken for a
 //! sentence: neither `$` nor 0xFA can be in there.
 
-use memchr::{memchr_iter, memchr2};
+use memchr::{memchr, memchr_iter, memchr2};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
@@ -206,7 +206,7 @@ impl Framer {
     #[inline]
     pub(crate) fn quick_packet<'a>(&mut self, input: &'a [u8]) -> Option<Packet<'a>> {
         let raw = self.packet_head.packet(input)?;
-        if raw.contains(&b'$') {
+        if memchr(b'$', raw).is_some() {
             return None;
         }
         let packet = Packet { raw, offset: self.offset };

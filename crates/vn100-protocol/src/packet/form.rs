@@ -174,7 +174,15 @@ impl PacketForm {
     #[inline]
     #[must_use]
     pub fn is_of(&self, packet: &Packet<'_>) -> bool {
-        packet.raw.starts_with(&self.header[..self.header_length])
+        // a comparison of two numbers where there are so many bytes, as nearly always
+        match (packet.raw.first_chunk(), self.header.first_chunk()) {
+            (Some(begin), Some(header)) if self.header_length <= 8 => {
+                let unused = 64 - 8 * self.header_length as u32;
+                let differing = u64::from_le_bytes(*begin) ^ u64::from_le_bytes(*header);
+                differing << unused == 0
+            }
+            _ => packet.raw.starts_with(&self.header[..self.header_length]),
+        }
     }
 
     /// What is measured of it.
