@@ -347,6 +347,22 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
 }
 
 #[cfg(target_os = "linux")]
+#[cfg(unix)]
+#[test]
+fn a_capture_that_does_not_fit_on_the_disk_is_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    // a file may have eight blocks; the signal that tells of more is ignored
+    let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" sim -o \"$1\"";
+    for name in ["x.vnymr", "x.mcap"] {
+        let file = folder.path().join(name);
+        let program = env!("CARGO_BIN_EXE_vn100");
+        let output = Command::new("sh").args(["-c", script, program]).arg(&file).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && told.contains("cannot write"), "{told}");
+        assert!(!file.exists(), "{name}");
+    }
+}
+
 #[test]
 fn a_full_disk_is_reported() {
     let full = || Stdio::from(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());

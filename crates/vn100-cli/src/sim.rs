@@ -103,11 +103,16 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
         }
         file => file.with_context(context)?,
     };
-    if output.extension().is_some_and(|extension| extension == "mcap") {
-        record(file, &mut *write_frame, samples, rate_hz, args).with_context(context)?;
+    let written = if output.extension().is_some_and(|extension| extension == "mcap") {
+        record(file, &mut *write_frame, samples, rate_hz, args)
     } else {
-        write(file, &mut *write_frame, samples).with_context(context)?;
+        write(file, &mut *write_frame, samples)
+    };
+    if written.is_err() {
+        // a part of a capture looks like a whole one; what cannot be removed stays
+        let _ = fs::remove_file(output);
     }
+    written.with_context(context)?;
     Ok(Completion::Complete)
 }
 
