@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use imu_noise::BoxcarWindow;
 use vn100_analysis::{Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, SENSORS, Want, axes_name, letter};
-use vn100_protocol::BaudRate;
+use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
 use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
@@ -149,6 +149,28 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
     writeln!(out, "{}", fill(METHOD, "", ""))
 }
 
+/// The message to be preferred, and what the line carries of it.
+fn packets(plan: &Plan) -> String {
+    let at = |message: PacketMessage| {
+        let fits = |baud: &BaudRate| {
+            let rate_hz = message.highest_rate_hz(*baud)?;
+            Some(format!("{rate_hz} Hz at {} baud", baud.bits_per_s()))
+        };
+        let bauds =
+            BaudRate::ALL.iter().filter(|baud| **baud >= plan.baud && OFFERED_BAUDS.contains(&baud.bits_per_s()));
+        let rates: Vec<_> = bauds.filter_map(fits).collect();
+        format!("{}, {} bytes: {}", message.name, message.packet_length(), rates.join(", "))
+    };
+    format!(
+        "first choice where the firmware sends them: vn100 attach PORT --set-message BINARY --set-rate 800. Their device time shows rate and dropped \
+         samples exactly, and at 800 Hz the output adds no aliasing. {}. Without them:",
+        PACKET_MESSAGES.map(at).join("; ")
+    )
+}
+
+/// Those that hosts and adapters have.
+const OFFERED_BAUDS: [u32; 4] = [115_200, 230_400, 460_800, 921_600];
+
 /// The noise behind every length.
 fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
     let note = datasheet.note.as_ref().map_or(String::new(), |note| format!(" ({})", printable(note)));
@@ -173,6 +195,7 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
     let mag = BoxcarWindow { length: 1, decimation: Onboard::MAG_REFRESH_HZ / f64::from(rate_hz) };
     let load = plan.line_length * rate_hz;
     let rows = [
+        ("packets", packets(plan)),
         (
             "message",
             "VNIMU: in VNYMR the attitude filter removes the gyro bias, so B, K and R are not measurable".into(),

@@ -1,6 +1,9 @@
 //! The packets that this project asks a sensor for, by name.
 
-use crate::register::BinaryOutput;
+use crate::{
+    link_budget::LinkLoad,
+    register::{BaudRate, BinaryOutput},
+};
 
 /// A choice of fields that [`BinaryOutput`] asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +56,14 @@ impl PacketMessage {
         })
     }
 
+    /// The highest rate in hertz that fits `baud_rate` beside nothing else; `None` where not even
+    /// 1 Hz does.
+    #[must_use]
+    pub fn highest_rate_hz(&self, baud_rate: BaudRate) -> Option<u32> {
+        let load = |hz: u32| LinkLoad::of_packets(&self.output(1, hz)?);
+        (1..=MEASUREMENTS_PER_S).rev().find(|hz| load(*hz).is_some_and(|load| load.fits(baud_rate)))
+    }
+
     /// Whether `output` asks for these fields.
     #[must_use]
     pub fn is_of(&self, output: &BinaryOutput) -> bool {
@@ -79,6 +90,17 @@ mod tests {
         }
         assert_eq!(PACKET_MESSAGES.map(|message| message.packet_length()), [44, 60]);
         assert_eq!(PacketMessage::named("VNYMR"), None);
+    }
+
+    /// What a VN-100 takes at each baud rate (VN-100 User Manual: a tenth of it in bytes a second).
+    #[test]
+    fn packets_fit_the_baud_rate_at_so_many_hertz() {
+        let rates = |message: PacketMessage| {
+            [9_600, 115_200, 230_400, 460_800, 921_600]
+                .map(|bits_per_s| message.highest_rate_hz(BaudRate::new(bits_per_s).unwrap()))
+        };
+        assert_eq!(rates(PACKET_MESSAGES[0]), [Some(20), Some(200), Some(400), Some(800), Some(800)]);
+        assert_eq!(rates(PACKET_MESSAGES[1]), [Some(16), Some(160), Some(200), Some(400), Some(800)]);
     }
 
     #[test]
