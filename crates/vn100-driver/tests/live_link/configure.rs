@@ -144,6 +144,55 @@ async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
     }
 }
 
+const PACKETS_OFF: (u8, &str) = (75, "0,0,00");
+
+/// A sensor that can send packets, and what sets it to send as many as it measures.
+fn sensor_of_packets() -> (Sensor, OutputSettings) {
+    let sensor = sensor();
+    sensor.world().registers.insert(PACKETS_OFF.0, PACKETS_OFF.1.into());
+    let settings = OutputSettings {
+        message: Some("BINARY".into()),
+        rate_hz: Some(800),
+        window: Some(1),
+        ..OutputSettings::default()
+    };
+    (sensor, settings)
+}
+
+#[tokio::test(start_paused = true)]
+async fn interrupted_at_any_time_packets_leave_the_sensor_as_it_was() {
+    let mut furthest = 0;
+    for after in (0..2500).step_by(41).map(Duration::from_millis) {
+        let (sensor, settings) = sensor_of_packets();
+        let stop = CancellationToken::new();
+        let (mut link, work) = configuring(&sensor, settings, &stop).await;
+        link.run(after).await;
+        stop.cancel();
+        link.run(Duration::from_secs(4)).await;
+        let error = work.await.unwrap().unwrap_err();
+        let ConfigureError::Interrupted { undone } = error else { panic!("after {after:?}: {error}") };
+        furthest = furthest.max(undone.len());
+        let world = sensor.world();
+        let registers = [5, 6, 75, 85].map(|register| world.registers[&register].as_str());
+        assert_eq!((registers, world.streams), (["115200", "14", PACKETS_OFF.1, FILTER.1], true), "after {after:?}");
+    }
+    assert_eq!(furthest, 4, "baud rate, sentences, window and packets");
+}
+
+#[tokio::test(start_paused = true)]
+async fn packets_that_do_not_come_on_the_first_port_are_sent_to_the_second() {
+    let (sensor, settings) = sensor_of_packets();
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+    link.run(Duration::from_secs(8)).await;
+    let configured = work.await.unwrap().unwrap();
+    let packets = configured.changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1).unwrap();
+    assert_eq!((packets.before.as_str(), packets.after.as_str()), (PACKETS_OFF.1, "2,1,05,0001,001C"));
+    // this sensor sends none on either
+    assert!(!configured.rate_is_kept() && configured.measured_hz == 0.0 && configured.rate_hz == 800.0);
+    let asked = |line: &str| sensor.world().written.iter().any(|(_, bytes)| bytes.starts_with(line.as_bytes()));
+    assert!(asked("$VNWRG,75,1,1,05") && asked("$VNWRG,75,2,1,05"));
+}
+
 #[tokio::test(start_paused = true)]
 async fn what_cannot_be_put_back_is_told() {
     let sensor = sensor();
