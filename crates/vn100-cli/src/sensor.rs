@@ -9,8 +9,9 @@ use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MESSAGES, OUTPUT_RATES_HZ,
-    ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure, stream::ReadOptions,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
+    PACKET_MESSAGES, PacketMessage, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue,
+    RequestFailure, stream::ReadOptions,
 };
 use vn100_report::{Completion, printable};
 
@@ -20,13 +21,11 @@ use crate::{
     live_source::live_source,
     log::run_logged,
     status::up,
-    text::text,
+    text::{fill, text},
 };
 
 /// What is asked: identity, output, processing.
 const REGISTERS: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 30, 35, 75, 76, 77, 82, 85];
-
-const REFRESH_HZ: u32 = 800;
 
 pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     if args.link.listen_only {
@@ -67,11 +66,13 @@ struct Info {
     firmware: Option<String>,
     /// Baud rate; null where the link has none.
     baud: Option<u32>,
-    /// Null where it sends none, or one that is not known here; `registers` has its number.
+    /// The sentences, or the packets where it sends no sentences. Null where it sends neither, or
+    /// what is not known here; `registers` has it.
     message: Option<&'static str>,
-    /// The message in words.
+    /// All messages in words.
     #[serde(skip)]
     sends: String,
+    /// How often the message comes.
     rate_hz: Option<u32>,
     /// Refreshes averaged for a sample of magnetometer, accelerometer, gyroscope.
     window: Option<[u16; 3]>,
@@ -112,24 +113,27 @@ impl Info {
         let rate = register_value::<AsyncRate>(&registers, 7);
         let control = register_value::<ProtocolControl>(&registers, 30);
         let filter = register_value::<ImuFilter>(&registers, 85);
+        let packets: Vec<BinaryOutput> = (75..=77)
+            .filter_map(|register| register_value::<BinaryOutput>(&registers, register))
+            .filter(|output| output.rate_hz() > 0.0)
+            .collect();
         let speed = baud.and_then(BaudRate::new).or_else(|| register_value(&registers, 5));
         let line = speed.and_then(|speed| {
             let form = control.as_ref().map(LineForm::from)?;
-            let packets: Option<LinkLoad> = (75..=77)
-                .filter_map(|register| register_value::<BinaryOutput>(&registers, register))
-                .map(|output| LinkLoad::of_packets(&output))
-                .sum();
+            let packets: Option<LinkLoad> = packets.iter().map(LinkLoad::of_packets).sum();
             let lines = LinkLoad::of_lines(message?.line_length(form)?, rate?);
             let highest = MESSAGES.iter().filter_map(|layout| {
                 let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(form)?;
                 Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
+            let highest_of_packets = PACKET_MESSAGES.iter().map(|packets| (packets.name, highest_rate(packets, speed)));
             Some(LineLoad {
                 bytes_per_s: (packets? + lines).bytes_per_s,
                 bytes_per_s_at_most: speed.bytes_per_s(),
-                highest_rate_hz: highest.collect(),
+                highest_rate_hz: highest.chain(highest_of_packets).collect(),
             })
         });
+        let alone = packets.first().filter(|_| message == Some(AsyncType::OFF));
         Self {
             schema: "vn100.info/1",
             source,
@@ -138,16 +142,12 @@ impl Info {
             serial_number: text(3),
             firmware: text(4),
             baud,
-            message: message.and_then(AsyncType::header),
-            sends: match (message, rate) {
-                (Some(AsyncType::OFF), _) => "no message; --set-message VNYMR makes it send one".into(),
-                (Some(message), Some(rate)) => {
-                    let name = message.header().map_or_else(|| format!("unsupported message {message}"), Into::into);
-                    format!("{name} at {rate} Hz")
-                }
-                _ => "unknown".into(),
+            message: alone.map_or_else(|| message.and_then(AsyncType::header), packet_name),
+            sends: sends(message.zip(rate), &packets),
+            rate_hz: match alone {
+                Some(packets) => MEASUREMENTS_PER_S.checked_div(packets.rate_divisor.into()),
+                None => rate.map(AsyncRate::hz),
             },
-            rate_hz: rate.map(AsyncRate::hz),
             window: filter.map(|filter| [filter.mag_window, filter.accel_window, filter.gyro_window]),
             checksum_bits: control.as_ref().and_then(|control| match control.check()? {
                 Check::Xor8 => Some(8),
@@ -187,28 +187,63 @@ impl Info {
             )?;
             let highest: Vec<_> = (line.highest_rate_hz.iter())
                 .map(|(message, hz)| {
-                    format!("{message} {}", hz.map_or("not even 1 Hz".into(), |hz| format!("{hz} Hz")))
+                    let rate = hz.map_or("not even 1 Hz".into(), |hz| format!("{hz} Hz"));
+                    // a line ends behind a rate
+                    format!("{message} {rate}").replace(' ', "\u{a0}")
                 })
                 .collect();
-            writeln!(out, "  at most    {} at this baud rate", highest.join(", "))?;
+            let highest = format!("{} at this baud rate", highest.join(", "));
+            writeln!(out, "{}", fill(&highest, "  at most    ", "             ").replace('\u{a0}', " "))?;
         }
         if self.line.is_none() && self.rate_hz.is_some() {
             writeln!(out, "  line       load unknown")?;
         }
         if let Some([mag, accel, gyro]) = self.window {
             writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer, {mag} magnetometer refreshes")?;
-            if let Some(rate_hz) = self.rate_hz.filter(|hz| OUTPUT_RATES_HZ.contains(hz))
-                && u32::from(gyro.min(accel)).max(1) * rate_hz < REFRESH_HZ
+            if let Some(rate_hz) = self.rate_hz.filter(|hz| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz))
+                && u32::from(gyro.min(accel)).max(1) * rate_hz < MEASUREMENTS_PER_S
             {
                 writeln!(
                     out,
                     "             of 800 a second: noise aliases at {rate_hz} Hz; --window {} avoids it",
-                    REFRESH_HZ / rate_hz
+                    MEASUREMENTS_PER_S / rate_hz
                 )?;
             }
         }
         Ok(())
     }
+}
+
+/// The sentences and packets that a sensor sends, in words.
+fn sends(sentences: Option<(AsyncType, AsyncRate)>, packets: &[BinaryOutput]) -> String {
+    let sentences = match sentences {
+        Some((AsyncType::OFF, _)) => None,
+        Some((message, rate)) => {
+            let name = message.header().map_or_else(|| format!("unsupported message {message}"), Into::into);
+            Some(format!("{name} at {rate} Hz"))
+        }
+        None => Some("unknown".into()),
+    };
+    let packets = packets.iter().map(|output| {
+        let name = packet_name(output).unwrap_or("other packets");
+        format!("{name} at {} Hz", (output.rate_hz() * 10.0).round() / 10.0)
+    });
+    let all: Vec<String> = sentences.into_iter().chain(packets).collect();
+    if all.is_empty() { "no message; --set-message VNYMR makes it send one".into() } else { all.join(" and ") }
+}
+
+/// The name of the message that these packets are of, if it is one of ours.
+fn packet_name(output: &BinaryOutput) -> Option<&'static str> {
+    PACKET_MESSAGES.iter().find(|packets| packets.is_of(output)).map(|packets| packets.name)
+}
+
+/// The highest rate of these packets at that baud rate; `None` when not even 1 Hz fits.
+fn highest_rate(packets: &PacketMessage, speed: BaudRate) -> Option<u32> {
+    let fits = |hz: &u32| {
+        let load = packets.output(1, *hz).and_then(|output| LinkLoad::of_packets(&output));
+        load.is_some_and(|load| load.fits(speed))
+    };
+    (1..=MEASUREMENTS_PER_S).rev().find(fits)
 }
 
 fn register_value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
@@ -282,7 +317,7 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    VNIMU 100 Hz, VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNIMU 100 Hz, VNMAR 100 Hz,\n             VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
              of 800 a second: noise aliases at 40 Hz; --window 20 avoids it\n"
         );
     }
@@ -301,6 +336,23 @@ mod tests {
             let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
             assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
             assert_eq!(text.contains("load unknown"), register != Some("0"), "{text}");
+        }
+    }
+
+    #[test]
+    fn packets_are_sent_with_and_without_sentences() {
+        for (sentences, packets, sends, at_40_hz) in [
+            ("0", "1,8,05,0001,001C", "BINARY at 100 Hz", false),
+            ("0", "1,20,05,0001,003E", "BINARY+MAG at 40 Hz", true),
+            ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz and BINARY at 800 Hz", true),
+            ("0", "1,3,01,0008", "other packets at 266.7 Hz", false),
+            ("0", "0,8,05,0001,001C", "no message; --set-message VNYMR makes it send one", true),
+        ] {
+            let mut registers = factory_registers();
+            registers.extend([(6, sentences.to_owned()), (75, packets.to_owned())]);
+            let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
+            assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
+            assert_eq!(text.contains("aliases at 40 Hz"), at_40_hz, "{text}");
         }
     }
 
