@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use vn100_analysis::noise::{Claim, Verdict};
-use vn100_analysis::protocol::Quantity;
+use vn100_analysis::protocol::{Quantity, Register};
 use vn100_analysis::{
     Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Snapshot,
     SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
@@ -193,8 +193,8 @@ pub struct Asked {
 }
 
 impl Evaluation {
-    /// Compares with `datasheet`, whatever the sensor, or with the VN-100's its own messages. With
-    /// models for filters, if these are asked for.
+    /// Compares with `datasheet`, whatever the sensor; or with the VN-100's its own messages, and
+    /// packets of a sensor that says it is one. With models for filters, if these are asked for.
     ///
     /// # Errors
     /// None, unless this program was built with a damaged sheet.
@@ -249,7 +249,9 @@ impl Evaluation {
     /// Verdicts on all channels; `None` without a data sheet for the sensor.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Option<Verdicts> {
-        let is_vn100 = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
+        let is_own_message = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
+        let model = snapshot.registers.get(&Register::MODEL.0);
+        let is_vn100 = is_own_message || model.is_some_and(|model| model.trim().starts_with("VN-100"));
         let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
         sheet.map(|sheet| sheet.verdicts(snapshot, assessment))
     }
@@ -325,6 +327,18 @@ mod tests {
 
     fn nothing() -> Arc<Snapshot> {
         Arc::new(Analysis::new(Settings::default()).snapshot())
+    }
+
+    #[test]
+    fn packets_are_compared_where_the_sensor_says_what_it_is() {
+        let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+        for (model, is_compared) in [(None, false), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)] {
+            let mut snapshot = nothing();
+            let registers = &mut Arc::make_mut(&mut snapshot).registers;
+            registers.extend(model.map(|model| (Register::MODEL.0, model.into())));
+            let assessment = Assessment::new(&snapshot, 0.95);
+            assert_eq!(evaluation.verdicts(&snapshot, &assessment).is_some(), is_compared, "{model:?}");
+        }
     }
 
     #[test]
