@@ -174,7 +174,7 @@ impl<'a> HeaderCandidate<'a> {
             }
             let stamps = self.stamp_search(&places, &self.cells(&places, lines_above)).likely();
             let guess = guess(&self.header, stamps.as_ref());
-            return Err(CsvError::UnknownColumns { found: self.header.names.clone(), guess });
+            return Err(CsvError::UnknownColumns { found: self.header.given_names(), guess });
         } else if let Some(stream) = stream {
             places.choose(stream)?;
         }

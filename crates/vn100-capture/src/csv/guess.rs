@@ -32,7 +32,8 @@ const UNITS: [(&str, &[&str]); 9] = [
 /// rates first.
 pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>) -> String {
     let is_stamp = |place: usize| stamps.is_some_and(|stamps| stamps.columns.iter().any(|&(taken, _)| taken == place));
-    let free: Vec<usize> = (0..header.names.len()).filter(|&place| !is_stamp(place)).collect();
+    let has_name = |place: usize| !header.names[place].is_empty();
+    let free: Vec<usize> = (0..header.names.len()).filter(|&place| has_name(place) && !is_stamp(place)).collect();
     let mut found: Vec<(usize, String)> = Vec::new();
     for &place in &free {
         if let Some(channel) = channel(&header.names[place])
@@ -102,6 +103,7 @@ mod tests {
             ),
             ("GyrX[deg/s],MagZ [uT]", "gyro_x=GyrX[deg/s]:deg/s,mag_z=MagZ [uT]:uT"),
             ("one,two", "gyro_x=one:rad/s,gyro_y=two:rad/s"),
+            (",one,two", "gyro_x=one:rad/s,gyro_y=two:rad/s"),
         ] {
             let guessed = guess(&Header::read(line.as_bytes(), if line.contains(';') { b';' } else { b',' }), None);
             assert_eq!(guessed, expected);

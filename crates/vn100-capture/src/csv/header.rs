@@ -113,13 +113,20 @@ impl Header {
     }
 
     /// Whether the line could name columns: several fields, each neither empty, number nor
-    /// sentence.
+    /// sentence. The first may be empty: a column that numbers the rows.
     pub(super) fn names_columns(&self) -> bool {
-        self.names.len() > 1
-            && self
-                .names
-                .iter()
-                .all(|name| !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none())
+        let names = match &self.names[..] {
+            [first, others @ ..] if first.is_empty() => others,
+            names => names,
+        };
+        let is_name =
+            |name: &String| !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none();
+        names.len() > 1 && names.iter().all(is_name)
+    }
+
+    /// The names of the columns that have one.
+    pub(super) fn given_names(&self) -> Vec<String> {
+        self.names.iter().filter(|name| !name.is_empty()).cloned().collect()
     }
 
     /// What a column map calls the column at `place`.

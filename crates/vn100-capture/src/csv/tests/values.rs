@@ -266,6 +266,10 @@ fn missing_columns_are_an_error() {
     let error = error.to_string();
     assert!(error.starts_with("no known column in this CSV file: expected gyro_x gyro_y"), "{error}");
     assert!(error.ends_with("; found date, humidity, temperature"), "{error}");
+    // a data frame numbers its rows in a column without a name
+    let error = plan(",t_ms,wx\n0,1000,0.1\n1,1010,0.2\n", None).unwrap_err();
+    assert_eq!(error.hint(), Some(MapHint::Columns("gyro_x=wx:rad/s,t=t_ms:ms".into())));
+    assert!(error.to_string().ends_with("; found t_ms, wx"), "{error}");
     let error = plan("t,gyro_x\nten past two,0.1\n", None).unwrap_err().to_string();
     assert!(error.starts_with("the time stamps in column \"t\" are neither numbers nor dates"), "{error}");
     assert!(error.contains("the first is \"ten past two\""), "{error}");
