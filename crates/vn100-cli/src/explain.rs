@@ -23,8 +23,8 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Completion> {
     let code = args.code.join(" ");
     let found = explained(&code);
     if found.is_empty() {
-        let hint = similar(&code).map_or(String::new(), |similar| format!("; did you mean '{similar}'?"));
-        report(&format!("no code or parameter '{code}'{hint} `vn100 explain` lists all of them"));
+        let hint = similar(&code).map_or(String::new(), |similar| format!(" Did you mean '{similar}'?"));
+        report(&format!("'{code}' is no code or parameter.{hint} `vn100 explain` lists all of them"));
         return Ok(Completion::NotGiven);
     }
     print(&text(|out| write_explanations(out, &found)))?;

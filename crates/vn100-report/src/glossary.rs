@@ -5,7 +5,10 @@ mod codes;
 mod parameters;
 mod warnings;
 
+use vn100_analysis::noise::Verdict;
 use vn100_analysis::{Remedy, Text};
+
+use crate::{codes::code_of_verdict, summary::parameters::verdict_word};
 
 /// What the glossary says of one code.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,13 +40,21 @@ pub fn glossary() -> Vec<Explanation> {
     all
 }
 
-/// What is explained under that code or name, in any letter case; a code of several groups has
-/// several explanations, an unknown one has none.
+/// What is explained under that code or name, or that word for a verdict in the summary, in any
+/// letter case. A code of several groups, and a word for several verdicts, have several
+/// explanations; an unknown one has none.
 #[must_use]
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
+    let is_verdict = |code: &str| {
+        let mut meant = Verdict::ALL.into_iter().filter(|verdict| plain(verdict_word(*verdict)) == wanted);
+        meant.any(|verdict| code_of_verdict(verdict).code == code)
+    };
     let mut found = glossary();
-    found.retain(|entry| std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted));
+    found.retain(|entry| {
+        let is_named = std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted);
+        is_named || entry.group == codes::VERDICTS && is_verdict(entry.code)
+    });
     found
 }
 

@@ -1,7 +1,7 @@
 //! The result at a glance: which sensor, whether the record can be trusted, its noise parameters
 //! beside the data sheet, and what to do about problems. Faces lay it out.
 
-mod parameters;
+pub(crate) mod parameters;
 mod statistics;
 mod status;
 

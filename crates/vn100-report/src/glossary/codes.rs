@@ -9,10 +9,13 @@ use crate::codes::{
     code_of_window,
 };
 
+/// The group of verdicts on figures of a data sheet.
+pub(super) const VERDICTS: &str = "Verdicts";
+
 pub(super) fn explanations() -> Vec<Explanation> {
     let mut all = Vec::new();
     all.extend(Status::ALL.map(|status| entry("Statuses of a parameter", code_of_status(status), of_status(status))));
-    all.extend(Verdict::ALL.map(|verdict| entry("Verdicts", code_of_verdict(verdict), of_verdict(verdict))));
+    all.extend(Verdict::ALL.map(|verdict| entry(VERDICTS, code_of_verdict(verdict), of_verdict(verdict))));
     all.extend(Grade::ALL.map(|grade| entry("Grades of gyroscopes", code_of_grade(grade), GRADE)));
     all.extend(RateFrom::ALL.map(|from| entry("Origin of the rate (rate_from)", code_of_rate(from), of_rate(from))));
     all.extend(

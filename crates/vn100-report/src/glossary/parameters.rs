@@ -146,7 +146,7 @@ fn tau() -> Explanation {
 
 fn aliasing() -> Explanation {
     term(
-        ("aliasing", &["decimation", "averaging window", "register 85"]),
+        ("aliasing", &["decimation", "averaging window", "register 85", "sensor's own N"]),
         "aliasing of the sensor's own sampling",
         [
             "The VN-100 samples at 800 Hz (the magnetometer slower), averages some samples (register 85, 4 by default) and sends fewer. Noise \
@@ -177,7 +177,7 @@ fn allan() -> Explanation {
 
 fn minimum() -> Explanation {
     term(
-        ("minimum of the curve", &["minimum", "in-run bias stability"]),
+        ("minimum of the curve", &["minimum", "lowest deviation", "in-run bias stability"]),
         "minimum of the Allan deviation, or in-run bias stability",
         [
             "The lowest Allan deviation of the curve, and its averaging time.",

@@ -172,7 +172,7 @@ const fn words(kind: WarningKind) -> Words {
         Kind::DecimatedStream => (
             "The sensor samples faster than it sends. Noise above half the output rate aliases into the band; or averaging lowers the \
              deviation at short averaging times.",
-            "N is higher than on the data sheet by a known factor. It is the right density for a filter at this rate.",
+            "Aliasing raises N above the data sheet by a known factor; it is then the right density for a filter at this rate. For averaging N is corrected.",
             "Set the averaging window to 800/rate (20 at 40 Hz: {}). State a window that the capture does not contain with {}.",
             &[Remedy::Configure(Setting::Window(20)), Remedy::GiveWindow],
         ),

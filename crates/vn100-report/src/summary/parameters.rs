@@ -293,16 +293,7 @@ fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord 
     let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
     let worst = verdicts.iter().map(|(_, verdict)| verdict.verdict).min_by_key(|verdict| rank(*verdict));
     let Some(worst) = worst else { return VerdictWord { word: String::new(), is_failed: false } };
-    let name = match worst {
-        Verdict::Pass => "pass",
-        Verdict::Fail => "FAIL",
-        Verdict::Typical => "within",
-        Verdict::AboveTypical => "above",
-        Verdict::BelowTypical => "below",
-        Verdict::Inconclusive => "inconclusive",
-        Verdict::Consistent | Verdict::Undecided => "undecidable",
-        Verdict::NotComparable => NOT_COMPARABLE,
-    };
+    let name = verdict_word(worst);
     let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == worst);
     let letters: Vec<&str> =
         of_worst.clone().filter_map(|(number, _)| axes[*number].channel.name.rsplit('_').next()).collect();
@@ -313,6 +304,20 @@ fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord 
         false => format!("{name} {}", letters.concat()),
     };
     VerdictWord { word, is_failed: worst == Verdict::Fail }
+}
+
+/// The verdict in one word, as a column of the summary has room for.
+pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "FAIL",
+        Verdict::Typical => "within",
+        Verdict::AboveTypical => "above",
+        Verdict::BelowTypical => "below",
+        Verdict::Inconclusive => "inconclusive",
+        Verdict::Consistent | Verdict::Undecided => "undecidable",
+        Verdict::NotComparable => NOT_COMPARABLE,
+    }
 }
 
 #[cfg(test)]
