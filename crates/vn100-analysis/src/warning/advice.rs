@@ -4,7 +4,7 @@ mod link;
 #[cfg(test)]
 mod tests;
 
-use imu_noise::{NominalRate, TimebaseSummary};
+use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
 use vn100_protocol::{Channel, Layout, Quantity, Tally};
 
@@ -167,7 +167,7 @@ impl Advice {
             self.warn(WarningKind::StampsRefused, refusal.to_string(), refused(refusal, is_over, snapshot));
         }
         if let Some(arrivals) = &snapshot.arrivals {
-            self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
+            self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing.missing_from);
         }
         self.on_absent_values(snapshot);
         if timing.missing > 0 {
@@ -235,17 +235,27 @@ impl Advice {
         }
     }
 
-    fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
+    fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], missing_from: MissingFrom) {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         if summary.refusal.is_none() && summary.backwards > 0 {
-            let headline = format!("time stamps step backwards {}", counted(summary.backwards, "time"));
-            let details = "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place \
-                           are not detected.";
+            let (headline, details) = match missing_from {
+                MissingFrom::DeviceTime => (
+                    format!("the sensor restarted {}", counted(summary.backwards, "time")),
+                    "Its own time stepped backwards. No averaging window spans that place; how many samples were dropped there is unknown.",
+                ),
+                _ => (
+                    format!("time stamps step backwards {}", counted(summary.backwards, "time")),
+                    "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place are not detected.",
+                ),
+            };
             self.warn(WarningKind::StampsBackwards, headline, details);
         }
         self.on_rate(summary, rates_hz);
-        if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
+        // by device time no gap depends on when its packets arrive
+        let decides = missing_from != MissingFrom::DeviceTime;
+        let is_bunched = |arrivals: &Arrivals| decides && arrivals.share_together > BUNCHED_SHARE;
+        if let Some(arrivals) = summary.arrivals.filter(is_bunched) {
             let headline = format!(
                 "{:.0} % of the lines arrive together with the one before, {:.1} at a time",
                 100.0 * arrivals.share_together,

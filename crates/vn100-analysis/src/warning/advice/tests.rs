@@ -17,8 +17,12 @@ const SUMMARY: TimebaseSummary = TimebaseSummary {
 };
 
 fn kinds(summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
+    kinds_by(MissingFrom::Arrival, summary, rates_hz)
+}
+
+fn kinds_by(missing_from: MissingFrom, summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
     let mut advice = Advice::default();
-    advice.on_arrivals(summary, rates_hz);
+    advice.on_arrivals(summary, rates_hz, missing_from);
     advice.warnings.iter().map(|warning| warning.kind).collect()
 }
 
@@ -52,4 +56,7 @@ fn stamps_that_go_back_and_lines_in_bunches_are_named() {
         kinds(&TimebaseSummary { arrivals: Some(times), ..SUMMARY }, &[])
     };
     assert_eq!((together(0.2), together(0.21)), (vec![], vec![WarningKind::BunchedArrival]));
+    let times = Arrivals { p50_us: 0, p99_us: 26_000, max_us: 27_000, share_together: 0.9, samples_together: 9.0 };
+    let bunched = TimebaseSummary { arrivals: Some(times), ..SUMMARY };
+    assert_eq!(kinds_by(MissingFrom::DeviceTime, &bunched, &[]), [], "packets have times of their own");
 }
