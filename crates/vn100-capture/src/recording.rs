@@ -6,7 +6,7 @@
 //! | metadata `vn100.recording` | `format` (this form is 2) and `program` |
 //! | metadata `vn100.metadata` | what the caller gave, if anything |
 //! | topic `/vn100/bytes` | the bytes of a read of the port, with its time as log time |
-//! | topic `/vn100/reads` | reads that came within 50 ms (`reads.rs`), with the time of the first as log time |
+//! | topic `/vn100/reads` | reads that came within 50 ms, 4 KiB of them at most (`reads.rs`), with the time of the first as log time |
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](vn100_protocol::stream::LinkEvent), with its time as log time |
 //! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
 //!

@@ -12,8 +12,8 @@ use std::mem;
 /// Longest time from the first read of a message to its last: what a reader of the file waits for.
 const TOGETHER_NS: u64 = 50_000_000;
 
-/// Most bytes of one message.
-const TOGETHER_BYTES: usize = 64 * 1024;
+/// So many bytes do not wait: a message is a small part of them.
+const TOGETHER_BYTES: usize = 4 * 1024;
 
 /// Longest form of a 64-bit number.
 const MAX_DIGITS: usize = 10;
@@ -33,6 +33,11 @@ impl Reads {
     pub(super) fn takes(&self, at_ns: i64, bytes: &[u8]) -> bool {
         let is_later = at_ns >= self.last_ns && at_ns.abs_diff(self.first_ns) < TOGETHER_NS;
         self.count == 0 || is_later && self.bytes.len() + bytes.len() <= TOGETHER_BYTES
+    }
+
+    /// Whether they wait no longer.
+    pub(super) fn is_full(&self) -> bool {
+        self.bytes.len() >= TOGETHER_BYTES
     }
 
     pub(super) fn push(&mut self, at_ns: i64, bytes: &[u8]) {

@@ -75,7 +75,11 @@ impl<W: Write> RecordingWriter<W> {
                     self.write_reads()?;
                 }
                 self.reads.push(*at_ns, bytes);
-                if self.mcap.is_some() { Ok(()) } else { Err(stopped()) }
+                match self.mcap.is_some() {
+                    true if self.reads.is_full() => self.write_reads(),
+                    true => Ok(()),
+                    false => Err(stopped()),
+                }
             }
             StreamInput::Chunk(Chunk { bytes, at_ns: None }) => {
                 self.write_reads()?;
