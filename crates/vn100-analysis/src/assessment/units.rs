@@ -25,11 +25,16 @@ const GRAVITY_SHARE: f64 = 0.1;
 /// The bias of a poor gyroscope is a tenth of it.
 const MEAN_RATE_RAD_S: f64 = 3.0;
 
+/// Twice the noise of a poor gyroscope from sample to sample, 0.4 deg/s; what is in deg/s has
+/// more as a rule, read as rad/s.
+const NOISE_RAD_S: f64 = 0.015;
+
 /// Beyond the range of every inertial sensor: 2000 deg/s.
 const RANGE_RAD_S: f64 = 40.0;
 
-/// Asks whether the units of a file with columns are those it is read in.
-pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
+/// Asks whether the units of a file with columns are those it is read in. What a sensor that
+/// `was_moved` measures from sample to sample is no noise.
+pub(super) fn warnings(snapshot: &Snapshot, was_moved: bool) -> Vec<Warning> {
     // the units of sentences are known
     let (Some(layout), Some(_)) = (&snapshot.layout, snapshot.link.rejected_rows) else { return Vec::new() };
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
@@ -60,10 +65,16 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     });
     let largest = extremes.fold(0.0, f64::max);
     let mean = length(Quantity::AngularRate).unwrap_or(0.0);
+    let noises =
+        rates().filter_map(|(channel, results)| Some(channel.in_unit(results.octaves.first()?.deviation_counts()?)));
+    let least_noise = noises.reduce(f64::min).filter(|_| !was_moved).unwrap_or(0.0);
     let seen = if largest > RANGE_RAD_S {
         Some(format!("a rate of {largest:.1}, beyond the range of inertial sensors"))
+    } else if mean > MEAN_RATE_RAD_S {
+        Some(format!("mean rate {mean:.2}, which no sensor at rest has"))
     } else {
-        (mean > MEAN_RATE_RAD_S).then(|| format!("mean rate {mean:.2}, which no sensor at rest has"))
+        (least_noise > NOISE_RAD_S)
+            .then(|| format!("rates differ by {least_noise:.3} from sample to sample on every axis"))
     };
     warnings.extend(seen.map(|seen| warning(Quantity::AngularRate, seen, "rad/s", "deg/s")));
     warnings
@@ -101,22 +112,35 @@ mod tests {
 
     /// A file of accelerations and rates, in m/s² and rad/s as read.
     fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: f64, is_file: bool) -> Vec<Warning> {
+        warnings(&snapshot(accel_m_s2, rate_rad_s, 0.0, unit, is_file), false)
+    }
+
+    /// With as much noise on the rates, of alternating sign.
+    fn snapshot(accel_m_s2: f64, rate_rad_s: f64, noise_rad_s: f64, unit: f64, is_file: bool) -> Snapshot {
         let mut layout = Layout { channels: VNIMU.channels[3..9].into(), ..VNIMU.clone() };
         layout.channels.to_mut()[..3]
             .iter_mut()
             .for_each(|channel| (channel.decimals, channel.scale) = (0, unit / 4096.0));
         let row = [0.0, 0.0, accel_m_s2, rate_rad_s, 0.0, 0.0];
         let count = |(channel, value): (&Channel, &f64)| (value / channel.in_unit(1.0)).round() as i32;
-        let counts: Vec<i32> = layout.channels.iter().zip(&row).map(count).collect();
+        let with = |noise: f64| {
+            let row = row.map(|value| value + if value == accel_m_s2 { 0.0 } else { noise });
+            layout.channels.iter().zip(&row).map(count).collect::<Vec<i32>>()
+        };
+        let counts = [with(noise_rad_s), with(-noise_rad_s)].concat();
         let link = StreamCounts { rejected_rows: is_file.then(RejectedRowCounts::default), ..StreamCounts::default() };
         let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
-        analysis.absorb(&Batch {
-            layout: Some(Arc::new(layout)),
-            counts: counts.repeat(100),
-            link,
-            ..Batch::default()
-        });
-        warnings(&analysis.snapshot())
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.repeat(50), link, ..Batch::default() });
+        analysis.snapshot()
+    }
+
+    #[test]
+    fn noise_that_no_gyroscope_has_is_asked_about_where_nothing_moved() {
+        let noisy = |noise_rad_s| snapshot(9.8, 0.01, noise_rad_s, 1.0, true);
+        let warned = warnings(&noisy(0.02), false);
+        assert!(warned[0].headline.starts_with("rates differ by 0.0"), "{}", warned[0].headline);
+        assert!(warned[0].headline.ends_with("read as rad/s: are the columns in deg/s?"), "{}", warned[0].headline);
+        assert!(warnings(&noisy(0.02), true).is_empty() && warnings(&noisy(0.005), false).is_empty());
     }
 
     #[test]
