@@ -51,6 +51,7 @@ pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Ca
         ("Time base and losses", timing(record)),
         ("Method", method(record, options.asked)),
         ("Uncertainty and traceability", traceability(record, options)),
+        ("Signatures", signatures(record)),
     ];
     html! {
         @for (name, rows) in &tables { (facts_table(name, rows, captions)) }
@@ -319,7 +320,6 @@ pub(super) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
 
 /// What a signed report has to state; what a person fills in is left open.
 fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
-    const OPEN: &str = "............................................";
     let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
     let clock = match (snapshot.timing.rate_from, snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm)) {
@@ -332,7 +332,6 @@ fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
         }
         (_, None) => "nominal rate of the sensor, not verified without arrival times".to_owned(),
     };
-    let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
     vec![
         fact("Time", clock),
         fact("Scale factor", "not verified: a record at rest does not show it"),
@@ -349,10 +348,16 @@ fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
         fact("Method", "IEEE Std 952 and NIST SP 1065; the table above"),
         fact("Program", format!("{}, commit {}", options.program.name, options.program.commit.unwrap_or(NOT_RECORDED))),
         or_not_recorded("SHA-256 of the capture", facts.file.as_ref().map(|file| file.sha256.clone())),
-        fact("Operator", meta("operator").unwrap_or_else(|| OPEN.into())),
-        fact("Date", OPEN),
-        fact("Approved by", OPEN),
     ]
+}
+
+const OPEN: &str = "............................................";
+
+/// Lines to be filled in by hand; the operator where the conditions name one.
+fn signatures(record: &Record<'_>) -> Vec<Row> {
+    let meta = record.measured.facts.meta.as_ref();
+    let operator = meta.and_then(|meta| meta.get("operator")).cloned();
+    vec![fact("Operator", operator.unwrap_or_else(|| OPEN.into())), fact("Date", OPEN), fact("Approved by", OPEN)]
 }
 
 pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
