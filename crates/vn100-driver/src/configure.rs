@@ -13,7 +13,7 @@ use vn100_protocol::{
 
 use crate::{
     link::{CommandError, LinkHandle, LinkState},
-    output_plan::{Change, OutputSettings, Plan, PlanError, plan, to_second_port},
+    output_plan::{Change, OutputPlan, OutputSettings, PlanError, plan, to_second_port},
 };
 
 /// How late the last of the output may arrive after a pause: a long frame at the lowest baud rate.
@@ -174,7 +174,7 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         // the plan decides whether a missing register matters
         current.extend(link.read(register).await?);
     }
-    let Plan { changes: planned, frames, rate_hz } = plan(&current, settings)?;
+    let OutputPlan { changes: planned, frames, rate_hz } = plan(&current, settings)?;
     if !written.touched {
         written.configured.was_paused = is_paused(link).await?;
     }

@@ -171,7 +171,7 @@ struct Output {
 
 /// What a sensor sends once it is set.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Plan {
+pub(crate) struct OutputPlan {
     /// The registers to write in their order.
     pub(crate) changes: Vec<Change>,
     pub(crate) frames: FrameKind,
@@ -192,7 +192,7 @@ pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
 ///
 /// At no step more is asked for than the line carries: a faster line comes before more output, less
 /// output before a slower line.
-pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<Plan, PlanError> {
+pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<OutputPlan, PlanError> {
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
     new.check_fit()?;
@@ -216,7 +216,7 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
         Some(binary) if new.sends_packets_alone() => (FrameKind::Packet, binary.rate_hz()),
         _ => (FrameKind::Sentence(new.message), new.rate.hz().into()),
     };
-    Ok(Plan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
+    Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
 impl Output {

@@ -46,7 +46,7 @@ use vn100_protocol::DeviceError;
 pub use {register_table::Firmware, uart::SentByte};
 
 use crate::{
-    packets::DeviceClock,
+    packets::SensorClock,
     profile::Profile,
     sensor::{Deltas, Processing, SensorModel},
 };
@@ -111,7 +111,7 @@ pub struct Device {
     flash: Registers,
     started_with: Registers,
     sensor: SensorModel,
-    clock: DeviceClock,
+    clock: SensorClock,
     /// The processing that `registers` ask for.
     processing: Processing,
     /// What the integrals were when they were last taken.
@@ -152,7 +152,7 @@ impl Device {
             flash: registers.clone(),
             started_with: registers.clone(),
             sensor: SensorModel::new(&config.profile, config.seed),
-            clock: DeviceClock::new(config.seed),
+            clock: SensorClock::new(config.seed),
             processing: registers.processing(&registers),
             deltas: Deltas::default(),
             uart: Uart::new(registers.ports[PORT].baud),

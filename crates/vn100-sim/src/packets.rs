@@ -28,11 +28,11 @@ const CLOCK_STEP_NS: u64 = 1_000;
 
 /// The device times of an emulated sensor.
 #[derive(Debug, Clone)]
-pub(crate) struct DeviceClock {
+pub(crate) struct SensorClock {
     random: ChaCha8Rng,
 }
 
-impl DeviceClock {
+impl SensorClock {
     pub(crate) fn new(seed: u64) -> Self {
         Self { random: random_stream(seed, CLOCK_STREAM, NoiseComponent::White) }
     }
@@ -49,7 +49,7 @@ impl DeviceClock {
 pub struct PacketStream {
     generator: Generator,
     output: PacketOutput,
-    clock: DeviceClock,
+    clock: SensorClock,
     rate_hz: u64,
     /// Packets written.
     packets: u64,
@@ -70,7 +70,7 @@ impl PacketStream {
         Ok(Self {
             output: PacketOutput::parse(&parameters).map_err(|_| unsupported())?,
             generator: Generator::at_any_rate(profile, rate_hz, seed).ok_or_else(unsupported)?,
-            clock: DeviceClock::new(seed),
+            clock: SensorClock::new(seed),
             rate_hz: rate_hz.into(),
             packets: 0,
             surroundings: [0.0; 2],

@@ -52,17 +52,17 @@ impl Reads {
     }
 
     /// What waits, and its log time; `None` for nothing.
-    pub(super) fn take(&mut self) -> Option<(i64, Message)> {
+    pub(super) fn take(&mut self) -> Option<(i64, ReadsMessage)> {
         let Self { first_ns, count, table, bytes, .. } = mem::take(self);
         let message = match count {
             0 => return None,
-            1 => Message::One(bytes),
+            1 => ReadsMessage::One(bytes),
             _ => {
                 let mut data = Vec::with_capacity(MAX_DIGITS + table.len() + bytes.len());
                 put_number(&mut data, count);
                 data.extend(table);
                 data.extend(bytes);
-                Message::Several(data)
+                ReadsMessage::Several(data)
             }
         };
         Some((first_ns, message))
@@ -71,7 +71,7 @@ impl Reads {
 
 /// The data of a message.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Message {
+pub(super) enum ReadsMessage {
     /// The bytes of a single read.
     One(Vec<u8>),
     /// The form above.
@@ -134,7 +134,7 @@ mod tests {
         let mut waiting = Reads::default();
         reads.iter().for_each(|(at_ns, bytes)| waiting.push(*at_ns, bytes));
         match waiting.take() {
-            Some((at_ns, Message::Several(data))) => (at_ns, data),
+            Some((at_ns, ReadsMessage::Several(data))) => (at_ns, data),
             other => panic!("{other:?}"),
         }
     }
@@ -144,7 +144,7 @@ mod tests {
         let mut reads = Reads::default();
         assert_eq!(reads.take(), None);
         reads.push(5, b"abc");
-        assert_eq!(reads.take(), Some((5, Message::One(b"abc".to_vec()))));
+        assert_eq!(reads.take(), Some((5, ReadsMessage::One(b"abc".to_vec()))));
         assert_eq!(reads.take(), None);
     }
 

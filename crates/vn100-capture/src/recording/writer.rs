@@ -14,7 +14,7 @@ use mcap::{
 use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
     READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, io_error, link_to_json, log_time,
-    reads::{Message, Reads},
+    reads::{Reads, ReadsMessage},
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
@@ -156,8 +156,8 @@ impl<W: Write> RecordingWriter<W> {
     /// Writes the reads that wait.
     fn write_reads(&mut self) -> io::Result<()> {
         match self.reads.take() {
-            Some((at_ns, Message::One(bytes))) => self.write_message(self.bytes_channel, at_ns, &bytes),
-            Some((at_ns, Message::Several(data))) => self.write_message(self.reads_channel, at_ns, &data),
+            Some((at_ns, ReadsMessage::One(bytes))) => self.write_message(self.bytes_channel, at_ns, &bytes),
+            Some((at_ns, ReadsMessage::Several(data))) => self.write_message(self.reads_channel, at_ns, &data),
             None => Ok(()),
         }
     }

@@ -216,7 +216,7 @@ fn packets_come_behind_a_faster_line_and_without_sentences() {
     let with_mag = OutputSettings { window: Some(1), ..packets("BINARY+MAG", Some(800)) };
     let expected = ["05,921600", "06,0", "85,0,1,1,4,0,0,3,3,3,0", "75,1,1,05,0001,003E"];
     assert_eq!(planned(&sold, &with_mag), expected);
-    let Plan { frames, rate_hz, .. } = plan(&sold, &fast).unwrap();
+    let OutputPlan { frames, rate_hz, .. } = plan(&sold, &fast).unwrap();
     assert_eq!((frames, rate_hz), (FrameKind::Packet, 800.0));
 }
 
@@ -299,7 +299,7 @@ proptest! {
     #[test]
     fn every_step_fits_and_is_undone_in_reverse(sensor in sensor(), settings in settings()) {
         prop_assume!(output(&sensor).check_fit().is_ok());
-        let Ok(Plan { changes, rate_hz, .. }) = plan(&sensor, &settings) else { return Ok(()) };
+        let Ok(OutputPlan { changes, rate_hz, .. }) = plan(&sensor, &settings) else { return Ok(()) };
         let mut state = sensor.clone();
         for change in &changes {
             state = with(state, &[(change.register, change.after.as_str())]);

@@ -10,7 +10,7 @@
 
 use crate::{
     framing::checksum::crc16,
-    packet::field::{Field, GROUPS},
+    packet::field::{GROUPS, PacketField},
 };
 
 /// The byte a packet begins with.
@@ -116,7 +116,7 @@ pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
 }
 
 /// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
-fn payload_length(word: u16, fields: &[Field; 16]) -> Option<usize> {
+fn payload_length(word: u16, fields: &[PacketField; 16]) -> Option<usize> {
     let mut length = 0;
     for (_, field) in fields.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
         if field.bytes == 0 {

@@ -9,17 +9,17 @@ use crate::message::layout::{Channel, Quantity};
 
 /// A field of a group.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Field {
+pub(crate) struct PacketField {
     /// Its bytes; 0 where no field is known.
     pub(crate) bytes: u8,
     /// Its name in the manual.
     pub(crate) name: &'static str,
-    pub(crate) content: Content,
+    pub(crate) content: FieldContent,
 }
 
 /// What a field holds.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Content {
+pub(crate) enum FieldContent {
     /// Floats, of which these runs of channels are measured.
     Numbers(&'static [Numbers]),
     /// An interval in seconds and increments over it, which are rates after the division.
@@ -39,7 +39,7 @@ pub(crate) enum Content {
 pub(crate) struct Numbers {
     /// In the order of the wire.
     pub(crate) channels: &'static [PacketChannel],
-    pub(crate) processing: Processing,
+    pub(crate) processing: Correction,
     /// What one in the packet is in the unit of the channels.
     pub(crate) unit_scale: f64,
 }
@@ -47,7 +47,7 @@ pub(crate) struct Numbers {
 /// What the sensor has done to the numbers; of the same quantity the first in this order is
 /// measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Processing {
+pub(crate) enum Correction {
     /// Factory and user calibration and rotation alone.
     Uncompensated,
     /// With the estimated bias taken off, and hard and soft iron.
@@ -130,7 +130,7 @@ const GYRO: [PacketChannel; 3] = [angular_rate("gyro_x"), angular_rate("gyro_y")
 const TEMPERATURE: [PacketChannel; 1] = [channel("temperature", Quantity::Temperature, "degC", 23, 200)];
 const PRESSURE: [PacketChannel; 1] = [channel("pressure", Quantity::Pressure, "kPa", 23, 200)];
 
-const fn numbers(channels: &'static [PacketChannel], processing: Processing) -> Numbers {
+const fn numbers(channels: &'static [PacketChannel], processing: Correction) -> Numbers {
     Numbers { channels, processing, unit_scale: 1.0 }
 }
 
@@ -138,22 +138,22 @@ const fn degrees(channels: &'static [PacketChannel]) -> Numbers {
     Numbers { channels, processing: Integrated, unit_scale: core::f64::consts::PI / 180.0 }
 }
 
-use Content::{DeviceTime, Increments, MoreIncrements, Numbers as Floats, Other, Saturation};
-use Processing::{Compensated, Integrated, Uncompensated, Undocumented};
+use Correction::{Compensated, Integrated, Uncompensated, Undocumented};
+use FieldContent::{DeviceTime, Increments, MoreIncrements, Numbers as Floats, Other, Saturation};
 
-const fn field(bytes: u8, name: &'static str, content: Content) -> Field {
-    Field { bytes, name, content }
+const fn field(bytes: u8, name: &'static str, content: FieldContent) -> PacketField {
+    PacketField { bytes, name, content }
 }
 
 /// No field that is known.
-const NONE: Field = field(0, "", Other);
+const NONE: PacketField = field(0, "", Other);
 
 /// The groups of a VN-100: the bit of each, and its fields by bit.
 ///
 /// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with
 /// them is known. A VN-100 has no satellite receiver: what belongs to one is zero.
 #[rustfmt::skip]
-pub(crate) static GROUPS: [(u8, [Field; 16]); 4] = [
+pub(crate) static GROUPS: [(u8, [PacketField; 16]); 4] = [
     (0x01, [
         field(8, "TimeStartup", DeviceTime),
         field(8, "TimeGps", Other),

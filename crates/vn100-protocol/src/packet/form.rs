@@ -4,7 +4,7 @@ use alloc::{borrow::Cow, sync::Arc, vec::Vec};
 
 use thiserror::Error;
 
-use super::field::{Content, GROUPS, Numbers, PacketChannel, Processing};
+use super::field::{Correction, FieldContent, GROUPS, Numbers, PacketChannel};
 use crate::{
     framing::packet::Packet,
     message::layout::{Layout, Quantity},
@@ -112,15 +112,15 @@ impl PacketForm {
                     }
                 };
                 match field.content {
-                    Content::Numbers(runs) => put(runs, at, None),
-                    Content::Increments(runs) => {
+                    FieldContent::Numbers(runs) => put(runs, at, None),
+                    FieldContent::Increments(runs) => {
                         interval_at = Some(at);
                         put(runs, at + 4, interval_at);
                     }
-                    Content::MoreIncrements(runs) if interval_at.is_some() => put(runs, at, interval_at),
-                    Content::DeviceTime => device_time_at = device_time_at.or(Some(at)),
-                    Content::Saturation => saturation_at = Some(at),
-                    Content::MoreIncrements(_) | Content::Other => others.push(field.name),
+                    FieldContent::MoreIncrements(runs) if interval_at.is_some() => put(runs, at, interval_at),
+                    FieldContent::DeviceTime => device_time_at = device_time_at.or(Some(at)),
+                    FieldContent::Saturation => saturation_at = Some(at),
+                    FieldContent::MoreIncrements(_) | FieldContent::Other => others.push(field.name),
                 }
                 at += usize::from(field.bytes);
             }
@@ -145,9 +145,9 @@ impl PacketForm {
             }
             before = Some(quantity);
             compensated = match found.numbers.processing {
-                Processing::Uncompensated => compensated,
-                Processing::Compensated | Processing::Undocumented => Some(true),
-                Processing::Integrated => compensated.filter(|is_compensated| *is_compensated),
+                Correction::Uncompensated => compensated,
+                Correction::Compensated | Correction::Undocumented => Some(true),
+                Correction::Integrated => compensated.filter(|is_compensated| *is_compensated),
             };
             reads.extend((found.at..).step_by(4).zip(found.numbers.channels).map(|(at, channel)| Read {
                 channel,
