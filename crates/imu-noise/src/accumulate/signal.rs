@@ -100,6 +100,8 @@ impl ChannelSignal {
         self.piece.end += missing;
         if missing == 0 {
             self.piece.part();
+            // The window of the break lacks samples: the break is behind it, in any division.
+            self.miss_windows_up_to(self.piece.end.div_ceil(WINDOW as u64));
             self.slow_spectrum.gap(0);
             self.windows.part();
         }
@@ -209,11 +211,15 @@ impl ChannelSignal {
         if window.len() == WINDOW {
             let number = self.piece.end / WINDOW as u64;
             self.windows.push(number, &sums, spread);
-            match number.saturating_sub(self.slow_spectrum.end()) {
-                0 => {}
-                missing => self.slow_spectrum.gap(missing),
-            }
+            self.miss_windows_up_to(number);
             self.slow_spectrum.push(&[sums.sum]);
+        }
+    }
+
+    fn miss_windows_up_to(&mut self, number: u64) {
+        match number.saturating_sub(self.slow_spectrum.end()) {
+            0 => {}
+            missing => self.slow_spectrum.gap(missing),
         }
     }
 }

@@ -184,6 +184,18 @@ proptest! {
 }
 
 #[test]
+fn a_break_behind_a_gap_over_the_boundary_is_where_it_is_in_the_whole() {
+    let new = |start| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, 0);
+    let counts: Vec<_> = (0..40_000).map(|i| i * i % 91).collect();
+    let mut whole = fed(new(0), &[Err(Some(10_000)), Err(None)]);
+    let mut joined = fed(new(0), &[Err(Some(8193))]);
+    joined.append(&fed(new(8193), &[Err(Some(1807)), Err(None)])).unwrap();
+    whole.push(&counts);
+    joined.push(&counts);
+    assert_same(&whole, &joined).unwrap();
+}
+
+#[test]
 fn a_block_of_one_sample_has_no_deviation() {
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     assert_eq!(signal.blocks(), []);
