@@ -1,7 +1,7 @@
 //! The two checks a sentence can carry: XOR-8 and CRC-16/XMODEM.
 
 use alloc::{format, string::String};
-use core::fmt;
+use core::{fmt, mem};
 
 /// How a sentence is protected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -85,17 +85,21 @@ pub fn xor8(bytes: &[u8]) -> u8 {
 #[must_use]
 pub fn crc16(bytes: &[u8]) -> u16 {
     // the bytes of a block do not wait for each other: a quarter of the time of byte after byte
-    bytes.chunks(BLOCK).fold(0, |crc, block| {
-        let [high, low] = crc.to_be_bytes();
-        match block {
-            [] => crc,
-            [only] => (crc << 8) ^ CRC16[0][usize::from(high ^ only)],
-            [first, second, rest @ ..] => {
-                let of = |behind: usize, byte: u8| CRC16[behind][usize::from(byte)];
-                let begun = of(rest.len() + 1, high ^ first) ^ of(rest.len(), low ^ second);
-                rest.iter().rev().zip(&CRC16).fold(begun, |sum, (byte, table)| sum ^ table[usize::from(*byte)])
+    let (rest, blocks) = bytes.as_rchunks::<BLOCK>();
+    // zeros in front of all bytes change nothing
+    let begun = rest.iter().rev().zip(&CRC16).fold(0, |sum, (byte, table)| sum ^ table[usize::from(*byte)]);
+    blocks.iter().fold(begun, |crc, block| {
+        let (words, _) = block.as_chunks::<8>();
+        let mut tables = CRC16.iter().rev();
+        let mut crc = u64::from(crc) << 48;
+        let mut sum = 0;
+        for word in words {
+            let word = u64::from_be_bytes(*word) ^ mem::take(&mut crc);
+            for (byte, table) in word.to_be_bytes().into_iter().zip(&mut tables) {
+                sum ^= table[usize::from(byte)];
             }
         }
+        sum
     })
 }
 

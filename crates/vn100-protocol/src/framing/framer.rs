@@ -9,7 +9,7 @@
 //! The search after a false start continues one byte behind it, or behind all that was taken for a
 //! sentence: neither `$` nor 0xFA can be in there.
 
-use memchr::{memchr, memchr_iter, memchr2};
+use memchr::{memchr_iter, memchr2};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
@@ -202,11 +202,11 @@ impl Framer {
     }
 
     /// The packet at the head of `input` where it is like the one before, as nearly all are, and no
-    /// sentence can begin in it; counts it.
+    /// sentence completes it; counts it.
     #[inline]
     pub(crate) fn quick_packet<'a>(&mut self, input: &'a [u8]) -> Option<Packet<'a>> {
         let raw = self.packet_head.packet(input)?;
-        if memchr(b'$', raw).is_some() {
+        if is_completed_by_sentence(input, raw.len(), false) != Some(false) {
             return None;
         }
         let packet = Packet { raw, offset: self.offset };

@@ -1,6 +1,7 @@
 //! The form of a packet: which fields it has, and where in it stands what is measured.
 
 use alloc::{borrow::Cow, sync::Arc, vec::Vec};
+use core::ops::Range;
 
 use thiserror::Error;
 
@@ -38,18 +39,18 @@ pub struct PacketForm {
     header: [u8; MAX_HEADER],
     header_length: usize,
     layout: Arc<Layout>,
-    reads: Vec<Read>,
+    runs: Vec<Run>,
     device_time_at: Option<usize>,
     saturation_at: Option<usize>,
     unmeasured: Vec<&'static str>,
 }
 
-/// One channel in the bytes of a packet.
+/// Floats of consecutive channels of one quantity in the bytes of a packet.
 #[derive(Debug, Clone, PartialEq)]
-struct Read {
-    channel: &'static PacketChannel,
-    at: usize,
-    /// Where the interval stands by which it is divided.
+struct Run {
+    channels: &'static [PacketChannel],
+    bytes: Range<usize>,
+    /// Where the interval stands by which they are divided.
     interval_at: Option<usize>,
     /// Counts of one in the packet.
     counts: f64,
@@ -134,7 +135,7 @@ impl PacketForm {
         let quantity = |found: &Found| found.numbers.channels[0].quantity();
         let has_angles = found.iter().any(|(_, found)| quantity(found) == Quantity::Angle);
         found.sort_by_key(|(_, found)| (quantity(found), found.numbers.processing));
-        let (mut reads, mut channels, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut runs, mut channels, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new());
         let mut compensated = Some(false);
         let mut before = None;
         for (name, found) in found {
@@ -149,13 +150,14 @@ impl PacketForm {
                 Correction::Compensated | Correction::Undocumented => Some(true),
                 Correction::Integrated => compensated.filter(|is_compensated| *is_compensated),
             };
-            reads.extend((found.at..).step_by(4).zip(found.numbers.channels).map(|(at, channel)| Read {
-                channel,
-                at,
+            let first = &found.numbers.channels[0];
+            runs.push(Run {
+                channels: found.numbers.channels,
+                bytes: found.at..found.at + 4 * found.numbers.channels.len(),
                 interval_at: found.interval_at,
-                counts: found.numbers.unit_scale * channel.counts_per_unit(),
-                limit_counts: channel.channel().limit_counts.into(),
-            }));
+                counts: found.numbers.unit_scale * first.counts_per_unit(),
+                limit_counts: first.channel().limit_counts.into(),
+            });
             channels.extend(found.numbers.channels.iter().map(PacketChannel::channel));
         }
         let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
@@ -163,7 +165,7 @@ impl PacketForm {
             header: [0; MAX_HEADER],
             header_length: 0,
             layout: Arc::new(Layout { message: Cow::Borrowed(BINARY), compensated, channels: channels.into() }),
-            reads,
+            runs,
             device_time_at: None,
             saturation_at: None,
             unmeasured,
@@ -206,17 +208,20 @@ impl PacketForm {
     pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
         let before = counts.len();
         let mut is_good = true;
-        counts.extend(self.reads.iter().map(|read| {
-            let (scaled, is_measured) = read.scaled(packet.raw);
-            is_good &= is_measured;
-            rounded(scaled)
-        }));
+        for run in &self.runs {
+            let per_one = run.counts_per_one(packet.raw);
+            counts.extend(floats(packet.raw, &run.bytes).map(|float| {
+                let scaled = float * per_one;
+                // a comparison with no number is false
+                is_good &= scaled.abs() <= run.limit_counts;
+                rounded(scaled)
+            }));
+        }
         if is_good {
             return Ok(());
         }
         counts.truncate(before);
-        let bad = self.reads.iter().find(|read| !read.scaled(packet.raw).1);
-        bad.map_or(Ok(()), |read| Err(read.rejected(read.scaled(packet.raw).0)))
+        self.runs.iter().find_map(|run| run.rejected(packet.raw)).map_or(Ok(()), Err)
     }
 
     /// When the sensor measured it, in nanoseconds since it started; `None` where the packet does
@@ -238,39 +243,41 @@ impl PacketForm {
     }
 }
 
-impl Read {
-    /// In counts, and whether a sensor measures so much.
+impl Run {
+    /// Counts of one in this packet; no number where the interval is not positive.
     #[inline]
-    fn scaled(&self, raw: &[u8]) -> (f64, bool) {
-        let scaled = float(raw, self.at) * self.counts;
-        let (scaled, has_interval) = match self.interval_at {
-            None => (scaled, true),
-            Some(at) => (scaled / float(raw, at), float(raw, at) > 0.0),
-        };
-        // a comparison with no number is false
-        (scaled, scaled.abs() <= self.limit_counts && has_interval)
+    fn counts_per_one(&self, raw: &[u8]) -> f64 {
+        let Some(at) = self.interval_at else { return self.counts };
+        let interval_s = floats(raw, &(at..at + 4)).next().filter(|interval_s| *interval_s > 0.0);
+        interval_s.map_or(f64::NAN, |interval_s| self.counts / interval_s)
     }
 
     #[cold]
-    fn rejected(&self, scaled: f64) -> RejectedPacket {
-        let channel = self.channel.channel();
-        RejectedPacket {
-            channel: self.channel.name(),
+    fn rejected(&self, raw: &[u8]) -> Option<RejectedPacket> {
+        let per_one = self.counts_per_one(raw);
+        let mut scaled = floats(raw, &self.bytes).map(|float| float * per_one).zip(self.channels);
+        let is_bad = |scaled: f64| scaled.is_nan() || scaled.abs() > self.limit_counts;
+        let (scaled, found) = scaled.find(|(scaled, _)| is_bad(*scaled))?;
+        let channel = found.channel();
+        Some(RejectedPacket {
+            channel: found.name(),
             value: channel.in_unit(scaled),
             limit: channel.value(channel.limit_counts),
-        }
+        })
     }
 }
 
 #[inline]
-fn float(raw: &[u8], at: usize) -> f64 {
-    raw[at..].first_chunk().map_or(f64::NAN, |bytes| f32::from_le_bytes(*bytes).into())
+fn floats(raw: &[u8], bytes: &Range<usize>) -> impl Iterator<Item = f64> {
+    let (floats, _) = raw[bytes.clone()].as_chunks();
+    floats.iter().map(|bytes| f32::from_le_bytes(*bytes).into())
 }
 
 /// The nearest integer, of two as near the even one; of less than 2^31.
 #[inline]
 fn rounded(value: f64) -> i32 {
-    // below 2^51 the sum has no digit behind the point, and the addition rounds as asked for
+    // the sum is between 2^52 and 2^53, where the addition rounds as asked for and the low bits are
+    // the integer
     const SHIFT: f64 = 6_755_399_441_055_744.0;
-    ((value + SHIFT) - SHIFT) as i32
+    (value + SHIFT).to_bits() as i32
 }
