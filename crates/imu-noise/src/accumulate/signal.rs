@@ -130,11 +130,12 @@ impl ChannelSignal {
         } else {
             self.end_window(false);
         }
+        self.spectrum.append(&next.spectrum);
         if !next.is_within_window() {
             self.window.clone_from(&next.window);
+            // the sums of a piece within a window begin behind that window, which goes on
+            self.slow_spectrum.append(&next.slow_spectrum);
         }
-        self.spectrum.append(&next.spectrum);
-        self.slow_spectrum.append(&next.slow_spectrum);
         self.blocks.append(&next.blocks);
         self.windows.append(&next.windows);
         self.samples = next.samples;

@@ -183,16 +183,31 @@ proptest! {
     }
 }
 
-#[test]
-fn a_break_behind_a_gap_over_the_boundary_is_where_it_is_in_the_whole() {
-    let new = |start| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, 0);
+/// Pieces that hold these steps, one behind the other, and the record of them all.
+fn assert_pieces_are_the_whole(pieces: &[(u64, &[Step])]) {
+    let new = |start, samples| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, samples);
     let counts: Vec<_> = (0..40_000).map(|i| i * i % 91).collect();
-    let mut whole = fed(new(0), &[Err(Some(10_000)), Err(None)]);
-    let mut joined = fed(new(0), &[Err(Some(8193))]);
-    joined.append(&fed(new(8193), &[Err(Some(1807)), Err(None)])).unwrap();
+    let (mut whole, mut joined, mut samples) = (new(0, 0), new(0, 0), 0);
+    for (start, steps) in pieces {
+        whole = fed(whole, steps);
+        joined.append(&fed(new(*start, samples), steps)).unwrap();
+        samples += steps.iter().flatten().map(|counts| counts.len() as u64).sum::<u64>();
+    }
     whole.push(&counts);
     joined.push(&counts);
     assert_same(&whole, &joined).unwrap();
+}
+
+#[test]
+fn a_break_behind_a_gap_over_the_boundary_is_where_it_is_in_the_whole() {
+    assert_pieces_are_the_whole(&[(0, &[Err(Some(8193))]), (8193, &[Err(Some(1807)), Err(None)])]);
+}
+
+#[test]
+fn an_empty_piece_within_a_window_leaves_the_window_open() {
+    let counts: Vec<_> = (0..320).map(|i| i * i % 91).collect();
+    let (before, behind) = counts.split_at(289);
+    assert_pieces_are_the_whole(&[(0, &[Ok(before.to_vec())]), (289, &[]), (289, &[Ok(behind.to_vec())])]);
 }
 
 #[test]
