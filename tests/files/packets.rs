@@ -108,6 +108,39 @@ fn at_800_hz_n_is_that_of_the_sensor_and_slower_channels_have_rates_of_their_own
     assert!(lower < truth && truth < upper, "{lower} to {upper} without {truth}");
 }
 
+/// At one row a second momentary values alias the noise up to 400 Hz, integrals none.
+#[test]
+fn integrals_show_the_density_of_the_sensor_at_any_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    // the profile states 0.0035 °/s/√Hz and 0.14 mg/√Hz
+    let truths = [("gyro_y", 0.0035_f64.to_radians()), ("accel_z", 0.14e-3 * 9.80665)];
+    let white = |message: &str| {
+        let file = folder.path().join(message);
+        let mut sim = vn100();
+        sim.args(["sim", "--message", message, "--rate", "1", "--duration", "1h", "--seed", "7", "-o"]).arg(&file);
+        assert!(sim.status().unwrap().success());
+        let (document, exit) = replay(&file, &["--rate", "1"]);
+        assert_eq!((exit, timing(&document, "samples")), (0, &3600.into()));
+        truths.map(|(name, truth)| channel(&document, name)["noise"]["white"]["value"].as_f64().unwrap() / truth)
+    };
+    let (integrals, momentary) = (white("VNDTV"), white("VNIMU"));
+    assert!(integrals.iter().all(|ratio| (ratio - 1.0).abs() < 0.1), "{integrals:?}");
+    assert!(momentary.iter().all(|ratio| *ratio > 10.0), "{momentary:?}");
+}
+
+/// At 40 Hz the noise of the accelerometer is a fifth of a step of the printed change of velocity.
+#[test]
+fn printed_steps_of_short_integrals_hide_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.vnymr");
+    let mut sim = vn100();
+    sim.args(["sim", "--message", "VNDTV", "--rate", "40", "--duration", "2m", "-o"]).arg(&file);
+    assert!(sim.status().unwrap().success());
+    let (document, _) = replay(&file, &["--rate", "40"]);
+    assert_eq!(channel(&document, "accel_x")["noise"]["white"]["status"], "not-measurable");
+    assert_eq!(channel(&document, "accel_x")["statistics"]["resolution"], 0.04);
+}
+
 #[test]
 fn what_is_lost_is_counted_exactly() {
     let folder = tempfile::tempdir().unwrap();

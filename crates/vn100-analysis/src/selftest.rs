@@ -174,6 +174,8 @@ fn measured(counts: &[i32], decimals: u8, settings: Settings) -> Snapshot {
         decimals,
         scale: 1.0,
         limit_counts: i32::MAX,
+        refresh_hz: None,
+        increment_step: None,
     };
     let layout = Layout { message: "CSV".into(), compensated: None, channels: vec![channel].into() };
     let mut analysis = Analysis::new(settings);

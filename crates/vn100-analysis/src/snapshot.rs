@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
     ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal,
-    TemperatureRemoval, TimebaseSummary, counts_to_unit,
+    TemperatureRemoval, TimebaseSummary,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
@@ -313,8 +313,9 @@ pub struct ChannelSnapshot {
     /// Rows for one of its samples: 1, or more where the sensor measures it more slowly than it
     /// sends it.
     pub stride: u64,
-    /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
-    pub printed_decimals: u8,
+    /// Counts of one in the last digit that the sensor printed at any time, of an increment over
+    /// the sample interval; 1 where the layout has no more digits.
+    pub printed_step_counts: f64,
     /// The contribution of the temperature to the channel, where it was removed.
     pub removed_temperature: Option<RemovedTemperature>,
 }
@@ -352,8 +353,7 @@ impl ChannelSnapshot {
     /// it, else one of the last printed digit.
     #[must_use]
     pub fn step(&self, channel: &Channel) -> f64 {
-        let printed = counts_to_unit(1.0, self.printed_decimals) * channel.scale;
-        self.histogram.step_counts().map_or(printed, |counts| channel.in_unit(counts).max(printed))
+        channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }
 }
 

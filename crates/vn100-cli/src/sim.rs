@@ -77,7 +77,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let (truth, seed) = (args.sensor.truth(), args.sensor.seed);
     let mut write_frame: Box<WriteFrame> = match args.message {
         CaptureMessage::Sentence(message) => {
-            let mut generator = Generator::new(&truth, rate_hz, seed)?;
+            let mut generator = Generator::for_message(&truth, message, rate_hz, seed)?;
             Box::new(move |bytes| write_next(bytes, message, &mut generator))
         }
         CaptureMessage::Packets(packets) => {

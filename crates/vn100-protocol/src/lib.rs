@@ -109,6 +109,7 @@ pub use message::{
     GrammarError, RangeError,
     decimal::DecimalError,
     decoder::{Decoder, Item},
+    increments::VNDTV,
     layout::{Channel, Layout, OUTPUT_RATES_HZ, PrintFormat, Quantity},
     sample::Sample,
     suffix::Suffix,

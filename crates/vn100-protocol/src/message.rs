@@ -2,8 +2,10 @@
 
 pub(crate) mod decimal;
 pub(crate) mod decoder;
+pub(crate) mod increments;
 pub(crate) mod layout;
 mod numbers;
+pub(crate) mod quantity;
 pub(crate) mod sample;
 pub(crate) mod suffix;
 pub(crate) mod table;

@@ -197,6 +197,9 @@ pub fn code_of_window(from: WindowFrom) -> Code {
     match from {
         WindowFrom::Register => of("register", "register 85", "the capture contains register 85"),
         WindowFrom::Given => of("option", "as given", "the user gave the value of register 85"),
+        WindowFrom::Integrated => {
+            of("integrated", "whole interval", "the sensor sends integrals over the interval between rows")
+        }
         WindowFrom::Default => {
             of("default", "factory default", "unknown: the factory default, which may have been changed")
         }

@@ -11,6 +11,7 @@ use vn100_protocol::{Check, OUTPUT_RATES_HZ};
 use crate::{
     message::Message,
     noise::ChannelStream,
+    onboard::AveragingWindow,
     profile::Profile,
     sensor::{Deltas, SensorValues, Surroundings, wrapped_deg},
     thermal::ThermalBias,
@@ -53,6 +54,19 @@ impl Generator {
         let is_supported = OUTPUT_RATES_HZ.contains(&rate_hz);
         let generator = Self::at_any_rate(profile, rate_hz, seed).filter(|_| is_supported);
         generator.ok_or_else(|| UnsupportedRate { rate_hz, rates: OUTPUT_RATES_HZ.to_vec() })
+    }
+
+    /// The same for a message: of integrals the samples are means over the whole interval, whose
+    /// noise no averaging window has aliased.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn for_message(profile: &Profile, message: &Message, rate_hz: u32, seed: u64) -> Result<Self, UnsupportedRate> {
+        let mut profile = profile.clone();
+        if message.has_deltas() {
+            profile.channels.iter_mut().for_each(|channel| channel.window = AveragingWindow::None);
+        }
+        Self::new(&profile, rate_hz, seed)
     }
 
     /// `None` for a rate of zero.
@@ -106,12 +120,15 @@ impl Generator {
 }
 
 /// Appends the sentence of one row of a [`Generator`] and of its temperature (degC) and pressure
-/// (kPa), from `$` to LF.
+/// (kPa), from `$` to LF; of integrals those over `interval_s`.
 ///
 /// The angular rates are those of the row in every message: no attitude filter takes a bias out.
-pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], surroundings: [f32; 2]) {
+pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], surroundings: [f32; 2], interval_s: f64) {
     let mut body = message.header.to_owned();
-    message.print(&values_of(row, surroundings), &Deltas::default(), &mut body);
+    let [.., ax, ay, az, gx, gy, gz] = row.map(|value| f64::from(value) * interval_s);
+    let theta_deg = [gx, gy, gz].map(f64::to_degrees);
+    let deltas = Deltas { time_s: interval_s, theta_deg, velocity_m_s: [ax, ay, az] };
+    message.print(&values_of(row, surroundings), &deltas, &mut body);
     line.extend(Check::Xor8.sentence(&body).into_bytes());
 }
 
@@ -136,7 +153,7 @@ pub(crate) fn values_of(row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]
 pub fn write_next(line: &mut Vec<u8>, message: &Message, generator: &mut Generator) {
     let row = generator.next_row();
     let surroundings = if message.has_surroundings() { generator.next_surroundings() } else { [0.0; 2] };
-    write_sentence(line, message, &row, surroundings);
+    write_sentence(line, message, &row, surroundings, generator.interval_s);
 }
 
 /// Writes the next `samples` rows of the generator, one sentence each; zero writes nothing.
@@ -179,7 +196,7 @@ mod tests {
 
     fn printed(header: &str, row: [f32; 12], surroundings: [f32; 2]) -> String {
         let mut line = Vec::new();
-        write_sentence(&mut line, Message::named(header).unwrap(), &row, surroundings);
+        write_sentence(&mut line, Message::named(header).unwrap(), &row, surroundings, 0.025);
         String::from_utf8(line).unwrap()
     }
 
@@ -219,9 +236,9 @@ mod tests {
     fn sentences_append() {
         let message = Message::named("VNYMR").unwrap();
         let mut twice = Vec::new();
-        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2]);
+        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2], 0.025);
         let once = twice.clone();
-        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2]);
+        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2], 0.025);
         assert_eq!(twice, once.repeat(2));
         assert_eq!(once.len(), 122);
     }

@@ -133,7 +133,7 @@ impl ChannelSignal {
         self.spectrum.append(&next.spectrum);
         if !next.is_within_window() {
             self.window.clone_from(&next.window);
-            // the sums of a piece within a window begin behind that window, which goes on
+            // the sums of a piece within a window begin behind that window, which is still open
             self.slow_spectrum.append(&next.slow_spectrum);
         }
         self.blocks.append(&next.blocks);

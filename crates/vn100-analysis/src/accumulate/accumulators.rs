@@ -3,7 +3,7 @@
 use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
-use vn100_protocol::{BINARY, Layout, Quantity, stream::AbsentCell};
+use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
@@ -187,11 +187,11 @@ impl Accumulators {
         }
     }
 
-    /// What packets repeat until the sensor has measured it again has a rate of its own.
+    /// What rows repeat until the sensor has measured it again has a rate of its own.
     fn set_strides(&mut self, rate_hz: f64) {
-        let Some(layout) = self.layout.as_ref().filter(|layout| layout.message == BINARY) else { return };
-        for (state, channel) in self.channels.iter_mut().zip(&*layout.channels) {
-            state.set_stride(stride(channel.quantity, rate_hz));
+        let channels = self.layout.iter().flat_map(|layout| layout.channels.iter());
+        for (state, channel) in self.channels.iter_mut().zip(channels) {
+            state.set_stride(channel.stride(rate_hz));
         }
     }
 
@@ -270,7 +270,11 @@ impl Accumulators {
         let coarsest = self.printed.coarsest;
         let states = self.states().enumerate();
         states
-            .map(|(place, (state, channel))| state.snapshot(coarsest.decimals(channel), shape, removal(place)))
+            .map(|(place, (state, channel))| {
+                let digits = i32::from(channel.decimals) - i32::from(coarsest.decimals(channel));
+                let of_increment = channel.increment_step.unwrap_or(0.0) / shape.interval_s / channel.scale;
+                state.snapshot(10_f64.powi(digits).max(of_increment), shape, removal(place))
+            })
             .collect()
     }
 
@@ -298,24 +302,10 @@ impl Accumulators {
     }
 }
 
-/// The fewest packets, a power of two, in which the sensor measures this anew. The magnetometer is
-/// refreshed at 250 Hz (VN-100 User Manual, data sheet), thermometer and barometer of a real sensor
-/// at 120 Hz.
-fn stride(quantity: Quantity, rate_hz: f64) -> u64 {
-    let refresh_hz = match quantity {
-        Quantity::MagneticField => 250.0,
-        Quantity::Temperature | Quantity::Pressure => 120.0,
-        Quantity::Angle | Quantity::Quaternion | Quantity::Acceleration | Quantity::AngularRate | Quantity::Value => {
-            return 1;
-        }
-    };
-    ((rate_hz / refresh_hz).ceil() as u64).next_power_of_two()
-}
-
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
-    use vn100_protocol::{PrintFormat, VNYMR};
+    use vn100_protocol::{Channel, PrintFormat, VNYMR};
 
     use super::*;
 
@@ -411,7 +401,7 @@ mod tests {
         let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
         assert_eq!(formats.map(|format| accumulators.printed.push(format)), [false, true, true]);
         assert_eq!(accumulators.settled().findings().print_changes, 2);
-        assert_eq!(accumulators.settled().snapshot(&shape(), &[])[0].printed_decimals, 2);
+        assert_eq!(accumulators.settled().snapshot(&shape(), &[])[0].printed_step_counts, 10.0);
     }
 
     #[test]
@@ -431,8 +421,8 @@ mod tests {
     /// Magnetic field and angular rate, as packets have them.
     fn of_packets() -> Accumulators {
         let mut accumulators = Accumulators::default();
-        let channels = vec![VNYMR.channels[3].clone(), VNYMR.channels[9].clone()].into();
-        let layout = Layout { message: BINARY.into(), channels, ..VNYMR.clone() };
+        let mag = Channel { refresh_hz: Some(250), ..VNYMR.channels[3].clone() };
+        let layout = Layout { channels: vec![mag, VNYMR.channels[9].clone()].into(), ..VNYMR.clone() };
         accumulators.begin(Arc::new(layout), &Settings::default(), PieceStart::default());
         accumulators
     }
@@ -477,15 +467,5 @@ mod tests {
         accumulators.gap(None);
         accumulators.push(Rows::new(&packet_rows(8), 2, &[]), 30, 800.0, false);
         assert_eq!(terms(&accumulators), [5, 24]);
-    }
-
-    #[test]
-    fn strides_are_those_of_the_refresh() {
-        let quantities = [Quantity::MagneticField, Quantity::Temperature, Quantity::Pressure, Quantity::AngularRate];
-        for (rate_hz, strides) in
-            [(800.0, [4, 8, 8, 1]), (400.0, [2, 4, 4, 1]), (200.0, [1, 2, 2, 1]), (100.0, [1, 1, 1, 1])]
-        {
-            assert_eq!(quantities.map(|quantity| stride(quantity, rate_hz)), strides, "{rate_hz} Hz");
-        }
     }
 }

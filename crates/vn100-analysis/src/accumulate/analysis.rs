@@ -240,7 +240,7 @@ impl Analysis {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
         let accumulators = accumulators.settled();
         let mut snapshot = Snapshot {
-            layout: accumulators.layout.clone(),
+            layout: accumulators.layout.as_ref().map(|layout| replies.layout_of(layout)),
             timing: self.record.timing(),
             arrivals: rate.arrivals(|| self.pending.as_ref().and_then(|pending| pending.detector.summary())),
             refused_before: rate.refused_before,

@@ -127,7 +127,7 @@ impl ChannelState {
     /// Without what the temperature made, where that is to be removed.
     pub(crate) fn snapshot(
         &self,
-        printed_decimals: u8,
+        printed_step_counts: f64,
         shape: &RecordShape,
         removal: Option<TemperatureRemoval>,
     ) -> ChannelSnapshot {
@@ -151,7 +151,7 @@ impl ChannelState {
             octaves: sums,
             points: Vec::new(),
             stride: self.stride,
-            printed_decimals,
+            printed_step_counts,
             removed_temperature,
         }
     }
@@ -204,7 +204,7 @@ mod tests {
     fn an_angle_is_unwrapped() {
         let mut yaw = state(&VNYMR.channels[0], &Settings::default());
         yaw.push(&mut [179_990, -179_990, -179_970]);
-        let snapshot = yaw.snapshot(3, &shape(3), None);
+        let snapshot = yaw.snapshot(1.0, &shape(3), None);
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
     }
@@ -216,7 +216,7 @@ mod tests {
             let settings = Settings { detrend: detrend.then_some(Detrend::Line), ..Settings::default() };
             let mut channel = state(&VNYMR.channels[9], &settings);
             channel.push(&mut ramp.clone());
-            let snapshot = channel.snapshot(6, &shape(640), None);
+            let snapshot = channel.snapshot(1.0, &shape(640), None);
             assert_eq!(snapshot.slope_counts, Some(1.0));
             let variance = snapshot.octaves.last().and_then(OctaveSum::variance_counts2);
             assert_eq!(variance.is_some_and(|variance| variance < 1e-6), detrend, "{variance:?}");
@@ -229,10 +229,10 @@ mod tests {
         channel.push(&mut [1, 2]);
         channel.gap(Some(32));
         channel.push(&mut [3, 4]);
-        let snapshot = channel.snapshot(6, &shape(36), None);
+        let snapshot = channel.snapshot(1.0, &shape(36), None);
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));
-        assert_eq!(snapshot.printed_decimals, 6);
+        assert_eq!(snapshot.printed_step_counts, 1.0);
     }
 }

@@ -1,9 +1,9 @@
 //! What the sensor reported of its registers within the stream, register 54 with measurements.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use imu_noise::{Histogram, Moments};
-use vn100_protocol::{Channel, Quantity, Register, RegisterContents, Sample, VNIMU};
+use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Sample, VNIMU};
 
 use crate::{
     snapshot::{ChannelSnapshot, RateChange, RegisterChannel},
@@ -89,6 +89,21 @@ impl SensorReplies {
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
+    /// `layout` with what register 82 says of integrals: whether the filter's bias is taken off the
+    /// rates before they are integrated.
+    pub(crate) fn layout_of(&self, layout: &Arc<Layout>) -> Arc<Layout> {
+        let is_integral =
+            |channel: &Channel| channel.increment_step.is_some() && channel.quantity == Quantity::AngularRate;
+        let fields = self.registers.get(&Register::DELTA_SETTINGS.0);
+        let gyro_compensation = fields.and_then(|fields| fields.split(',').nth(1)).map(str::trim);
+        match gyro_compensation {
+            Some(mode) if layout.compensated.is_none() && layout.channels.iter().any(is_integral) => {
+                Arc::new(Layout { compensated: Some(mode != "0"), ..Layout::clone(layout) })
+            }
+            _ => Arc::clone(layout),
+        }
+    }
+
     /// `change` is the one after which samples are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
@@ -115,7 +130,7 @@ impl SensorReplies {
                     signal: None,
                     branch_counts: 0,
                     stride: 1,
-                    printed_decimals: channel.decimals,
+                    printed_step_counts: 1.0,
                     removed_temperature: None,
                 },
             })
@@ -134,6 +149,8 @@ fn renamed(channel: &Channel) -> Channel {
 
 #[cfg(test)]
 mod tests {
+    use vn100_protocol::VNDTV;
+
     use super::*;
 
     fn push(replies: &mut SensorReplies, register: u8, fields: &str, samples: u64, is_excluded: bool) {
@@ -152,6 +169,23 @@ mod tests {
         assert_eq!((rate("40"), rate("100,1"), rate("1")), (Some(40.0), Some(100.0), Some(1.0)));
         assert_eq!((rate("0"), rate("?"), rate("")), (None, None, None));
         assert_eq!(SensorReplies::default().rate_hz(), None);
+    }
+
+    #[test]
+    fn register_82_says_whether_integrals_are_compensated() {
+        let compensated = |fields: Option<&str>, layout: &Layout| {
+            let mut replies = SensorReplies::default();
+            fields.into_iter().for_each(|fields| push(&mut replies, 82, fields, 0, false));
+            replies.layout_of(&Arc::new(layout.clone())).compensated
+        };
+        for (fields, expected) in
+            [(None, None), (Some("0,0,0,0,0"), Some(false)), (Some("0,1,0,0,0"), Some(true)), (Some("0"), None)]
+        {
+            assert_eq!(compensated(fields, &VNDTV), expected, "{fields:?}");
+        }
+        let said = Layout { compensated: Some(true), ..VNDTV.clone() };
+        assert_eq!(compensated(Some("0,0,0,0,0"), &said), Some(true), "the user knows better");
+        assert_eq!(compensated(Some("0,1,0,0,0"), &VNIMU), Some(false));
     }
 
     #[test]

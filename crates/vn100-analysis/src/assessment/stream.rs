@@ -34,13 +34,15 @@ pub enum WindowFrom {
     Register,
     /// The user gave the setting of register 85.
     Given,
+    /// None: the sensor integrates over the whole interval.
+    Integrated,
     /// The sensor's factory default, which may have been changed.
     Default,
 }
 
 impl WindowFrom {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Register, Self::Given, Self::Default];
+    pub const ALL: [Self; 4] = [Self::Register, Self::Given, Self::Integrated, Self::Default];
 }
 
 impl Onboard {
@@ -89,6 +91,10 @@ impl Onboard {
         let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;
         let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
         let decimation = refresh_hz / snapshot.rate_of(results);
+        if channel.increment_step.is_some() {
+            let window = BoxcarWindow { length: decimation.round() as u32, decimation };
+            return Some(Self { refresh_hz, window, window_from: WindowFrom::Integrated });
+        }
         let window_from = match (filter, given) {
             (Some(_), _) => WindowFrom::Register,
             (None, Some(_)) => WindowFrom::Given,
@@ -225,6 +231,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(Stri
     let source = match window_from {
         WindowFrom::Register => "register 85",
         WindowFrom::Given => "as given",
+        WindowFrom::Integrated => "integrals",
         WindowFrom::Default => "factory default of register 85",
     };
     let factor = window.white_factor();

@@ -146,14 +146,14 @@ fn a_change_of_print_format_breaks_the_segment_and_the_resolution() {
     let current = Printed(PrintFormat::Current);
     let old = Printed(PrintFormat::Old);
     let steady = analysed(&[current, Good(10), Good(20)], 10, Settings::default());
-    assert_eq!((steady.timing.segments, steady.channels[0].printed_decimals), (1, 3));
+    assert_eq!((steady.timing.segments, steady.channels[0].printed_step_counts), (1, 1.0));
     let changed = analysed(&[current, Good(10), Good(20), old, Good(30)], 10, Settings::default());
     assert_eq!((changed.timing.segments, changed.timing.missing), (2, 0));
-    assert_eq!(changed.channels[0].printed_decimals, 2);
+    assert_eq!(changed.channels[0].printed_step_counts, 10.0);
     assert_eq!(changed.channels[0].octaves[0].terms, 1);
     assert!(warned(&changed, WarningKind::PrintFormat));
     let always_old = analysed(&[old, Good(10), Good(20)], 10, Settings::default());
-    assert_eq!((always_old.timing.segments, always_old.channels[9].printed_decimals), (1, 4));
+    assert_eq!((always_old.timing.segments, always_old.channels[9].printed_step_counts), (1, 100.0));
     assert!(!warned(&always_old, WarningKind::PrintFormat));
 }
 

@@ -295,6 +295,8 @@ static VALUE: Channel = Channel {
     decimals: 0,
     scale: 1.0,
     limit_counts: i32::MAX,
+    refresh_hz: None,
+    increment_step: None,
 };
 
 /// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).

@@ -6,6 +6,7 @@ use crate::{
     framing::packet::{MAX_PACKET, Packet},
     framing::sentence::{RejectedSentence, Sentence},
     framing::tally::Tally,
+    message::increments::{self, VNDTV},
     message::sample::Sample,
     message::table::read_quickly,
     message::template,
@@ -183,6 +184,11 @@ impl Framer {
             Some((layout, None)) => match Sample::read_exactly(&sentence, layout) {
                 Ok(sample) => (Item::Sample(sample), &mut self.tally.samples),
                 Err(kind) => return Item::Rejected(self.reject(sentence, kind)),
+            },
+            None if sentence.header() == VNDTV.message.as_bytes() => match increments::read(&sentence) {
+                Some(Ok(sample)) => (Item::Sample(sample), &mut self.tally.samples),
+                Some(Err(kind)) => return Item::Rejected(self.reject(sentence, kind)),
+                None => (Item::Other(sentence), &mut self.tally.other),
             },
             None if sentence.is_reply() => (Item::Reply(sentence), &mut self.tally.replies),
             None => (Item::Other(sentence), &mut self.tally.other),

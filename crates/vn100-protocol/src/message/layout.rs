@@ -31,6 +31,13 @@ pub struct Channel {
     pub scale: f64,
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,
+    /// How often in a second the sensor measures it anew, where rows repeat it in between; `None`
+    /// for what is new in every row, and where no device time shows which row is a refresh.
+    pub refresh_hz: Option<u32>,
+    /// Of a mean over the whole interval before its row, which the sensor has integrated so that no
+    /// noise is aliased: the smallest step of an increment, in units times seconds, 0 for floats.
+    /// Register 82 says whether it is compensated. `None` for a momentary value.
+    pub increment_step: Option<f64>,
 }
 
 /// What a channel measures.
@@ -90,6 +97,16 @@ impl Channel {
     #[must_use]
     pub fn value(&self, count: i32) -> f64 {
         self.in_unit(count.into())
+    }
+
+    /// The fewest rows, a power of two, in which the sensor measures it anew: those of rows at
+    /// `rate_hz` by which its own samples lie apart.
+    #[must_use]
+    pub fn stride(&self, rate_hz: f64) -> u64 {
+        let rows = self.refresh_hz.map_or(1.0, |refresh_hz| rate_hz / f64::from(refresh_hz));
+        // in integers, as there is no rounding without the standard library
+        let whole = rows.min(1e9) as u64;
+        (whole + u64::from((whole as f64) < rows)).max(1).next_power_of_two()
     }
 
     /// A mean, a deviation or a difference of counts in [`unit`](Self::unit): divided once by a

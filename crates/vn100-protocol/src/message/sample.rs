@@ -72,7 +72,7 @@ impl Sample {
 }
 
 /// Reads fields, each with a comma before it: the numbers of `layout` and a suffix.
-fn read_fields(fields: &[u8], layout: &'static Layout) -> Result<Sample, RejectReason> {
+pub(super) fn read_fields(fields: &[u8], layout: &'static Layout) -> Result<Sample, RejectReason> {
     let channels = &*layout.channels;
     let field_count = || GrammarError::FieldCount {
         expected: channels.len(),

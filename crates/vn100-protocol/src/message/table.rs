@@ -6,8 +6,10 @@ use alloc::borrow::Cow;
 use crate::{
     framing::sentence::{RejectReason, Sentence},
     message::{
-        layout::{Channel, Layout, Quantity},
+        increments::{self, VNDTV},
+        layout::{Channel, Layout},
         numbers::{self, ConstLayout},
+        quantity::{self, ACCELERATION, ANGLE, ANGULAR_RATE, ELEMENT, MAGNETIC_FIELD},
         sample::Sample,
     },
 };
@@ -25,7 +27,7 @@ macro_rules! messages {
         )*
 
         /// Every message that is measured.
-        pub static MESSAGES: [&Layout; [$($header),*].len()] = [$(&$name),*];
+        pub static MESSAGES: [&Layout; [$($header),*].len() + 1] = [$(&$name,)* &VNDTV];
 
         /// The row of a sentence, and what it says if it is printed as nearly all are.
         #[inline]
@@ -74,56 +76,31 @@ impl Sample {
     /// channel's limit.
     #[inline]
     pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, RejectReason>> {
-        let (layout, sample) = read_quickly(sentence)?;
-        Some(sample.map_or_else(|| Self::read_exactly(sentence, layout), Ok))
+        match read_quickly(sentence) {
+            Some((layout, sample)) => Some(sample.map_or_else(|| Self::read_exactly(sentence, layout), Ok)),
+            None => increments::read(sentence),
+        }
     }
 }
 
-const YAW: Channel = angle("yaw");
-const PITCH: Channel = angle("pitch");
-const ROLL: Channel = angle("roll");
-const QUAT_X: Channel = quaternion("quat_x");
-const QUAT_Y: Channel = quaternion("quat_y");
-const QUAT_Z: Channel = quaternion("quat_z");
-const QUAT_W: Channel = quaternion("quat_w");
-const MAG_X: Channel = magnetic_field("mag_x");
-const MAG_Y: Channel = magnetic_field("mag_y");
-const MAG_Z: Channel = magnetic_field("mag_z");
-const ACCEL_X: Channel = acceleration("accel_x");
-const ACCEL_Y: Channel = acceleration("accel_y");
-const ACCEL_Z: Channel = acceleration("accel_z");
-const GYRO_X: Channel = angular_rate("gyro_x");
-const GYRO_Y: Channel = angular_rate("gyro_y");
-const GYRO_Z: Channel = angular_rate("gyro_z");
-const TEMPERATURE: Channel = channel("temperature", Quantity::Temperature, "degC", 1, 200);
-const PRESSURE: Channel = channel("pressure", Quantity::Pressure, "kPa", 3, 200);
-
-const fn angle(name: &'static str) -> Channel {
-    channel(name, Quantity::Angle, "deg", 3, 180)
-}
-
-const fn quaternion(name: &'static str) -> Channel {
-    channel(name, Quantity::Quaternion, "1", 6, 2)
-}
-
-const fn magnetic_field(name: &'static str) -> Channel {
-    channel(name, Quantity::MagneticField, "gauss", 4, 10)
-}
-
-const fn acceleration(name: &'static str) -> Channel {
-    channel(name, Quantity::Acceleration, "m/s^2", 3, 200)
-}
-
-const fn angular_rate(name: &'static str) -> Channel {
-    channel(name, Quantity::AngularRate, "rad/s", 6, 40)
-}
-
-/// The limits are wider than any range the sensor is sold with: they are there to catch damage that
-/// the checksum let through.
-const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
-    let limit_counts = limit * 10_i32.pow(decimals as u32);
-    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, scale: 1.0, limit_counts }
-}
+const YAW: Channel = ANGLE.decimal("yaw");
+const PITCH: Channel = ANGLE.decimal("pitch");
+const ROLL: Channel = ANGLE.decimal("roll");
+const QUAT_X: Channel = ELEMENT.decimal("quat_x");
+const QUAT_Y: Channel = ELEMENT.decimal("quat_y");
+const QUAT_Z: Channel = ELEMENT.decimal("quat_z");
+const QUAT_W: Channel = ELEMENT.decimal("quat_w");
+const MAG_X: Channel = MAGNETIC_FIELD.decimal("mag_x");
+const MAG_Y: Channel = MAGNETIC_FIELD.decimal("mag_y");
+const MAG_Z: Channel = MAGNETIC_FIELD.decimal("mag_z");
+const ACCEL_X: Channel = ACCELERATION.decimal("accel_x");
+const ACCEL_Y: Channel = ACCELERATION.decimal("accel_y");
+const ACCEL_Z: Channel = ACCELERATION.decimal("accel_z");
+const GYRO_X: Channel = ANGULAR_RATE.decimal("gyro_x");
+const GYRO_Y: Channel = ANGULAR_RATE.decimal("gyro_y");
+const GYRO_Z: Channel = ANGULAR_RATE.decimal("gyro_z");
+const TEMPERATURE: Channel = quantity::TEMPERATURE.decimal("temperature");
+const PRESSURE: Channel = quantity::PRESSURE.decimal("pressure");
 
 #[cfg(test)]
 mod tests {
@@ -153,7 +130,8 @@ mod tests {
 
     #[test]
     fn a_name_stands_for_one_channel_in_all_messages() {
-        let channels: Vec<_> = MESSAGES.iter().flat_map(|layout| &*layout.channels).collect();
+        let printed = MESSAGES.iter().flat_map(|layout| &*layout.channels);
+        let channels: Vec<_> = printed.filter(|channel| channel.increment_step.is_none()).collect();
         for (one, other) in channels.iter().flat_map(|one| channels.iter().map(move |other| (one, other))) {
             assert_eq!(one.name == other.name, one == other, "{} {}", one.name, other.name);
         }

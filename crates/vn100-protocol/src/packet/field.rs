@@ -3,9 +3,10 @@
 //! Sources: VN-100 User Manual (UM001, revisions 2.02 and 2.22), the tables of the binary output
 //! groups; the sizes of fields that the manual leaves out are those of the maker's public library.
 
-use alloc::borrow::Cow;
-
-use crate::message::layout::{Channel, Quantity};
+use crate::message::{
+    layout::Channel,
+    quantity::{ACCELERATION, ANGLE, ANGULAR_RATE, ELEMENT, MAGNETIC_FIELD, PRESSURE, TEMPERATURE},
+};
 
 /// A field of a group.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +39,7 @@ pub(crate) enum FieldContent {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Numbers {
     /// In the order of the wire.
-    pub(crate) channels: &'static [PacketChannel],
+    pub(crate) channels: &'static [Channel],
     pub(crate) processing: Correction,
     /// What one in the packet is in the unit of the channels.
     pub(crate) unit_scale: f64,
@@ -58,83 +59,33 @@ pub(crate) enum Correction {
     Integrated,
 }
 
-/// A channel of packets: a count is 2^-`bits` units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PacketChannel {
-    name: &'static str,
-    quantity: Quantity,
-    unit: &'static str,
-    bits: u8,
-    /// Units.
-    limit: i32,
-}
+static ATTITUDE: [Channel; 3] = [ANGLE.binary("yaw"), ANGLE.binary("pitch"), ANGLE.binary("roll")];
+static QUATERNION: [Channel; 4] =
+    [ELEMENT.binary("quat_x"), ELEMENT.binary("quat_y"), ELEMENT.binary("quat_z"), ELEMENT.binary("quat_w")];
+static MAG: [Channel; 3] =
+    [MAGNETIC_FIELD.binary("mag_x"), MAGNETIC_FIELD.binary("mag_y"), MAGNETIC_FIELD.binary("mag_z")];
+static ACCEL: [Channel; 3] =
+    [ACCELERATION.binary("accel_x"), ACCELERATION.binary("accel_y"), ACCELERATION.binary("accel_z")];
+static GYRO: [Channel; 3] =
+    [ANGULAR_RATE.binary("gyro_x"), ANGULAR_RATE.binary("gyro_y"), ANGULAR_RATE.binary("gyro_z")];
+static MEAN_ACCEL: [Channel; 3] = [
+    ACCELERATION.integrated("accel_x", 0.0),
+    ACCELERATION.integrated("accel_y", 0.0),
+    ACCELERATION.integrated("accel_z", 0.0),
+];
+static MEAN_GYRO: [Channel; 3] = [
+    ANGULAR_RATE.integrated("gyro_x", 0.0),
+    ANGULAR_RATE.integrated("gyro_y", 0.0),
+    ANGULAR_RATE.integrated("gyro_z", 0.0),
+];
+static THERMOMETER: [Channel; 1] = [TEMPERATURE.binary("temperature")];
+static BAROMETER: [Channel; 1] = [PRESSURE.binary("pressure")];
 
-impl PacketChannel {
-    /// Counts of one unit.
-    pub(crate) fn counts_per_unit(&self) -> f64 {
-        (1_u64 << self.bits) as f64
-    }
-
-    pub(crate) fn name(&self) -> &'static str {
-        self.name
-    }
-
-    pub(crate) fn quantity(&self) -> Quantity {
-        self.quantity
-    }
-
-    pub(crate) fn channel(&self) -> Channel {
-        Channel {
-            name: Cow::Borrowed(self.name),
-            quantity: self.quantity,
-            unit: Cow::Borrowed(self.unit),
-            decimals: 0,
-            scale: 1.0 / self.counts_per_unit(),
-            limit_counts: self.limit << self.bits,
-        }
-    }
-}
-
-const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, bits: u8, limit: i32) -> PacketChannel {
-    assert!((limit as i64) << bits <= i32::MAX as i64);
-    PacketChannel { name, quantity, unit, bits, limit }
-}
-
-const fn angle(name: &'static str) -> PacketChannel {
-    // a whole turn is a count, too
-    channel(name, Quantity::Angle, "deg", 21, 180)
-}
-
-const fn quaternion(name: &'static str) -> PacketChannel {
-    channel(name, Quantity::Quaternion, "1", 29, 2)
-}
-
-const fn magnetic_field(name: &'static str) -> PacketChannel {
-    channel(name, Quantity::MagneticField, "gauss", 27, 10)
-}
-
-const fn acceleration(name: &'static str) -> PacketChannel {
-    channel(name, Quantity::Acceleration, "m/s^2", 23, 200)
-}
-
-const fn angular_rate(name: &'static str) -> PacketChannel {
-    channel(name, Quantity::AngularRate, "rad/s", 25, 40)
-}
-
-const ATTITUDE: [PacketChannel; 3] = [angle("yaw"), angle("pitch"), angle("roll")];
-const QUATERNION: [PacketChannel; 4] =
-    [quaternion("quat_x"), quaternion("quat_y"), quaternion("quat_z"), quaternion("quat_w")];
-const MAG: [PacketChannel; 3] = [magnetic_field("mag_x"), magnetic_field("mag_y"), magnetic_field("mag_z")];
-const ACCEL: [PacketChannel; 3] = [acceleration("accel_x"), acceleration("accel_y"), acceleration("accel_z")];
-const GYRO: [PacketChannel; 3] = [angular_rate("gyro_x"), angular_rate("gyro_y"), angular_rate("gyro_z")];
-const TEMPERATURE: [PacketChannel; 1] = [channel("temperature", Quantity::Temperature, "degC", 23, 200)];
-const PRESSURE: [PacketChannel; 1] = [channel("pressure", Quantity::Pressure, "kPa", 23, 200)];
-
-const fn numbers(channels: &'static [PacketChannel], processing: Correction) -> Numbers {
+const fn numbers(channels: &'static [Channel], processing: Correction) -> Numbers {
     Numbers { channels, processing, unit_scale: 1.0 }
 }
 
-const fn degrees(channels: &'static [PacketChannel]) -> Numbers {
+const fn degrees(channels: &'static [Channel]) -> Numbers {
     Numbers { channels, processing: Integrated, unit_scale: core::f64::consts::PI / 180.0 }
 }
 
@@ -167,9 +118,9 @@ pub(crate) static GROUPS: [(u8, [PacketField; 16]); 4] = [
         // revision 2.02 prints the rate first; sensors and both public libraries send it second
         field(24, "Imu", Floats(&[numbers(&ACCEL, Undocumented), numbers(&GYRO, Undocumented)])),
         field(20, "MagPres", Floats(&[
-            numbers(&MAG, Compensated), numbers(&TEMPERATURE, Uncompensated), numbers(&PRESSURE, Uncompensated),
+            numbers(&MAG, Compensated), numbers(&THERMOMETER, Uncompensated), numbers(&BAROMETER, Uncompensated),
         ])),
-        field(28, "Deltas", Increments(&[degrees(&GYRO), numbers(&ACCEL, Integrated)])),
+        field(28, "Deltas", Increments(&[degrees(&MEAN_GYRO), numbers(&MEAN_ACCEL, Integrated)])),
         field(2, "VpeStatus", Other),
         field(4, "SyncInCnt", Other),
         field(8, "TimeGpsPps", Other),
@@ -193,10 +144,10 @@ pub(crate) static GROUPS: [(u8, [PacketField; 16]); 4] = [
         field(12, "UncompMag", Floats(&[numbers(&MAG, Uncompensated)])),
         field(12, "UncompAccel", Floats(&[numbers(&ACCEL, Uncompensated)])),
         field(12, "UncompGyro", Floats(&[numbers(&GYRO, Uncompensated)])),
-        field(4, "Temp", Floats(&[numbers(&TEMPERATURE, Uncompensated)])),
-        field(4, "Pres", Floats(&[numbers(&PRESSURE, Uncompensated)])),
-        field(16, "DeltaTheta", Increments(&[degrees(&GYRO)])),
-        field(12, "DeltaVel", MoreIncrements(&[numbers(&ACCEL, Integrated)])),
+        field(4, "Temp", Floats(&[numbers(&THERMOMETER, Uncompensated)])),
+        field(4, "Pres", Floats(&[numbers(&BAROMETER, Uncompensated)])),
+        field(16, "DeltaTheta", Increments(&[degrees(&MEAN_GYRO)])),
+        field(12, "DeltaVel", MoreIncrements(&[numbers(&MEAN_ACCEL, Integrated)])),
         field(12, "Mag", Floats(&[numbers(&MAG, Compensated)])),
         field(12, "Accel", Floats(&[numbers(&ACCEL, Compensated)])),
         field(12, "AngularRate", Floats(&[numbers(&GYRO, Compensated)])),

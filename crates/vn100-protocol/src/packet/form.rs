@@ -5,10 +5,13 @@ use core::ops::Range;
 
 use thiserror::Error;
 
-use super::field::{Correction, FieldContent, GROUPS, Numbers, PacketChannel};
+use super::field::{Correction, FieldContent, GROUPS, Numbers};
 use crate::{
     framing::packet::Packet,
-    message::layout::{Layout, Quantity},
+    message::{
+        layout::{Channel, Layout, Quantity},
+        quantity::rounded,
+    },
 };
 
 /// The name of the message that packets are, in layouts.
@@ -48,7 +51,7 @@ pub struct PacketForm {
 /// Floats of consecutive channels of one quantity in the bytes of a packet.
 #[derive(Debug, Clone, PartialEq)]
 struct Run {
-    channels: &'static [PacketChannel],
+    channels: &'static [Channel],
     bytes: Range<usize>,
     /// Where the interval stands by which they are divided.
     interval_at: Option<usize>,
@@ -132,7 +135,7 @@ impl PacketForm {
 
     /// The best source of each quantity, in the order of the quantities.
     fn measuring(mut found: Vec<(&'static str, Found)>) -> Option<Self> {
-        let quantity = |found: &Found| found.numbers.channels[0].quantity();
+        let quantity = |found: &Found| found.numbers.channels[0].quantity;
         let has_angles = found.iter().any(|(_, found)| quantity(found) == Quantity::Angle);
         found.sort_by_key(|(_, found)| (quantity(found), found.numbers.processing));
         let (mut runs, mut channels, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new());
@@ -155,10 +158,10 @@ impl PacketForm {
                 channels: found.numbers.channels,
                 bytes: found.at..found.at + 4 * found.numbers.channels.len(),
                 interval_at: found.interval_at,
-                counts: found.numbers.unit_scale * first.counts_per_unit(),
-                limit_counts: first.channel().limit_counts.into(),
+                counts: found.numbers.unit_scale / first.scale,
+                limit_counts: first.limit_counts.into(),
             });
-            channels.extend(found.numbers.channels.iter().map(PacketChannel::channel));
+            channels.extend(found.numbers.channels.iter().cloned());
         }
         let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
         channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
@@ -257,10 +260,9 @@ impl Run {
         let per_one = self.counts_per_one(raw);
         let mut scaled = floats(raw, &self.bytes).map(|float| float * per_one).zip(self.channels);
         let is_bad = |scaled: f64| scaled.is_nan() || scaled.abs() > self.limit_counts;
-        let (scaled, found) = scaled.find(|(scaled, _)| is_bad(*scaled))?;
-        let channel = found.channel();
+        let (scaled, channel) = scaled.find(|(scaled, _)| is_bad(*scaled))?;
         Some(RejectedPacket {
-            channel: found.name(),
+            channel: &channel.name,
             value: channel.in_unit(scaled),
             limit: channel.value(channel.limit_counts),
         })
@@ -271,13 +273,4 @@ impl Run {
 fn floats(raw: &[u8], bytes: &Range<usize>) -> impl Iterator<Item = f64> {
     let (floats, _) = raw[bytes.clone()].as_chunks();
     floats.iter().map(|bytes| f32::from_le_bytes(*bytes).into())
-}
-
-/// The nearest integer, of two as near the even one; of less than 2^31.
-#[inline]
-fn rounded(value: f64) -> i32 {
-    // the sum is between 2^52 and 2^53, where the addition rounds as asked for and the low bits are
-    // the integer
-    const SHIFT: f64 = 6_755_399_441_055_744.0;
-    (value + SHIFT).to_bits() as i32
 }

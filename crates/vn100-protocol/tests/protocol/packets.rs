@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use proptest::{prelude::*, sample::Index};
 use vn100_protocol::{
-    Decoder, Item, Options, PacketForm, Quantity, crc16,
+    Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
     stream::{Batch, Chunk, MarkKind, Measured, ReadOptions, SampleReader, StreamInput},
 };
 
@@ -182,6 +182,34 @@ fn increments_become_rates() {
 }
 
 #[test]
+fn printed_increments_are_the_same_rates() {
+    let sentence = |body: &str| vn100_protocol::Check::Xor8.sentence(body).into_bytes();
+    // 1.8 degrees and 0.05 m/s in 25 ms
+    let good = "VNDTV,+0.025000,+001.800,-001.800,+000.000,+000.050,+000.000,-000.245";
+    let batch = whole(Measured::First, &sentence(good));
+    let layout = batch.layout.as_ref().unwrap();
+    assert_eq!((&*layout.message, layout.compensated), ("VNDTV", None));
+    assert!(layout.channels.iter().all(|channel| channel.increment_step.is_some()));
+    let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
+    let expected = [2.0, 0.0, -9.8, 0.4 * std::f64::consts::PI, -0.4 * std::f64::consts::PI, 0.0];
+    assert!(found.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 1e-7), "{found:?}");
+    for (bad, reason) in [
+        (good.replace("+0.025000", "+0.000000"), "accel_x of 9223372036854775807 counts"),
+        (good.replace("+0.025000", "-0.025000"), "accel_x of 9223372036854775807 counts"),
+        (good.replace("-000.245", "-006.245"), "accel_z of -"),
+        (good.replace(",+000.050", ""), "grammar: the sentence has 6 fields, 7 are expected"),
+        (good.replace("+001.800", "+1.8000"), "delta_theta_x has 4 decimals, 3 are expected"),
+    ] {
+        let mut reader = SampleReader::new(ReadOptions { diagnostics: true, ..ReadOptions::default() });
+        reader.push(&[sentence(good), sentence(&bad)].concat(), None);
+        let [batch] = &reader.take_batches()[..] else { panic!("one batch") };
+        let told = batch.diagnostics[0].to_string();
+        assert!(batch.row_count() == 1 && told.contains(reason), "{told}");
+        assert_eq!((batch.link.samples(), batch.link.tally.rejected.total()), (1, 1));
+    }
+}
+
+#[test]
 fn numbers_that_no_sensor_measures_are_rejected_with_evidence() {
     for (value, reason) in [
         (f32::NAN, "accel_x is NaN, beyond ±200"),
@@ -318,4 +346,25 @@ proptest! {
         let link = expected[0].link;
         prop_assert_eq!(link.bytes(), stream.len() as u64);
     }
+}
+
+#[test]
+fn what_the_sensor_measures_less_often_is_taken_less_often() {
+    let form = PacketForm::new(0x05, &[0x0001, 0x003E]).unwrap();
+    let strides = |rate_hz| {
+        let channels = ["mag_x", "accel_x", "gyro_x", "temperature", "pressure"]
+            .map(|name| form.layout().channels.iter().find(|channel| channel.name == name).unwrap());
+        channels.map(|channel| channel.stride(rate_hz))
+    };
+    for (rate_hz, expected) in [
+        (800.0, [4, 1, 1, 8, 8]),
+        (400.0, [2, 1, 1, 4, 4]),
+        (200.0, [1, 1, 1, 2, 2]),
+        (120.0, [1, 1, 1, 1, 1]),
+        (1.0, [1, 1, 1, 1, 1]),
+    ] {
+        assert_eq!(strides(rate_hz), expected, "{rate_hz} Hz");
+    }
+    // sentences have no device time to tell a refresh by
+    assert!(MESSAGES.iter().flat_map(|layout| &*layout.channels).all(|channel| channel.stride(800.0) == 1));
 }

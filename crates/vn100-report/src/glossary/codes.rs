@@ -180,6 +180,7 @@ const fn of_window(from: WindowFrom) -> Words {
     const MATTERS: &str = "The window decides how much noise aliases, and so how N relates to the data sheet.";
     const REGISTER: &str = "VectorNav VN-100 User Manual, register 85";
     match from {
+        WindowFrom::Integrated => (MATTERS, "Nothing.", &[], "VectorNav VN-100 User Manual, register 80"),
         WindowFrom::Register | WindowFrom::Given => (MATTERS, "Nothing.", &[], REGISTER),
         WindowFrom::Default => (
             MATTERS,

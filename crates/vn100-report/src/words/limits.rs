@@ -70,6 +70,7 @@ fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
     let known = match onboard.window_from {
         WindowFrom::Register => "register 85",
         WindowFrom::Given => "as given",
+        WindowFrom::Integrated => "integrals",
         WindowFrom::Default => "factory default, not in this record",
     };
     let averages = match onboard.window.length {

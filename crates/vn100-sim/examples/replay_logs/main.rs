@@ -55,7 +55,7 @@ fn generator(seed: u64) -> Result<Generator, UnsupportedRate> {
 
 fn write_ymr(line: &mut Vec<u8>, row: &[f32; 12]) {
     if let Some(message) = Message::named("VNYMR") {
-        write_sentence(line, message, row, [0.0; 2]);
+        write_sentence(line, message, row, [0.0; 2], 1.0 / f64::from(RATE_HZ));
     }
 }
 

@@ -1,0 +1,87 @@
+//! `$VNDTV`: the changes of angle and velocity since the sentence before, as the mean rates and
+//! accelerations that they are.
+
+use alloc::borrow::Cow;
+use core::f64::consts::PI;
+
+use super::{
+    RangeError,
+    layout::{Channel, Layout, Quantity},
+    quantity::{ACCELERATION, ANGULAR_RATE, rounded},
+    sample::{MAX_CHANNELS, Sample, read_fields},
+};
+use crate::framing::sentence::{RejectReason, Sentence};
+
+/// `$VNDTV`: acceleration and angular rate, each the mean since the sentence before: the change of
+/// velocity or angle over its printed interval, to counts of packets. The steps of 0.001 m/s and
+/// 0.001 deg divided by the interval are their resolution.
+pub static VNDTV: Layout = Layout {
+    message: Cow::Borrowed("VNDTV"),
+    compensated: None,
+    channels: Cow::Borrowed(&[
+        ACCELERATION.integrated("accel_x", VELOCITY_STEP_M_S),
+        ACCELERATION.integrated("accel_y", VELOCITY_STEP_M_S),
+        ACCELERATION.integrated("accel_z", VELOCITY_STEP_M_S),
+        ANGULAR_RATE.integrated("gyro_x", ANGLE_STEP_RAD),
+        ANGULAR_RATE.integrated("gyro_y", ANGLE_STEP_RAD),
+        ANGULAR_RATE.integrated("gyro_z", ANGLE_STEP_RAD),
+    ]),
+};
+
+/// What the sentence holds: the interval, three angles, three velocities (VN-100 User Manual,
+/// register 80).
+static PRINTED: Layout = Layout {
+    message: VNDTV_HEADER,
+    compensated: None,
+    channels: Cow::Borrowed(&[
+        printed("delta_time", "s", 6, 2_000),
+        printed("delta_theta_x", "deg", 3, 1_000_000),
+        printed("delta_theta_y", "deg", 3, 1_000_000),
+        printed("delta_theta_z", "deg", 3, 1_000_000),
+        printed("delta_velocity_x", "m/s", 3, 1_000_000),
+        printed("delta_velocity_y", "m/s", 3, 1_000_000),
+        printed("delta_velocity_z", "m/s", 3, 1_000_000),
+    ]),
+};
+
+/// One in the last digit.
+const VELOCITY_STEP_M_S: f64 = 0.001;
+const ANGLE_STEP_RAD: f64 = 0.001 * PI / 180.0;
+
+const VNDTV_HEADER: Cow<'static, str> = Cow::Borrowed("VNDTV");
+
+const fn printed(name: &'static str, unit: &'static str, decimals: u8, limit: i32) -> Channel {
+    Channel {
+        name: Cow::Borrowed(name),
+        quantity: Quantity::Value,
+        unit: Cow::Borrowed(unit),
+        decimals,
+        scale: 1.0,
+        limit_counts: limit * 10_i32.pow(decimals as u32),
+        refresh_hz: None,
+        increment_step: None,
+    }
+}
+
+/// Reads such a sentence; `None` for any other.
+#[cold]
+pub(super) fn read(sentence: &Sentence<'_>) -> Option<Result<Sample, RejectReason>> {
+    let header = VNDTV.message.as_bytes();
+    (sentence.header() == header).then(|| mean_rates(read_fields(&sentence.body[header.len()..], &PRINTED)?))
+}
+
+fn mean_rates(printed: Sample) -> Result<Sample, RejectReason> {
+    let value = |place: usize| PRINTED.channels[place].value(printed.counts[place]);
+    // over no interval all is beyond its limit
+    let interval_s = value(0).max(0.0);
+    let mut counts = [0; MAX_CHANNELS];
+    for (place, (count, channel)) in counts.iter_mut().zip(&*VNDTV.channels).enumerate() {
+        let change = if place < 3 { value(4 + place) } else { value(place - 2) * PI / 180.0 };
+        let scaled = change / interval_s / channel.scale;
+        if interval_s == 0.0 || scaled.abs() > channel.limit_counts.into() {
+            return Err(RangeError { channel, count: scaled as i64 }.into());
+        }
+        *count = rounded(scaled);
+    }
+    Ok(Sample { layout: &VNDTV, counts, ..printed })
+}
