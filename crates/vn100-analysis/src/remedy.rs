@@ -22,6 +22,8 @@ pub enum Remedy {
     GiveDatasheet,
     /// State the setting of register 85.
     GiveWindow,
+    /// Measure packets where there are sentences, too.
+    MeasurePackets,
     /// Take what is typical for a limit.
     TypicalIsLimit,
     /// Set the sensor, for good.
@@ -70,6 +72,7 @@ impl fmt::Display for Remedy {
             Self::SayCompensated => f.write_str("the statement on compensation"),
             Self::GiveDatasheet => f.write_str("a data sheet"),
             Self::GiveWindow => f.write_str("the averaging window"),
+            Self::MeasurePackets => f.write_str("the choice of packets"),
             Self::TypicalIsLimit => f.write_str("what is typical as a limit"),
             Self::Configure(setting) | Self::MeasureWith(setting) => setting.fmt(f),
             Self::MeasureLive => f.write_str("a live measurement"),

@@ -81,6 +81,8 @@ pub enum WarningKind {
     GravityMagnitude,
     /// The mean magnetic field is not as long as the Earth's.
     FieldMagnitude,
+    /// The sensor turns its measurements into the axes of a vehicle.
+    RotatedAxes,
     /// Yaw is worse than pitch and roll.
     YawFromMagnetometer,
     /// Too few samples for any deviation, or for more than a rough one.
@@ -89,7 +91,7 @@ pub enum WarningKind {
 
 impl WarningKind {
     /// All of them.
-    pub const ALL: [Self; 38] = [
+    pub const ALL: [Self; 39] = [
         Self::RecordingFailed,
         Self::NoValidLines,
         Self::OtherMessages,
@@ -126,6 +128,7 @@ impl WarningKind {
         Self::UnitDoubtful,
         Self::GravityMagnitude,
         Self::FieldMagnitude,
+        Self::RotatedAxes,
         Self::YawFromMagnetometer,
         Self::TooShort,
     ];
@@ -170,6 +173,7 @@ impl WarningKind {
             Self::UnitDoubtful => "unit-doubtful",
             Self::GravityMagnitude => "gravity-magnitude",
             Self::FieldMagnitude => "field-magnitude",
+            Self::RotatedAxes => "rotated-axes",
             Self::YawFromMagnetometer => "yaw-from-magnetometer",
             Self::TooShort => "too-short",
         }
@@ -217,6 +221,7 @@ impl WarningKind {
             | Self::DecimatedStream
             | Self::BunchedArrival
             | Self::AngleRestarted
+            | Self::RotatedAxes
             | Self::YawFromMagnetometer => Severity::Note,
         }
     }

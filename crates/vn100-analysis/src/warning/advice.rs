@@ -6,7 +6,9 @@ mod tests;
 
 use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
-use vn100_protocol::{Channel, Layout, Quantity, Tally};
+use vn100_protocol::{
+    BINARY, Channel, Layout, Quantity, ReferenceFrameRotation, Register, RegisterContents, RegisterFields, Tally,
+};
 
 use self::link::{no_valid_lines, refused, unsolicited};
 use crate::{
@@ -69,6 +71,19 @@ impl Advice {
         if let (1.., Some(name), Some(layout)) = (link.samples(), link.other_message, &snapshot.layout) {
             let headline = format!("{} of another message excluded, first {name}", lines(link.other_messages()));
             let details = format!("The stream began with {}; no other message is measured.", layout.message);
+            self.warn(WarningKind::OtherMessages, headline, details);
+        }
+        let measured = tally.measured_packets;
+        let unmeasured = tally.packets.saturating_sub(measured.samples + measured.rejected + measured.repeated);
+        if let (1.., 1.., Some(layout)) = (link.samples(), unmeasured, &snapshot.layout) {
+            let is_beside_sentences = layout.message != BINARY;
+            let of = if is_beside_sentences { "" } else { " of another form" };
+            let headline =
+                format!("{}{of} excluded, {} measured", counted(unmeasured, "binary packet"), layout.message);
+            let details = match is_beside_sentences {
+                true => Text::default().remedy(Remedy::MeasurePackets).then(" measures the packets, if they have angular rates or accelerations."),
+                false => "The first packet with angular rates or accelerations decides; no packet with other fields is measured.".into(),
+            };
             self.warn(WarningKind::OtherMessages, headline, details);
         }
         if findings.repeated_lines > 0 {
@@ -330,6 +345,11 @@ impl Advice {
 
     fn on_message(&mut self, snapshot: &Snapshot) {
         let Some(layout) = &snapshot.layout else { return };
+        if is_of_sensor(layout) && is_rotated(snapshot) {
+            let details = "Register 26 holds a rotation: x, y and z are axes of the vehicle, each a mixture of axes of the sensor. A \
+                           disturbance or a high noise of one axis of the sensor shows on all that it mixes into.";
+            self.warn(WarningKind::RotatedAxes, "axes rotated by the sensor (register 26)", details);
+        }
         let rates = layout.channels.iter().filter(|channel| channel.quantity == Quantity::AngularRate);
         let rates: Vec<_> = rates.map(|channel| channel.name.to_string()).collect();
         if rates.is_empty() {
@@ -358,6 +378,15 @@ impl Advice {
             self.warn_of(WarningKind::CompensatedStream, rates, headline, details);
         }
     }
+}
+
+/// By register 26, where the stream contains it.
+fn is_rotated(snapshot: &Snapshot) -> bool {
+    let register = Register::ROTATION;
+    let fields = snapshot.registers.get(&register.0).and_then(|fields| RegisterFields::new(fields).ok());
+    let rotation =
+        fields.and_then(|fields| RegisterContents { register, fields }.value::<ReferenceFrameRotation>().ok());
+    rotation.is_some_and(|rotation| rotation.matrix != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 }
 
 /// What the sensor itself says of axes at the end of their range, with the time.

@@ -66,6 +66,7 @@ fn warnings_are_named() {
         FollowsTemperature,
         GravityMagnitude,
         FieldMagnitude,
+        RotatedAxes,
         YawFromMagnetometer,
     ];
     for kinds in [&link[..], &time, &values, &noise, &rest] {

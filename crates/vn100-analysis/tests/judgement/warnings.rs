@@ -2,7 +2,7 @@
 
 use vn100_analysis::{Settings, WarningKind};
 use vn100_protocol::stream::StreamCounts;
-use vn100_protocol::{Channel, DeviceError, Layout, Quantity, VNYMR};
+use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
 use crate::simulated::{Simulated, named, still, text};
 
@@ -123,4 +123,37 @@ fn a_heading_is_worse_beyond_twice_pitch_and_roll() {
     let of_angles = |channel: &&Channel| channel.quantity != Quantity::MagneticField;
     let channels: Vec<Channel> = VNYMR.channels.iter().filter(of_angles).cloned().collect();
     assert_eq!(named_with(yaw, &Layout { channels: channels.into(), ..VNYMR.clone() }), "");
+}
+
+#[test]
+fn packets_that_are_not_measured_are_counted_with_the_way_to_measure_them() {
+    let excluded = |link: StreamCounts| {
+        let warnings = Simulated { samples: 100, link, ..Simulated::default() }.record().0.warnings;
+        text(&warnings, WarningKind::OtherMessages)
+    };
+    let mut link = StreamCounts::default();
+    link.tally.samples = 100;
+    assert_eq!(excluded(link), "");
+    link.tally.packets = 199;
+    let beside = excluded(link);
+    assert!(beside.starts_with("199 binary packets excluded, VNIMU measured"), "{beside}");
+    link.tally.measured_packets = MeasuredPackets { samples: 150, rejected: 30, repeated: 19 };
+    assert_eq!(excluded(link), "", "all of them have been measured");
+}
+
+#[test]
+fn a_rotation_is_reported_where_register_26_holds_one() {
+    let rotated = |fields: Option<&'static str>| {
+        let registers = fields.map(|fields| (26, fields)).into_iter().collect();
+        let warnings = Simulated { samples: 100, registers, ..Simulated::default() }.record().0.warnings;
+        !text(&warnings, WarningKind::RotatedAxes).is_empty()
+    };
+    for (fields, expected) in [
+        (None, false),
+        (Some("1,0,0,0,1,0,0,0,1"), false),
+        (Some("1,0,0,0,-1,0,0,0,-1"), true),
+        (Some("no matrix"), false),
+    ] {
+        assert_eq!(rotated(fields), expected, "{fields:?}");
+    }
 }

@@ -28,6 +28,7 @@ const fn source(kind: WarningKind) -> &'static str {
     match kind {
         Kind::CompensatedStream | Kind::OtherMessages => "VectorNav VN-100 User Manual, register 6 and its messages",
         Kind::DecimatedStream => "VectorNav VN-100 User Manual, register 85",
+        Kind::RotatedAxes => "VectorNav VN-100 User Manual, register 26",
         Kind::RateAssumed | Kind::RateOffNominal => "VectorNav VN-100 User Manual, register 7",
         Kind::DeviceErrors => "VectorNav VN-100 User Manual, system error codes",
         Kind::LinkBudget => "VectorNav VN-100 User Manual, registers 5 and 7",
@@ -55,7 +56,7 @@ const fn words(kind: WarningKind) -> Words {
             &[Remedy::MapColumns],
         ),
         Kind::OtherMessages => (
-            "Valid sentences of a message other than the first one were excluded.",
+            "Valid sentences or packets of a message other than the measured one were excluded.",
             "Messages that share a port are sent at different times; only one of them is measured.",
             "Set one output message ({}).",
             &[Remedy::Configure(Setting::Message("VNIMU"))],
@@ -264,6 +265,12 @@ const fn words(kind: WarningKind) -> Words {
             "The magnitude of the mean magnetic field is not that of the Earth.",
             "Iron or a current is near, or the magnetometer is not calibrated for its mounting. The heading is wrong then.",
             "Move the sensor away from iron and currents, or calibrate for hard and soft iron.",
+            &[],
+        ),
+        Kind::RotatedAxes => (
+            "The sensor turns its measurements into the axes of a vehicle (register 26).",
+            "x, y and z are not those of its sensors: a noisy or disturbed axis is spread over several.",
+            "Nothing. For figures of each axis of the sensor reset register 26.",
             &[],
         ),
         Kind::YawFromMagnetometer => (

@@ -59,9 +59,11 @@ impl Aspect {
             | Kind::GravityMagnitude
             | Kind::FieldMagnitude
             | Kind::YawFromMagnetometer => Self::AtRest,
-            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::DecimatedStream | Kind::LowPass => {
-                Self::Message
-            }
+            Kind::CompensatedStream
+            | Kind::CompensationUnknown
+            | Kind::DecimatedStream
+            | Kind::LowPass
+            | Kind::RotatedAxes => Self::Message,
             Kind::PrintFormat
             | Kind::StuckDigits
             | Kind::CorrelatedNoise
