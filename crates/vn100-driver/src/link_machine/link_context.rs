@@ -10,6 +10,7 @@ use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
+    output_plan::Change,
 };
 
 /// The first and the longest delay before an attempt to reconnect.
@@ -21,7 +22,7 @@ pub(super) struct LinkContext {
     pub(super) given_name: String,
     pub(super) has_baud: bool,
     pub(super) options: LinkOptions,
-    /// The baud rate at which the sensor was connected last.
+    /// The baud rate at which the sensor was connected last, or to which it was set before.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
     /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
@@ -39,6 +40,12 @@ pub(super) struct LinkContext {
     unconfirmed_serial: Option<String>,
 }
 
+/// The one to which a sensor with these settings was set.
+fn baud_set(settings: &[Change]) -> Option<u32> {
+    let baud = settings.iter().find(|change| change.register == Register::BAUD_RATE)?;
+    baud.after.as_str().split(',').next()?.parse().ok()
+}
+
 impl LinkContext {
     pub(super) fn new(given_name: String, has_baud: bool, mut options: LinkOptions) -> Self {
         let mut reader = SampleReader::new(options.read);
@@ -49,7 +56,7 @@ impl LinkContext {
         Self {
             given_name,
             has_baud,
-            last_baud: None,
+            last_baud: baud_set(&options.desired_settings),
             was_connected: false,
             reconnect_delay: FIRST_DELAY,
             port: OpenPort::default(),

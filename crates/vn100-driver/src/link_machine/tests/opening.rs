@@ -50,6 +50,17 @@ fn a_port_that_never_will_be_one_is_not_tried_again() {
 }
 
 #[test]
+fn a_scan_begins_at_the_baud_rate_that_was_set() {
+    let fields = |text| RegisterFields::new(text).unwrap();
+    let set = Change { register: Register::BAUD_RATE, before: fields("115200"), after: fields("460800") };
+    let mut bench = Bench::new(LinkOptions { desired_settings: vec![set], ..LinkOptions::default() });
+    assert_eq!(bench.port, [PortAction::Open { baud: 460_800 }]);
+    bench.receive(FRAME);
+    assert_eq!(bench.phase(), "connected");
+    bench.assert_ledger();
+}
+
+#[test]
 fn a_scan_listens_and_asks_at_each_baud_rate() {
     let mut bench = Bench::new(LinkOptions::default());
     assert_eq!(bench.port, [PortAction::Open { baud: 115_200 }]);
