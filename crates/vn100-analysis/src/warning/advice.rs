@@ -293,8 +293,20 @@ impl Advice {
         const CLOCK_PPM: f64 = 1000.0;
         // what bunching does to a short record
         const BUNCHING_S: f64 = 0.1;
+        // so many dropped samples that another rate fits the same times with more or fewer of them
+        const UNSURE_SHARE: f64 = 0.1;
         let Some(nominal) = summary.nominal else { return };
-        if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
+        let missing = summary.missing as f64 / (summary.samples + summary.missing).max(1) as f64;
+        if let (NominalRate::Measured(_), true, None, Some(hz)) =
+            (nominal, missing > UNSURE_SHARE, summary.offset_ppm, summary.measured_hz)
+        {
+            let headline =
+                format!("rate of {hz:.2} Hz unsure: by its times {:.0} % of the samples are missing", 100.0 * missing);
+            let details = Text::from("All averaging times and the number of dropped samples depend on it. Set ")
+                .remedy(Remedy::GiveRate(None))
+                .then(" to the rate that the sensor was set to.");
+            self.warn(WarningKind::RateOffNominal, headline, details);
+        } else if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
             let headline = format!("lines arrive at {hz} Hz, which is not one of the sensor's rates");
             let details = Text::from("All averaging times use this rate. Set ")
                 .remedy(Remedy::GiveRate(None))

@@ -135,7 +135,7 @@ const fn words(kind: WarningKind) -> Words {
             &[],
         ),
         Kind::RateOffNominal => (
-            "The measured rate is none of the sensor's, or not the nominal one.",
+            "The measured rate is none of the sensor's, not the nominal one, or unsure because many samples are missing.",
             "Averaging times and densities are wrong by the difference, unless the computer's clock is wrong.",
             "Set {} to the true rate.",
             &[Remedy::GiveRate(None)],

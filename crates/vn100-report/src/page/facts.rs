@@ -219,7 +219,8 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",
     };
     let measured = arrivals.and_then(|arrivals| {
-        Some(format!("{:.4} Hz, {} ppm from nominal", arrivals.measured_hz?, trimmed(arrivals.offset_ppm?, 1)))
+        let off = |offset| format!(", {} ppm from nominal", trimmed(offset, 1));
+        Some(format!("{:.4} Hz{}", arrivals.measured_hz?, arrivals.offset_ppm.map_or_else(String::new, off)))
     });
     let steps = arrivals.and_then(|arrivals| arrivals.arrivals).map(|Arrivals { p50_us, p99_us, max_us, .. }| {
         format!("{p50_us} µs median, {p99_us} µs 99th percentile, {max_us} µs longest")

@@ -170,10 +170,9 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
             Some(format!("{rejected} rejected lines; {dropped}"))
         }
         Aspect::Time => {
-            let TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. } = snapshot.arrivals? else {
-                return None;
-            };
-            Some(format!("{hz:.4} Hz measured, {} from nominal", ppm(offset_ppm)))
+            let TimebaseSummary { measured_hz, offset_ppm, .. } = snapshot.arrivals?;
+            let off = offset_ppm.map_or_else(String::new, |offset| format!(", {} from nominal", ppm(offset)));
+            Some(format!("{:.4} Hz measured{off}", measured_hz?))
         }
         Aspect::AtRest => snapshot
             .channels

@@ -31,6 +31,11 @@ fn time_base(findings: &Findings) -> Option<String> {
             "The sample rate is assumed to be {} Hz; the capture does not contain it. If the true rate is 1 % higher, N is 0.5 % lower and all averaging times are 1 % shorter.",
             trimmed(findings.timing.rate_hz, 3)
         )
+    } else if findings.warns(WarningKind::RateOffNominal) && findings.offset_ppm.is_none() {
+        format!(
+            "The sample rate of {} Hz is unsure, as many samples are missing by it (see the cautions): averaging times are wrong by as much, N by half of it.",
+            trimmed(findings.timing.rate_hz, 3)
+        )
     } else if findings.warns(WarningKind::RateOffNominal) {
         "The measured rate differs from the one used (see the cautions): averaging times are wrong by the same share, N by half of it.".into()
     } else {

@@ -46,6 +46,22 @@ fn a_clock_is_off_that_drifts_further_than_bunching_and_quartz_explain() {
 }
 
 #[test]
+fn a_rate_by_times_that_lack_many_samples_is_unsure() {
+    let summary = |missing, offset_ppm| TimebaseSummary {
+        nominal: Some(NominalRate::Measured(38.81)),
+        measured_hz: Some(38.73),
+        missing,
+        offset_ppm,
+        ..SUMMARY
+    };
+    assert_eq!(kinds(&summary(500, None), &[]), [WarningKind::RateOffNominal]);
+    assert_eq!(kinds(&summary(400, None), &[]), []);
+    // off from a rate that is used
+    assert_eq!(kinds(&summary(500, Some(10.0)), &[]), []);
+    assert_eq!(kinds(&TimebaseSummary { nominal: Some(NominalRate::Snapped(40.0)), ..summary(500, None) }, &[]), []);
+}
+
+#[test]
 fn stamps_that_go_back_and_lines_in_bunches_are_named() {
     let back = TimebaseSummary { backwards: 1, ..SUMMARY };
     assert_eq!(kinds(&back, &[]), [WarningKind::StampsBackwards]);
