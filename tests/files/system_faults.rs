@@ -87,7 +87,7 @@ fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
             match event {
                 vn100_capture::Event::Batch(batch) => samples += batch.row_count(),
                 vn100_capture::Event::End(end) => assert!(end.error.is_none()),
-                vn100_capture::Event::Link(event) => panic!("{event:?}"),
+                event => panic!("{event:?}"),
             }
         }
         samples

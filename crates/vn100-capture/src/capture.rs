@@ -104,7 +104,7 @@ impl Capture {
     }
 
     /// Takes any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
-    /// that no name leads to.
+    /// that no name leads to, and the rows of a table of numbers are kept in one.
     ///
     /// # Errors
     /// As [`Capture::open`].

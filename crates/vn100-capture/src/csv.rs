@@ -14,12 +14,15 @@ mod dialect;
 mod fields;
 mod guess;
 mod header;
+mod kept;
 mod lines;
 mod number;
 mod reader;
 mod resolution;
 mod row_counts;
 mod row_parser;
+mod sensor_column;
+mod so_far;
 mod stamp;
 mod stamp_columns;
 mod streams;
@@ -48,8 +51,7 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 /// What some programs put before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, decided by its head; what a count is worth, by all rows where the
-/// file can be read twice.
+/// How a CSV file is to be read, decided by its head; what a count is worth, by all rows.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
@@ -177,6 +179,20 @@ pub enum CsvError {
         /// The quantities that there are.
         found: String,
     },
+    /// The rows are of several sensors.
+    #[error(
+        "the rows are of several sensors, by column {column:?}: {}; keep those of one, as awk -F, 'NR==1 || ${place}==\"{}\"' does",
+        sensors.join(", "),
+        sensors.first().map_or("", String::as_str)
+    )]
+    SeveralSensors {
+        /// The name of the column.
+        column: String,
+        /// Its number, from 1.
+        place: usize,
+        /// What stands in it.
+        sensors: Vec<String>,
+    },
     /// The unit of the stamps does not follow from them.
     #[error(
         "the unit of the time stamps in column {column:?} is ambiguous: they step by {step} from row to row, which {}",
@@ -231,22 +247,40 @@ impl CsvError {
             Self::UnknownColumns { guess, .. } => Some(MapHint::Columns(guess.clone())),
             Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
             Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
-            Self::MissingColumn { .. } | Self::SameColumn { .. } | Self::NoStream { .. } | Self::Stamps { .. } => None,
+            Self::MissingColumn { .. }
+            | Self::SameColumn { .. }
+            | Self::SeveralSensors { .. }
+            | Self::NoStream { .. }
+            | Self::Stamps { .. } => None,
         }
     }
 
     /// Whether the columns are known, and only the stamps in them are not understood, or none of
     /// them is asked for.
     fn knows_columns(&self) -> bool {
-        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. } | Self::DateOrder { .. } | Self::NoStream { .. })
+        matches!(
+            self,
+            Self::Stamps { .. }
+                | Self::StampUnit { .. }
+                | Self::DateOrder { .. }
+                | Self::NoStream { .. }
+                | Self::SeveralSensors { .. }
+        )
     }
 }
 
-/// The beginning of `text`, without the characters that steer a terminal.
+/// The beginning of `text`, without the characters that steer a terminal; in Latin-1 where it is no
+/// UTF-8.
 fn shown(text: &[u8]) -> String {
     const SHOWN_BYTES: usize = 160;
     let head = &text[..text.len().min(SHOWN_BYTES)];
-    let mut shown = String::from_utf8_lossy(head).replace('\t', " ");
+    let is_utf8 = std::str::from_utf8(text).is_ok();
+    let decoded = if is_utf8 {
+        String::from_utf8_lossy(head).into()
+    } else {
+        head.iter().copied().map(char::from).collect::<String>()
+    };
+    let mut shown = decoded.replace('\t', " ");
     shown.retain(|c| !c.is_control());
     if head.len() < text.len() {
         shown.push('…');

@@ -19,6 +19,10 @@ pub enum Event {
     Batch(Box<Batch>),
     /// A change of the link, live or recorded. The counts of the batch before it contain it.
     Link(LinkEvent),
+    /// The source begins again with its first sample: what came before is void, as the counts of
+    /// what comes are of another size. Only of tables that can be read but once, such as standard
+    /// input.
+    ReadAgain,
     /// The stream is over; nothing follows.
     End(End),
 }

@@ -232,7 +232,7 @@ mod tests {
                         stamps.extend(at_ns.or(stamps.last().copied()));
                     }
                 }
-                Event::Link(event) => panic!("{event:?}"),
+                event @ (Event::Link(_) | Event::ReadAgain) => panic!("{event:?}"),
                 Event::End(end) => return (stamps, end.error.map(|error| error.to_string())),
             }
         }

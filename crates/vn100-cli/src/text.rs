@@ -150,8 +150,9 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     if snapshot.outages.times > 0 {
         writeln!(out, "  link       {}: samples of that time are not counted as dropped", snapshot.outages)?;
     }
-    if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. }) = snapshot.arrivals {
-        writeln!(out, "  rate       {hz:.4} Hz measured, {} from nominal", ppm(offset_ppm))?;
+    if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm, .. }) = snapshot.arrivals {
+        let off = offset_ppm.map_or_else(String::new, |offset| format!(", {} from nominal", ppm(offset)));
+        writeln!(out, "  rate       {hz:.4} Hz measured{off}")?;
     }
     if let Some(Arrivals { p50_us, p99_us, max_us, .. }) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
         writeln!(out, "  intervals  {p50_us} us median, {p99_us} us 99th percentile, {max_us} us longest")?;
@@ -225,6 +226,13 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             let text = format!("  {name}columns {}", columns.join(", "));
             write_wrapped(out, &text)?;
         }
+    }
+    if csv.read_again > 0 {
+        let times = counted(csv.read_again.into(), "time");
+        write_wrapped(
+            out,
+            &format!("  read again  {times} from a temporary file, for numbers larger or longer than before"),
+        )?;
     }
     write_absent(out, &csv.absent, ("rows", "line"))
 }

@@ -276,6 +276,7 @@ impl Measuring {
             Event::Batch(batch) => self.absorb(&batch),
             // a lost link releases the lines that waited for others
             Event::Link(event) => self.analysis.take_link_event(&event),
+            Event::ReadAgain => self.measure_again(),
             Event::End(end) => {
                 let reason = match end.error {
                     Some(error) => EndReason::SourceFailed(error),
@@ -287,6 +288,21 @@ impl Measuring {
             }
         }
         self.look(channels).await;
+    }
+
+    /// The first sample comes once more; the states of the seconds that have passed do not.
+    fn measure_again(&mut self) {
+        let settings = self.analysis.settings().clone();
+        let settings = match self.excluded.total() {
+            total if total.is_zero() => settings,
+            skip => Settings { skip, ..settings },
+        };
+        self.excluded = self.excluded.carried_to(Duration::MAX);
+        (self.analysis, self.goals) = (Analysis::new(settings), GoalCheck::default());
+        if let Some(pace) = &mut self.pace {
+            let place = pace.playback(None).samples;
+            *pace = Pace::new(pace.back_to(place), self.rate_hz, Instant::now());
+        }
     }
 
     fn absorb(&mut self, batch: &Batch) {

@@ -62,6 +62,7 @@ impl ClockForm {
         // a leap second is the first of the next minute
         let second = text.number(2, 2).filter(|&second| second <= 60)?;
         let fraction_ns = text.fraction_ns()?;
+        let hour = text.hour_of_day(hour)?;
         let zone_s = text.zone_s()?;
         let seconds = ((days * 24 + hour) * 60 + minute) * 60 + second - zone_s;
         text.rest.is_empty().then(|| seconds.checked_mul(1_000_000_000)?.checked_add(fraction_ns)).flatten()
@@ -73,6 +74,16 @@ impl ClockForm {
         let days = (last_ns - stamp_ns + DAY_NS / 2).div_euclid(DAY_NS);
         stamp_ns + days.max(0) * DAY_NS
     }
+}
+
+/// Whether it is a time of day.
+pub(super) fn is_time(text: &[u8]) -> bool {
+    ClockForm::TimeOfDay.nanoseconds(text).is_some()
+}
+
+/// Whether it is a date with a time of day, or a time of day alone.
+pub(super) fn is_stamp(text: &[u8]) -> bool {
+    ClockForm::ALL.iter().any(|form| form.nanoseconds(text).is_some())
 }
 
 struct Parts<'a> {
@@ -114,6 +125,18 @@ impl Parts<'_> {
         let nanoseconds =
             (0..9).fold(0, |value, place| 10 * value + fraction.get(place).map_or(0, |digit| i64::from(digit - b'0')));
         (digits > 0).then_some(nanoseconds)
+    }
+
+    /// The hour with the `AM` or `PM` behind it, where one stands there.
+    fn hour_of_day(&mut self, hour: i64) -> Option<i64> {
+        let trimmed = self.rest.trim_ascii_start();
+        let (half, rest) = trimmed.split_at_checked(2).unwrap_or((b"", trimmed));
+        let is_pm = half.eq_ignore_ascii_case(b"pm");
+        if !is_pm && !half.eq_ignore_ascii_case(b"am") {
+            return Some(hour);
+        }
+        self.rest = rest;
+        (1..=12).contains(&hour).then_some(hour % 12 + if is_pm { 12 } else { 0 })
     }
 
     /// East of Greenwich; 0 without a zone.
@@ -192,7 +215,15 @@ mod tests {
                 ][..],
             ),
             (ClockForm::DayFirst, &["06/03/2023 02:25:02.45", "6.3.2023 02:25:02,45", "06-03-2023T02:25:02.45"]),
-            (ClockForm::MonthFirst, &["03/06/2023 02:25:02.45", "3/6/2023  2:25:02.45"]),
+            (
+                ClockForm::MonthFirst,
+                &[
+                    "03/06/2023 02:25:02.45",
+                    "3/6/2023  2:25:02.45",
+                    "3/6/2023 2:25:02.45 AM",
+                    "03/06/2023 02:25:02.45am",
+                ],
+            ),
         ] {
             for text in texts {
                 assert_eq!(form.nanoseconds(text.as_bytes()), Some(moment), "{text}");
@@ -201,6 +232,9 @@ mod tests {
         }
         let of_day = (2 * 60 + 25) * 60 * SECOND_NS + 2_450_000_000;
         assert_eq!(ClockForm::TimeOfDay.nanoseconds(b"02:25:02.45"), Some(of_day));
+        let of_day = |text: &str| ClockForm::TimeOfDay.nanoseconds(text.as_bytes()).map(|ns| ns / SECOND_NS);
+        let hours = ["12:00:00 AM", "12:30:00 pm", "1:00:00 PM", "11:59:59PM"].map(of_day);
+        assert_eq!(hours, [0, 45_000, 46_800, 86_399].map(Some));
         // the leap day, and dates before the epoch
         assert_eq!(ClockForm::YearFirst.nanoseconds(b"2024-02-29 00:00:00"), Some(1_709_164_800 * SECOND_NS));
         assert_eq!(ClockForm::YearFirst.nanoseconds(b"1969-12-31 23:59:59"), Some(-SECOND_NS));
@@ -222,6 +256,8 @@ mod tests {
             "12.5",
             "9999-99-99T99:99:99",
             "2023-03-06 02:25:02.45x",
+            "3/16/2023 13:25:02 PM",
+            "3/16/2023 0:25:02 AM",
         ] {
             assert!(ClockForm::ALL.iter().all(|form| form.nanoseconds(text.as_bytes()).is_none()), "{text}");
         }

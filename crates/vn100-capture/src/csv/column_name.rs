@@ -3,7 +3,10 @@
 
 use vn100_protocol::Quantity;
 
-use super::column_map::{Unit, by_name, known, units};
+use super::{
+    column_map::{Unit, by_name, known, units},
+    stamp_columns::is_time_unit,
+};
 
 /// Names of a sensor, in lower case without anything between words; the first of each is ours.
 const SENSORS: [(&str, &[&str]); 3] = [
@@ -55,6 +58,14 @@ fn by_plain_name(name: &str) -> Option<usize> {
     let sensor = &joined[..joined.len() - 1];
     let (ours, _) = SENSORS.iter().find(|(_, names)| names.contains(&sensor))?;
     by_name(&format!("{ours}_{axis}"))
+}
+
+/// Whether people write a unit so, of a channel or of a time.
+pub(super) fn is_unit(text: &str) -> bool {
+    use Quantity::{Acceleration, Angle, AngularRate, MagneticField, Pressure, Temperature};
+    let text = text.to_lowercase();
+    let quantities = [Angle, MagneticField, Acceleration, AngularRate, Temperature, Pressure];
+    is_time_unit(&text) || quantities.into_iter().any(|quantity| unit_of(quantity, &text).is_some())
 }
 
 /// The unit that people write so, in lower case.

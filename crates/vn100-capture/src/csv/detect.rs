@@ -15,6 +15,8 @@ use super::{
     lines::is_comment_or_blank,
     number::Number,
     resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
+    sensor_column::several_sensors,
+    shown,
     stamp_columns::{StampColumns, StampSearch},
 };
 
@@ -63,7 +65,7 @@ pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>, stream: Option<&str>)
     match (&plan, problem) {
         (Ok(Some(_)), _) => plan,
         (Err(error), _) if error.knows_columns() => plan,
-        (Ok(None), Some(problem)) => Err(problem),
+        (_, Some(problem)) => Err(problem),
         _ => below_preamble(&lines, first, line_end, map, stream).unwrap_or(plan),
     }
 }
@@ -106,7 +108,7 @@ struct HeaderCandidate<'a> {
     lines: &'a [&'a [u8]],
     /// What ends them.
     line_end: u8,
-    /// Its place among the lines.
+    /// Its place among the lines; of the units below it where there are some.
     index: usize,
 }
 
@@ -125,6 +127,13 @@ impl<'a> HeaderCandidate<'a> {
         let sentence = candidate.header.names.iter().position(|name| name.contains("$VN"));
         if let Some(place) = sentence.filter(|_| !is_quoted) {
             candidate.header.names.truncate(place + 1);
+        }
+        let units = (index + 1..lines.len()).find(|&below| !is_comment_or_blank(lines[below]));
+        if let Some(units) = units
+            && candidate.header.names_columns()
+            && candidate.header.take_units(&dialect.tidy(lines[units]), dialect.separator)
+        {
+            candidate.index = units;
         }
         candidate.header.fit(below.iter().map(|row| dialect.tidy(row)), dialect.separator);
         candidate
@@ -169,11 +178,14 @@ impl<'a> HeaderCandidate<'a> {
         if places.sentence.is_some() {
             places.channels.clear();
         } else if !places.has_inertial_channel() {
-            if !self.is_header_of_numbers() {
+            let has_names = self.is_header_of_numbers();
+            if !has_names && !self.is_table_of_numbers() {
                 return Ok(None);
             }
-            let stamps = self.stamp_search(&places, &self.cells(&places, lines_above)).likely();
-            let guess = guess(&self.header, stamps.as_ref());
+            let cells = self.cells(&places, self.index + usize::from(has_names));
+            let search = self.stamp_search(&places, &cells);
+            let stamps = if has_names { search.likely() } else { search.unnamed() };
+            let guess = guess(&self.header, stamps.as_ref(), &cells);
             return Err(CsvError::UnknownColumns { found: self.header.given_names(), guess });
         } else if let Some(stream) = stream {
             places.choose(stream)?;
@@ -201,6 +213,7 @@ impl<'a> HeaderCandidate<'a> {
             // without times the text is as good
             return Ok(None);
         }
+        self.check_one_sensor(&places, &cells)?;
         places.channels.sort_by_key(|&(_, channel)| channel);
         let unit_of = |index: usize| places.units.iter().find(|(channel, _)| *channel == index).map(|&(_, unit)| unit);
         let channel = |&(_, index): &(usize, usize)| {
@@ -239,6 +252,7 @@ impl<'a> HeaderCandidate<'a> {
             Some(stamp) => Some(search.mapped(stamp)?),
             None => search.likely(),
         };
+        self.check_one_sensor(&places, &cells)?;
         places.channels.sort_by_key(|&(_, channel)| channel);
         let is_chosen = |mapped: &&MappedChannel| places.channels.iter().any(|&(_, channel)| channel == mapped.index);
         let mut mapped: Vec<_> = map.channels.iter().filter(is_chosen).collect();
@@ -254,6 +268,19 @@ impl<'a> HeaderCandidate<'a> {
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
         let priors: Vec<_> = mapped.iter().map(|mapped| Prior::of_unit(&mapped.unit)).collect();
         Ok(self.complete(&places, Kind::Values(layout), priors, lines_above))
+    }
+
+    /// Whether the first rows are of one sensor.
+    fn check_one_sensor(&self, places: &ColumnPlaces, cells: &[Vec<Vec<u8>>]) -> Result<(), CsvError> {
+        let is_taken = |place: usize| places.uses(place) || places.others.contains(&place);
+        match several_sensors(&self.header, cells, is_taken) {
+            None => Ok(()),
+            Some((place, sensors)) => Err(CsvError::SeveralSensors {
+                column: self.header.names[place].clone(),
+                place: place + 1,
+                sensors: sensors.iter().map(|sensor| shown(sensor)).collect(),
+            }),
+        }
     }
 
     /// The column in which most of the first rows hold a sentence, whatever it is called.
@@ -335,6 +362,17 @@ impl<'a> HeaderCandidate<'a> {
         self.header.names_columns()
             && fields.len() == self.header.width()
             && fields.iter().any(|field| Number::parse(field).is_some())
+    }
+
+    /// Whether rows of as many numbers follow a row of numbers: a table without names.
+    fn is_table_of_numbers(&self) -> bool {
+        let mut reader = self.field_reader();
+        let mut are_numbers = |row: Cow<'_, [u8]>| {
+            let fields = reader.cut(&row);
+            fields.len() == self.header.width() && fields.iter().all(|field| Number::parse(field).is_some())
+        };
+        let rows = self.rows(self.index + 1).take(FITTED_ROWS).filter(|row| are_numbers(row.clone())).count();
+        self.header.is_all_numbers() && rows + 1 >= FITTED_ROWS
     }
 
     /// Completes a plan with what the first rows show, the unit of the stamps too if it is not

@@ -4,7 +4,11 @@ use std::borrow::Cow;
 
 use memchr::memmem;
 
-use super::{fields::FieldCutter, number::Number};
+use super::{
+    clock,
+    fields::FieldCutter,
+    number::{Number, are_thousands},
+};
 
 /// How the rows of a file are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +17,8 @@ pub(super) struct Dialect {
     pub(super) separator: u8,
     /// `0,5` is a half.
     decimal_comma: bool,
+    /// A space stands between a date and its time of day as well.
+    has_dates: bool,
 }
 
 /// What parts fields by itself.
@@ -26,12 +32,13 @@ impl Dialect {
         let has_tabs = |row: &[u8]| names.contains(&b'\t') && row.contains(&b'\t');
         if shown.peek().is_some() && shown.all(|row| is_spaced(row) && !has_tabs(row)) {
             let decimal_comma = rows.clone().any(|row| row.contains(&b','));
-            return Self { separator: b' ', decimal_comma };
+            let has_dates = rows.clone().any(|row| words(row).any(is_date));
+            return Self { separator: b' ', decimal_comma, has_dates };
         }
         let separator = separator(names);
         let has_sentence = || rows.clone().any(|row| memmem::find(row, b"$VN").is_some());
         let decimal_comma = separator != b',' && has_decimal_commas(rows.clone(), separator) && !has_sentence();
-        Self { separator, decimal_comma }
+        Self { separator, decimal_comma, has_dates: false }
     }
 
     /// The names of the columns above rows of this dialect, and what parts them; they may be the
@@ -56,19 +63,39 @@ impl Dialect {
         }
         let mut tidy = Vec::with_capacity(line.len());
         if self.separator == b' ' {
-            for word in words(line) {
+            let mut words = words(line).peekable();
+            while let Some(word) = words.next() {
                 tidy.extend_from_slice(word);
+                if self.has_dates && (is_date(word) || word.eq_ignore_ascii_case(b"date")) {
+                    let time = words.next_if(|time| clock::is_time(time) || time.eq_ignore_ascii_case(b"time"));
+                    tidy.extend(time.iter().flat_map(|time| [b"_", *time].concat()));
+                    tidy.extend(words.next_if(|zone| time.is_some() && is_zone(zone)).into_iter().flatten());
+                }
                 tidy.push(b' ');
             }
             tidy.pop();
         } else {
             tidy.extend_from_slice(line);
         }
-        if self.decimal_comma {
-            tidy.iter_mut().filter(|byte| **byte == b',').for_each(|byte| *byte = b'.');
-        }
-        tidy.into()
+        if self.decimal_comma { with_points(&tidy).into() } else { tidy.into() }
     }
+}
+
+/// Points instead of commas, and none between the thousands before one: `101.325,5`.
+fn with_points(line: &[u8]) -> Vec<u8> {
+    let mut written: Vec<u8> = Vec::with_capacity(line.len());
+    for &byte in line {
+        if byte == b',' {
+            let digits = written.iter().rev().take_while(|byte| byte.is_ascii_digit() || **byte == b'.').count();
+            let begin = written.len() - digits;
+            if are_thousands(&written[begin..], b'.') {
+                let bare: Vec<u8> = written.split_off(begin).into_iter().filter(|byte| *byte != b'.').collect();
+                written.extend(bare);
+            }
+        }
+        written.push(if byte == b',' { b'.' } else { byte });
+    }
+    written
 }
 
 /// Whether decimals follow a comma in the rows, and never a point.
@@ -97,22 +124,41 @@ fn separator(line: &[u8]) -> u8 {
     [tab, semicolon].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
 }
 
-/// Whether the line is several numbers between spaces.
+/// Whether the line is several numbers between spaces, stamps among them.
 fn is_spaced(line: &[u8]) -> bool {
     let is_number =
         |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
-    !line.contains(&b';') && words(line).count() > 1 && words(line).all(is_number) && line.contains(&b' ')
+    let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || clock::is_stamp(word);
+    !line.contains(&b';')
+        && line.contains(&b' ')
+        && words(line).count() > 1
+        && words(line).any(is_number)
+        && words(line).all(|word| is_number(word) || is_stamp(word))
 }
 
+/// What stands between spaces or tabs, without the quotes around a stamp of two words.
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(|byte| matches!(byte, b' ' | b'\t')).filter(|word| !word.is_empty())
+    line.split(|byte| matches!(byte, b' ' | b'\t' | b'"')).filter(|word| !word.is_empty())
+}
+
+/// Whether it is a date, without a time of day.
+fn is_date(word: &[u8]) -> bool {
+    // numbers have no second such sign between digits
+    let is_sign = |byte: &&u8| matches!(byte, b'-' | b'/' | b'.');
+    word.iter().filter(is_sign).count() == 2 && clock::is_stamp(&[word, b" 00:00:00"].concat())
+}
+
+/// Whether it is a time zone and no number.
+fn is_zone(word: &[u8]) -> bool {
+    let is_offset = matches!(word, [b'+' | b'-', _, _, b':', ..]);
+    (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && clock::is_time(&[b"00:00:00", word].concat())
 }
 
 /// Whether it is a number whose decimals follow a comma.
 fn is_with_comma(field: &[u8]) -> bool {
     match field.iter().position(|&byte| byte == b',') {
         Some(at) if field[at + 1..].first().is_some_and(u8::is_ascii_digit) => {
-            Number::parse(&[&field[..at], b".", &field[at + 1..]].concat()).is_some()
+            Number::parse(&with_points(field)).is_some()
         }
         _ => false,
     }

@@ -5,13 +5,14 @@ use vn100_protocol::Quantity;
 use super::{
     column_map::{self, known},
     header::Header,
-    stamp_columns::StampColumns,
+    number::Number,
+    stamp_columns::{StampColumns, is_time_name},
 };
 
 /// Words in the names of columns, for the quantity of an axis.
 const AXES: [(&str, &[&str]); 3] = [
     ("gyro", &["gyr", "gyro", "gyroscope", "omega", "angular", "rate", "angvel", "w", "g"]),
-    ("accel", &["acc", "accel", "acceleration", "accelerometer", "linear", "a", "f"]),
+    ("accel", &["acc", "accel", "acceleration", "accelerometer", "accl", "linear", "a", "f"]),
     ("mag", &["mag", "magn", "magnetic", "magnetometer", "field", "m", "b", "h"]),
 ];
 
@@ -29,11 +30,14 @@ const UNITS: [(&str, &[&str]); 9] = [
 ];
 
 /// Channels by the names of the columns; where these say nothing six numbers side by side, the
-/// rates first.
-pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>) -> String {
+/// rates first unless the others measure gravity.
+pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>, rows: &[Vec<Vec<u8>>]) -> String {
     let is_stamp = |place: usize| stamps.is_some_and(|stamps| stamps.columns.iter().any(|&(taken, _)| taken == place));
-    let has_name = |place: usize| !header.names[place].is_empty();
-    let free: Vec<usize> = (0..header.names.len()).filter(|&place| has_name(place) && !is_stamp(place)).collect();
+    let may_be_channel = |place: &usize| {
+        let name = &header.names[*place];
+        !name.is_empty() && !is_time_name(&header.described(*place)) && !is_stamp(*place)
+    };
+    let free: Vec<usize> = (0..header.names.len()).filter(may_be_channel).collect();
     let mut found: Vec<(usize, String)> = Vec::new();
     for &place in &free {
         if let Some(channel) = channel(&header.names[place])
@@ -42,15 +46,31 @@ pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>) -> String {
             found.push((place, channel));
         }
     }
-    if found.is_empty() {
-        let names = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"];
-        found = free.into_iter().zip(names.map(str::to_owned)).collect();
+    if found.iter().all(|(_, channel)| !channel.starts_with("gyro") && !channel.starts_with("accel")) {
+        let mut places: Vec<usize> =
+            free.into_iter().filter(|place| found.iter().all(|(taken, _)| taken != place)).collect();
+        places.retain(|&place| rows.is_empty() || holds_measurements(rows, place));
+        // beside what is named a triple, at least
+        if !found.is_empty() && places.len() < 3 {
+            places.clear();
+        }
+        // x, y and z in any order
+        places.sort_by_key(|&place| axis(&header.names[place]));
+        let is_gravity = places.get(..3).is_some_and(|first| gravity_unit(rows, first).is_some());
+        let names = if is_gravity { ["accel", "gyro"] } else { ["gyro", "accel"] };
+        let names = names.into_iter().flat_map(|sensor| ["x", "y", "z"].map(|axis| format!("{sensor}_{axis}")));
+        found.splice(0..0, places.into_iter().zip(names));
     }
+    let is_acceleration = |channel: &str| channel.starts_with("accel");
+    let accelerations = found.iter().filter(|(_, channel)| is_acceleration(channel)).map(|(place, _)| *place);
+    let gravity = gravity_unit(rows, &accelerations.collect::<Vec<_>>());
+    let unit = |place: usize, channel: &str| {
+        let written = written_unit(&header.described(place), channel);
+        written.or(gravity.filter(|_| is_acceleration(channel))).map_or_else(|| first_unit(channel), str::to_owned)
+    };
     let mut parts: Vec<String> = found
         .iter()
-        .map(|(place, channel)| {
-            format!("{channel}={}:{}", header.argument(*place), unit(&header.names[*place], channel))
-        })
+        .map(|(place, channel)| format!("{channel}={}:{}", header.argument(*place), unit(*place, channel)))
         .collect();
     parts.extend(stamps.map(|stamps| format!("{}={}", column_map::STAMP, stamps.named(header))));
     parts.join(",")
@@ -64,25 +84,70 @@ fn channel(name: &str) -> Option<String> {
     if words.iter().any(|word| word.starts_with("temp")) {
         return Some("temperature".into());
     }
-    let last = words.last()?;
-    let (stem, axis) = last.char_indices().last().map(|(at, axis)| (&last[..at], axis))?;
-    let axis = match axis {
-        'x' | 'y' | 'z' => axis,
-        _ => return None,
+    let is_axis = |word: &str| matches!(word, "x" | "y" | "z");
+    // a word of its own, else the last letter
+    let (axis, stems) = match words.iter().position(|word| is_axis(word)) {
+        Some(place) => (words[place], [&words[..place], &words[place + 1..]].concat()),
+        None => {
+            let (last, others) = words.split_last()?;
+            let (stem, axis) = last.split_at_checked(last.len() - 1)?;
+            (axis, [others, &[stem]].concat())
+        }
     };
-    let stems: Vec<&str> = words.iter().rev().skip(1).copied().chain([stem]).filter(|stem| !stem.is_empty()).collect();
-    let (sensor, _) = AXES.iter().find(|(_, known)| stems.iter().any(|stem| known.contains(stem)))?;
-    Some(format!("{sensor}_{axis}"))
+    let (sensor, _) = AXES.iter().find(|(_, known)| stems.iter().rev().any(|stem| known.contains(stem)))?;
+    is_axis(axis).then(|| format!("{sensor}_{axis}"))
 }
 
-/// The unit in the name of a column, else that of the channel.
-fn unit(name: &str, channel: &str) -> String {
-    let quantity = column_map::by_name(channel).map_or(Quantity::Value, |index| known(index).quantity);
-    let units: Vec<&str> = column_map::units(quantity).map(|unit| &*unit.name).collect();
+/// The place of a name that is nothing but an axis among the axes; 0 for any other.
+fn axis(name: &str) -> usize {
+    ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis)).unwrap_or_default()
+}
+
+/// Whether a column holds numbers that do not just count the rows.
+fn holds_measurements(rows: &[Vec<Vec<u8>>], place: usize) -> bool {
+    let numbers: Vec<f64> = numbers(rows, place).collect();
+    let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let counts_rows = steps.iter().all(|step| *step == steps[0] && *step != 0.0);
+    2 * numbers.len() > rows.len() && (steps.len() < 2 || !counts_rows)
+}
+
+/// The unit in which the mean of three axes is gravity.
+fn gravity_unit(rows: &[Vec<Vec<u8>>], places: &[usize]) -> Option<&'static str> {
+    if places.len() != 3 {
+        return None;
+    }
+    let mean = |place: &usize| {
+        let numbers: Vec<f64> = numbers(rows, *place).collect();
+        numbers.iter().sum::<f64>() / numbers.len() as f64
+    };
+    let norm = places.iter().map(mean).map(|mean| mean * mean).sum::<f64>().sqrt();
+    let near = |gravity: f64| (norm / gravity - 1.0).abs() < 0.05;
+    [("m/s^2", 9.80665), ("g", 1.0), ("mg", 1000.0)]
+        .into_iter()
+        .find_map(|(unit, gravity)| near(gravity).then_some(unit))
+}
+
+fn numbers(rows: &[Vec<Vec<u8>>], place: usize) -> impl Iterator<Item = f64> {
+    rows.iter().filter_map(move |row| Number::parse(row.get(place)?)).map(|number| number.value())
+}
+
+/// The unit in the name of a column.
+fn written_unit(name: &str, channel: &str) -> Option<&'static str> {
+    let units: Vec<&str> = units_of(channel).map(|unit| &*unit.name).collect();
     let name = name.to_lowercase();
     let written =
         UNITS.iter().find(|(unit, forms)| units.contains(unit) && forms.iter().any(|form| name.contains(form)));
-    written.map(|(unit, _)| *unit).or(units.first().copied()).unwrap_or("1").to_owned()
+    written.map(|(unit, _)| *unit)
+}
+
+/// That of the sensor.
+fn first_unit(channel: &str) -> String {
+    units_of(channel).next().map_or("1", |unit| &*unit.name).to_owned()
+}
+
+fn units_of(channel: &str) -> impl Iterator<Item = &'static column_map::Unit> {
+    let quantity = column_map::by_name(channel).map_or(Quantity::Value, |index| known(index).quantity);
+    column_map::units(quantity)
 }
 
 #[cfg(test)]
@@ -104,10 +169,38 @@ mod tests {
             ("GyrX[deg/s],MagZ [uT]", "gyro_x=GyrX[deg/s]:deg/s,mag_z=MagZ [uT]:uT"),
             ("one,two", "gyro_x=one:rad/s,gyro_y=two:rad/s"),
             (",one,two", "gyro_x=one:rad/s,gyro_y=two:rad/s"),
+            ("X_GYRO,Z_ACCL,TEMP_OUT", "gyro_x=X_GYRO:rad/s,accel_z=Z_ACCL:m/s^2,temperature=TEMP_OUT:degC"),
+            ("seconds_elapsed,z,y,x", "gyro_x=x:rad/s,gyro_y=y:rad/s,gyro_z=z:rad/s"),
+            ("temp,a,b,c", "gyro_x=a:rad/s,gyro_y=b:rad/s,gyro_z=c:rad/s,temperature=temp:degC"),
+            ("temp,a,b", "temperature=temp:degC"),
         ] {
-            let guessed = guess(&Header::read(line.as_bytes(), if line.contains(';') { b';' } else { b',' }), None);
+            let guessed =
+                guess(&Header::read(line.as_bytes(), if line.contains(';') { b';' } else { b',' }), None, &[]);
             assert_eq!(guessed, expected);
             assert!(guessed.parse::<column_map::ColumnMap>().is_ok(), "{guessed}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_measure_gravity_are_accelerations() {
+        let rows = |line: &str| vec![line.split(',').map(|cell| cell.as_bytes().to_vec()).collect::<Vec<_>>(); 2];
+        let adis = Header::read(b"X_GYRO,X_ACCL,Y_ACCL,Z_ACCL", b',');
+        assert_eq!(
+            guess(&adis, None, &rows("0.5,3.0,-10.0,-995.0")),
+            "gyro_x=X_GYRO:rad/s,accel_x=X_ACCL:mg,accel_y=Y_ACCL:mg,accel_z=Z_ACCL:mg"
+        );
+        for (line, expected) in [
+            (
+                "0.01,0.02,0.03,0.1,0.2,-9.8",
+                "gyro_x=1:rad/s,gyro_y=2:rad/s,gyro_z=3:rad/s,accel_x=4:m/s^2,accel_y=5:m/s^2,accel_z=6:m/s^2",
+            ),
+            (
+                "0.01,0.7,0.7,0.1,0.2,0.3",
+                "accel_x=1:g,accel_y=2:g,accel_z=3:g,gyro_x=4:rad/s,gyro_y=5:rad/s,gyro_z=6:rad/s",
+            ),
+            ("0.01,0.02", "gyro_x=1:rad/s,gyro_y=2:rad/s"),
+        ] {
+            assert_eq!(guess(&Header::read(line.as_bytes(), b','), None, &rows(line)), expected);
         }
     }
 }

@@ -7,7 +7,7 @@ use vn100_protocol::Quantity;
 use super::{
     CsvError,
     column_map::{ColumnMap, ColumnName, MappedStamp, RAW, STAMP, Unit, known},
-    column_name::channel_of,
+    column_name::{channel_of, is_unit},
     fields::FieldCutter,
     number::Number,
     shown,
@@ -15,12 +15,17 @@ use super::{
     streams::quantity,
 };
 
+/// Fields without names that may end the rows.
+const MOST_NAMELESS: usize = 16;
+
 /// A line cut into the names of columns.
 pub(super) struct Header {
-    /// All but the last one where that is empty.
+    /// Without those that are empty at the end.
     pub(super) names: Vec<String>,
-    /// A field without a name ends each row: a separator too many.
-    pub(super) nameless_end: bool,
+    /// The units of the columns, where a row of them stands below the names; else empty.
+    pub(super) units: Vec<String>,
+    /// So many fields without a name end each row: separators too many.
+    pub(super) nameless_end: usize,
 }
 
 /// The columns that matter, by place.
@@ -40,34 +45,65 @@ impl Header {
     /// Cuts `line` at the separators.
     pub(super) fn read(line: &[u8], separator: u8) -> Self {
         let mut names: Vec<_> = FieldCutter::of_head(separator).cut(line).iter().map(shown).collect();
-        let nameless_end = names.len() > 1 && names.pop_if(|name| name.is_empty()).is_some();
-        Self { names, nameless_end }
+        let named = names.iter().rposition(|name| !name.is_empty()).map_or(1, |last| last + 1);
+        let nameless_end = names.len() - named;
+        names.truncate(named);
+        Self { names, units: Vec::new(), nameless_end }
     }
 
     /// Learns from the rows whether they end in a field without a name; the names of the columns
     /// may have a separator too many or too few.
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = Cow<'a, [u8]>>, separator: u8) {
         let mut reader = FieldCutter::of_head(separator);
-        let (mut as_named, mut longer) = (0, 0);
+        let mut rows_with = vec![0; self.nameless_end.max(MOST_NAMELESS) + 1];
         for row in rows {
             let fields = reader.cut(&row);
-            as_named += usize::from(fields.len() == self.names.len());
-            let is_longer = fields.len() == self.names.len() + 1;
-            longer += usize::from(is_longer && (self.nameless_end || fields.last().is_empty()));
+            let Some(more) = fields.len().checked_sub(self.names.len()) else { continue };
+            let are_empty = fields.iter().skip(self.names.len()).all(<[u8]>::is_empty);
+            if let Some(count) = rows_with.get_mut(more).filter(|_| are_empty || more <= self.nameless_end) {
+                *count += 1;
+            }
         }
-        self.nameless_end = longer > as_named;
+        let most = rows_with.iter().copied().max().filter(|most| *most > 0);
+        // of equals the fewest
+        self.nameless_end = rows_with.iter().position(|count| Some(*count) == most).unwrap_or_default();
+    }
+
+    /// Takes the row below the names for their units, where it holds nothing else; `false` where it
+    /// does not.
+    pub(super) fn take_units(&mut self, row: &[u8], separator: u8) -> bool {
+        let units: Vec<String> = FieldCutter::of_head(separator).cut(row).iter().map(shown).collect();
+        let bare = |unit: &str| unit.trim_matches(['[', ']', '(', ')', ' ']).to_owned();
+        let units: Vec<String> = units.iter().map(|unit| bare(unit)).collect();
+        let says_none = |unit: &String| matches!(unit.as_str(), "" | "-" | "1");
+        let are_units = units.len() >= self.names.len()
+            && units.iter().any(|unit| is_unit(unit))
+            && units.iter().all(|unit| says_none(unit) || is_unit(unit));
+        if are_units {
+            self.units = units;
+        }
+        are_units
+    }
+
+    /// The name of a column with its unit.
+    pub(super) fn described(&self, place: usize) -> Cow<'_, str> {
+        let name = &self.names[place];
+        match self.units.get(place) {
+            Some(unit) if is_unit(unit) && !name.contains(['[', '(']) => format!("{name} [{unit}]").into(),
+            _ => name.into(),
+        }
     }
 
     /// The number of fields in a row.
     pub(super) fn width(&self) -> usize {
-        self.names.len() + usize::from(self.nameless_end)
+        self.names.len() + self.nameless_end
     }
 
     /// The columns with known names; of two with the same meaning the first.
     pub(super) fn known_places(&self) -> ColumnPlaces {
         let mut places = ColumnPlaces::default();
-        for (place, name) in self.names.iter().enumerate() {
-            let name = name.to_ascii_lowercase();
+        for place in 0..self.names.len() {
+            let name = self.described(place).to_lowercase();
             if let Some((channel, unit)) = channel_of(&name)
                 && places.channels.iter().all(|&(_, other)| other != channel)
             {
@@ -124,8 +160,16 @@ impl Header {
         names.len() > 1 && names.iter().all(is_name)
     }
 
+    /// Whether the line is no line of names but the first row of several numbers.
+    pub(super) fn is_all_numbers(&self) -> bool {
+        self.names.len() > 1 && self.names.iter().all(|name| Number::parse(name.as_bytes()).is_some())
+    }
+
     /// The names of the columns that have one.
     pub(super) fn given_names(&self) -> Vec<String> {
+        if self.is_all_numbers() {
+            return vec![format!("{} columns without names", self.names.len())];
+        }
         self.names.iter().filter(|name| !name.is_empty()).cloned().collect()
     }
 
@@ -133,7 +177,8 @@ impl Header {
     pub(super) fn argument(&self, place: usize) -> String {
         let name = &self.names[place];
         let is_row = self.names.iter().any(|name| name.contains("$VN"));
-        let is_usable = !is_row && !name.is_empty() && !name.contains(',') && name.parse::<usize>().is_err();
+        let is_number = Number::parse(name.as_bytes()).is_some();
+        let is_usable = !is_row && !name.is_empty() && !name.contains(',') && !is_number;
         if is_usable { name.clone() } else { (place + 1).to_string() }
     }
 
@@ -184,13 +229,15 @@ impl ColumnPlaces {
 
     /// The names of the columns that are not used.
     pub(super) fn ignored(&self, header: &Header) -> Vec<String> {
-        let used = |place: usize| {
-            self.stamp.as_ref().is_some_and(|stamp| stamp.columns.iter().any(|&(taken, _)| taken == place))
-                || self.sentence == Some(place)
-                || self.channels.iter().any(|&(other, _)| other == place)
-        };
         let names = header.names.iter().enumerate();
-        names.filter(|(place, _)| !used(*place)).map(|(_, name)| name.clone()).collect()
+        names.filter(|(place, _)| !self.uses(*place)).map(|(_, name)| name.clone()).collect()
+    }
+
+    /// Whether a column holds stamps, sentences or a channel.
+    pub(super) fn uses(&self, place: usize) -> bool {
+        self.stamp.as_ref().is_some_and(|stamp| stamp.columns.iter().any(|&(taken, _)| taken == place))
+            || self.sentence == Some(place)
+            || self.channels.iter().any(|&(other, _)| other == place)
     }
 }
 

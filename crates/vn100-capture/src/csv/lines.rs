@@ -5,7 +5,7 @@ use std::io::{self, Read};
 
 use memchr::memchr;
 
-use super::BYTE_ORDER_MARK;
+use super::{BYTE_ORDER_MARK, kept::Kept};
 
 /// The size of the buffer: a line longer than this is not kept.
 pub(super) const LONGEST_LINE: usize = 64 * 1024;
@@ -44,6 +44,17 @@ pub(super) enum Completeness {
     Unended,
     /// Longer than [`LONGEST_LINE`].
     Overlong,
+}
+
+impl<R: Read> Lines<Kept<R>> {
+    /// Begins again with the first line; `false` where it is not kept.
+    pub(super) fn rewind(&mut self) -> bool {
+        let is_at_start = self.reader.rewind();
+        if is_at_start {
+            (self.begin, self.end, self.number, self.dropped, self.ended) = (0, 0, 0, 0, false);
+        }
+        is_at_start
+    }
 }
 
 impl<R: Read> Lines<R> {

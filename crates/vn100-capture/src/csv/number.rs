@@ -22,6 +22,9 @@ const EXACT_POWERS: [f64; 23] = {
     powers
 };
 
+/// What parts the thousands of a number, where no decimals follow it.
+const THOUSANDS: [u8; 3] = *b",' ";
+
 /// As many digits as always fit 64 bits with one more behind them.
 const SAFE_DIGITS: usize = 18;
 
@@ -40,11 +43,28 @@ pub(super) struct Number {
 }
 
 impl Number {
-    /// Reads a field without spaces or quotes around it; `None` for what is no finite decimal
-    /// number.
+    /// Reads a field without spaces or quotes around it, also with its thousands apart as in
+    /// `101,325.12`; `None` for what is no finite decimal number.
+    #[inline]
     pub(super) fn parse(field: &[u8]) -> Option<Self> {
-        let (number, length) = Self::parse_prefix(field)?;
-        (length == field.len()).then_some(number)
+        match Self::parse_prefix(field) {
+            Some((number, length)) if length == field.len() => Some(number),
+            Some((_, length)) if THOUSANDS.contains(&field[length]) => Self::parse_thousands(field),
+            _ => None,
+        }
+    }
+
+    #[cold]
+    fn parse_thousands(field: &[u8]) -> Option<Self> {
+        let whole = field.split(|byte| *byte == b'.').next().unwrap_or_default();
+        let mark = *whole.iter().find(|byte| THOUSANDS.contains(byte))?;
+        let digits = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+")).unwrap_or(whole);
+        if !are_thousands(digits, mark) {
+            return None;
+        }
+        let bare: Vec<u8> = field.iter().copied().filter(|byte| *byte != mark).collect();
+        let (number, length) = Self::parse_prefix(&bare)?;
+        (length == bare.len()).then_some(number)
     }
 
     /// Reads the number at the head of `input`; also returns its length.
@@ -171,6 +191,19 @@ impl Number {
     }
 }
 
+/// Whether it is a number from a thousand up, with this sign between the thousands.
+pub(super) fn are_thousands(digits: &[u8], mark: u8) -> bool {
+    let mut groups = digits.split(|byte| *byte == mark);
+    let first = groups.next().unwrap_or_default();
+    let are_digits = |group: &[u8]| group.iter().all(u8::is_ascii_digit);
+    let mut rest = groups.peekable();
+    matches!(first, [b'1'..=b'9', ..])
+        && first.len() <= 3
+        && are_digits(first)
+        && rest.peek().is_some()
+        && rest.all(|group| group.len() == 3 && are_digits(group))
+}
+
 /// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns where they end.
 #[inline(always)]
 fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
@@ -234,6 +267,19 @@ mod tests {
             "\u{661}",
         ] {
             assert_eq!(Number::parse(field.as_bytes()), None, "{field:?}");
+        }
+    }
+
+    #[test]
+    fn thousands_may_stand_apart() {
+        for (field, value) in
+            [("101,325.12", 10_132_512), ("-1,234,567", -123_456_700), ("1'000.5", 100_050), ("+12 345", 1_234_500)]
+        {
+            assert_eq!(count(field, 2), Some(value), "{field}");
+        }
+        for field in ["0,500", "1,50", "1,5000", "1234,567", "1,234'567", "1,", ",500", "1,234,56", "1.000,5", "01 234"]
+        {
+            assert_eq!(Number::parse(field.as_bytes()), None, "{field}");
         }
     }
 

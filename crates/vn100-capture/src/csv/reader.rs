@@ -13,10 +13,12 @@ use vn100_protocol::{
 
 use super::{
     CsvPlan,
+    kept::Kept,
     lines::Lines,
     resolution::{ColumnScan, Scanned},
     row_counts::Absence,
     row_parser::RowParser,
+    so_far::SoFar,
 };
 use crate::read_samples::{Event, FileReader};
 
@@ -27,7 +29,7 @@ const MOST_ROWS: usize = 512;
 pub(crate) struct CsvReader<R> {
     /// Until all rows have shown what the columns print.
     first_pass: Option<FirstPass<R>>,
-    lines: Lines<R>,
+    lines: Lines<Kept<R>>,
     parser: RowParser,
     line_by_line: bool,
     content: Content,
@@ -50,18 +52,22 @@ enum Content {
 
 impl<R: Read> CsvReader<R> {
     /// Reads `reader` from the first byte of the file on. Where `again` reads the same, it is read
-    /// first: what a count is worth depends on all rows.
+    /// first: what a count is worth depends on all rows. Without it the counts are those of the
+    /// rows so far, and [`Event::ReadAgain`] stands where they become others.
     pub(crate) fn new(plan: CsvPlan, reader: R, again: Option<R>, options: ReadOptions) -> Self {
         let content = match plan.layout() {
             Some(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
             None => Content::Sentences(SampleReader::new(options)),
         };
         let scans = vec![ColumnScan::default(); plan.priors.len()];
-        let again = again.filter(|_| plan.layout().is_some());
+        let again = again.filter(|_| matches!(content, Content::Values { .. }));
+        let is_kept = again.is_none() && matches!(content, Content::Values { .. });
+        let reader = if is_kept { Kept::all(reader) } else { Kept::nothing(reader) };
+        let so_far = is_kept.then(|| SoFar::new(scans.len()));
         Self {
             first_pass: again.map(|again| FirstPass { lines: Lines::new(again, plan.line_end), scans }),
             lines: Lines::new(reader, plan.line_end),
-            parser: RowParser::new(plan),
+            parser: RowParser::new(plan, so_far),
             line_by_line: options.line_by_line,
             content,
         }
@@ -85,6 +91,24 @@ impl<R: Read> CsvReader<R> {
     }
 }
 
+impl<R: Read> CsvReader<R> {
+    /// Begins again with the first row where the rows so far ask for other counts.
+    fn begins_again(&mut self) -> bool {
+        let Some(mut so_far) = self.parser.so_far.take() else { return false };
+        let other = so_far.other_counts(&self.parser.plan);
+        let Some(plan) = other.filter(|_| self.lines.rewind()) else {
+            self.parser.so_far = Some(so_far);
+            return false;
+        };
+        so_far.count_reading();
+        if let (Content::Values { layout, open }, Some(quantized)) = (&mut self.content, plan.layout()) {
+            (*layout, *open) = (Arc::new(quantized), Batch::default());
+        }
+        self.parser = RowParser::new(plan, Some(so_far));
+        true
+    }
+}
+
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
     /// Up to 512 rows, fewer where more would have to be waited for.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
@@ -92,11 +116,12 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
             self.scan();
             return Ok(Some(Vec::new()));
         }
-        let Self { lines, parser, line_by_line, content, .. } = self;
         let mut batches = Vec::new();
         let mut row_count = 0;
         while row_count == 0 {
+            let Self { lines, parser, line_by_line, content, .. } = self;
             while row_count < MOST_ROWS
+                && !parser.asks_for_other_counts()
                 && let Some(line) = lines.next_buffered()
             {
                 let Some(row) = parser.push(&line) else { continue };
@@ -109,11 +134,16 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
                     batches.extend(content.take_batches(parser));
                 }
             }
-            if row_count == 0 && !lines.fill()? {
+            let is_due = parser.asks_for_other_counts();
+            let is_over = !is_due && row_count == 0 && !lines.fill()?;
+            if (is_due || is_over) && self.begins_again() {
+                return Ok(Some(vec![Event::ReadAgain]));
+            }
+            if is_over {
                 return Ok(None);
             }
         }
-        batches.extend(content.take_batches(parser));
+        batches.extend(self.content.take_batches(&self.parser));
         Ok(Some(batches.into_iter().map(Event::from).collect()))
     }
 

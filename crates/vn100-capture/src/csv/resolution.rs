@@ -72,7 +72,7 @@ pub(super) enum CountScale {
 }
 
 /// How a number becomes a count.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Quantizer {
     pub(super) scale: CountScale,
     /// Digits behind the last one that is kept are rounded away.
@@ -137,6 +137,11 @@ impl Quantizer {
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
 
+    /// Whether a count holds this number with all digits that it has more than those before it.
+    pub(super) fn holds(&self, number: &Number) -> bool {
+        self.count(number).is_some() && !self.rounds(number)
+    }
+
     /// Whether digits of this number are rounded away that the numbers before it did not have.
     #[inline]
     pub(super) fn rounds(&self, number: &Number) -> bool {
@@ -157,12 +162,14 @@ impl Quantizer {
 }
 
 impl ColumnScan {
+    /// Whether it is larger, or has more digits, than all numbers before it.
     #[inline]
-    pub(super) fn add(&mut self, number: &Number) {
+    pub(super) fn add(&mut self, number: &Number) -> bool {
         let shortest = number.digits_beyond(FLOAT_DIGITS).then(|| number.shortest_of_float()).flatten();
         let number = shortest.as_ref().unwrap_or(number);
         let value = number.value();
         let magnitude = value.abs();
+        let (largest, printed_most) = (self.largest, self.printed);
         self.numbers += 1;
         self.largest = self.largest.max(magnitude);
         self.magnitudes.add(magnitude);
@@ -185,6 +192,7 @@ impl ColumnScan {
             }
             self.have_significant += is_nonzero * u64::from(significant == self.significant);
         }
+        magnitude > largest || printed > printed_most
     }
 
     pub(super) fn quantizer(&self, prior: Prior, scanned: Scanned) -> Quantizer {
@@ -314,7 +322,9 @@ mod tests {
 
     fn scanned<T: ToString>(fields: impl IntoIterator<Item = T>) -> ColumnScan {
         let mut scan = ColumnScan::default();
-        fields.into_iter().for_each(|field| scan.add(&Number::parse(field.to_string().as_bytes()).unwrap()));
+        for field in fields {
+            scan.add(&Number::parse(field.to_string().as_bytes()).unwrap());
+        }
         scan
     }
 

@@ -11,6 +11,7 @@ use super::{
     number::Number,
     resolution::ColumnScan,
     row_counts::{Absence, RowCounts},
+    so_far::SoFar,
     stamp::StampForm,
 };
 
@@ -40,10 +41,12 @@ pub(super) struct RowParser {
     quote_open: bool,
     /// What the lines were.
     pub(super) counted: RowCounts,
+    /// The numbers of all rows, where the counts depend on them and they are read but once.
+    pub(super) so_far: Option<SoFar>,
 }
 
 impl RowParser {
-    pub(super) fn new(plan: CsvPlan) -> Self {
+    pub(super) fn new(plan: CsvPlan, so_far: Option<SoFar>) -> Self {
         let channels = plan.priors.len();
         Self {
             fields: FieldCutter::new(plan.dialect.separator, plan.line_end),
@@ -58,13 +61,20 @@ impl RowParser {
             last_stamp_ns: None,
             quote_open: false,
             counted: RowCounts::new(&plan),
+            so_far,
             plan,
         }
     }
 
+    /// Whether the rows so far may ask for other counts.
+    pub(super) fn asks_for_other_counts(&self) -> bool {
+        self.so_far.as_ref().is_some_and(SoFar::is_due)
+    }
+
     /// What has become of the lines so far.
     pub(super) fn report(&self) -> CsvReport {
-        CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
+        let read_again = self.so_far.as_ref().map_or(0, SoFar::readings);
+        CsvReport { first_stamp_ns: self.first_stamp_ns, read_again, ..self.counted.report(&self.plan) }
     }
 
     /// Adds the numbers of a line to what is known of their columns.
@@ -105,7 +115,7 @@ impl RowParser {
         let row = match line.completeness {
             Completeness::Overlong => Err(RejectedRow::Length),
             Completeness::Unended if !self.ends_whole(line.text) => Err(RejectedRow::Truncated),
-            Completeness::Unended | Completeness::Whole => self.row(line.text),
+            Completeness::Unended | Completeness::Whole => self.row(line),
         };
         if mem::take(&mut self.is_of_others) {
             self.counted.leave_to_others(line);
@@ -138,19 +148,22 @@ impl RowParser {
     }
 
     #[inline]
-    fn row(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
+    fn row(&mut self, line: &CsvLine<'_>) -> Result<(), RejectedRow> {
         self.stamp_ns = match self.plan.kind {
             Kind::Values(_) => self.values(line)?,
-            Kind::Sentences => self.sentence(line)?,
+            Kind::Sentences => self.sentence(line.text)?,
         };
         Ok(())
     }
 
     /// Reads the counts of a row and returns its stamp. What a channel lacks costs no other one.
     #[inline]
-    fn values(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let stamp = self.cells(line)?;
-        let Self { plan, counts, absent, counted, cells, .. } = self;
+    fn values(&mut self, line: &CsvLine<'_>) -> Result<Option<i64>, RejectedRow> {
+        let stamp = self.cells(line.text)?;
+        let Self { plan, counts, absent, counted, cells, so_far, .. } = self;
+        if let Some(so_far) = so_far {
+            so_far.add(line.number, cells, plan);
+        }
         for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
             let count = cell.as_ref().and_then(|number| quantizer.count(number));
             counts[slot] = count.unwrap_or_default();
@@ -266,4 +279,7 @@ fn absence(field: &[u8]) -> Option<Absence> {
 }
 
 /// What scripts write for no number, in lower case.
-const NO_NUMBERS: [&str; 9] = ["nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--"];
+const NO_NUMBERS: [&str; 18] = [
+    "nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--", // spreadsheets, pandas, C of Windows
+    "#n/a", "#num!", "#value!", "#div/0!", "<na>", "nan(ind)", "1.#ind", "1.#qnan", "1.#inf",
+];

@@ -15,10 +15,10 @@ use super::{
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
 /// How the last words of other names of times end.
-const TIME_ENDINGS: [&str; 3] = ["time", "stamp", "stamps"];
+const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
 
 /// Words for times, alone or among others.
-const TIME_WORDS: [&str; 5] = ["t", "utc", "epoch", "elapsed", "clock"];
+const TIME_WORDS: [&str; 8] = ["t", "utc", "epoch", "elapsed", "clock", "temps", "tiempo", "tempo"];
 
 /// The words for the units in a name.
 const UNIT_WORDS: [(&str, &[&str]); 4] = [
@@ -187,7 +187,7 @@ impl StampSearch<'_> {
     }
 
     fn name(&self, place: usize) -> TimeName {
-        TimeName::of(&self.header.names[place])
+        TimeName::of(&self.header.described(place))
     }
 }
 
@@ -225,6 +225,17 @@ fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
         };
         sum.checked_add(part)
     })
+}
+
+/// Whether it is a word for a unit of times, in lower case.
+pub(super) fn is_time_unit(word: &str) -> bool {
+    UNIT_WORDS.iter().any(|(_, words)| words.contains(&word))
+}
+
+/// Whether a column of this name may hold times.
+pub(super) fn is_time_name(name: &str) -> bool {
+    let name = TimeName::of(name);
+    name.is_stamp() || name.is_time() || name.words.iter().any(|word| TIME_WORDS.contains(&word.as_str()))
 }
 
 /// A name cut into words, with that of a unit at its end apart.

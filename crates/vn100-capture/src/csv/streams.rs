@@ -30,7 +30,7 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
         Kind::Values(_) | Kind::Sentences => return Vec::new(),
     };
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan);
+    let mut parser = RowParser::new(plan, None);
     let mut presence = Presence::new(channels.len());
     let mut whole_rows = 0;
     while lines.fill().unwrap_or(false) {

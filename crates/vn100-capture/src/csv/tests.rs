@@ -61,7 +61,7 @@ fn whole_plan(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
 }
 
 fn scanned(plan: CsvPlan, text: impl AsRef<[u8]>) -> CsvPlan {
-    let mut parser = RowParser::new(plan);
+    let mut parser = RowParser::new(plan, None);
     let mut scans = vec![ColumnScan::default(); parser.plan.priors.len()];
     let mut lines = Lines::new(text.as_ref(), parser.plan.line_end);
     while lines.fill().unwrap() {
@@ -76,7 +76,7 @@ fn scanned(plan: CsvPlan, text: impl AsRef<[u8]>) -> CsvPlan {
 fn read(plan: CsvPlan, reader: impl Read) -> Whole {
     let mut whole = Whole::default();
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan);
+    let mut parser = RowParser::new(plan, None);
     let mut count = 0;
     while lines.fill().unwrap() {
         while let Some(line) = lines.next_buffered() {

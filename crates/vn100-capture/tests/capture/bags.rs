@@ -55,7 +55,7 @@ impl Read {
                         }
                         last = Some(*batch);
                     }
-                    Event::Link(event) => panic!("{event:?}"),
+                    event @ (Event::Link(_) | Event::ReadAgain) => panic!("{event:?}"),
                     Event::End(end) => return Self { names, rows, times_ns, end, last },
                 }
             }

@@ -104,7 +104,7 @@ async fn absorb(port: String, stop: CancellationToken) -> Times {
                     absorbed.extend(batch.rows().map(|row| ((row[0] + HALF_TURN) as u32, at_ns)));
                 }
                 Event::Link(event) => analysis.take_link_event(&event),
-                Event::End(_) => return absorbed,
+                Event::ReadAgain | Event::End(_) => return absorbed,
             },
             _ = snapshots.tick() => drop(black_box(analysis.snapshot())),
         }

@@ -82,3 +82,88 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn a_row_of_units_below_the_names_is_taken_for_them() {
+    let rows = "0.00;90.0;1.0\n0.01;-90.0;1.0\n";
+    for units in ["s;deg/s;g", "[s];[°/s];[g]", "(s);(deg/s);(g)", "s;dps;g;"] {
+        let whole_plan = whole_plan(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
+        let scales: Vec<f64> = layout(&whole_plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
+        // of a tenth
+        let expected = [0.1 * 9.80665, 0.1 * std::f64::consts::PI / 180.0];
+        assert!(
+            scales.iter().zip(expected).all(|(scale, expected)| (scale / expected - 1.0).abs() < 1e-12),
+            "{units}: {scales:?}"
+        );
+        let whole = read(whole_plan, format!("time;gyro_x;accel_z\n{units}\n{rows}").as_bytes());
+        assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0), "{units}");
+        assert_eq!(whole.stamps_ns, [0, 10_000_000], "{units}");
+    }
+    // and by a map of the bare names
+    let text = format!("time;wx;az\ns;deg/s;g\n{rows}");
+    let whole = read_text(&text, Some("gyro_x=wx:deg/s,t=time:s"));
+    assert_eq!((&*whole.counts, whole.rejected.len()), (&[900, -900][..], 0));
+    let Some(MapHint::Columns(guess)) = plan(&text, None).unwrap_err().hint() else { panic!() };
+    assert_eq!(guess, "gyro_x=wx:deg/s,accel_z=az:g,t=time:s");
+    // words are no units
+    let text = format!("time;gyro_x;accel_z\nstart;of;data\n{rows}");
+    assert_eq!(read_text(text, None).rejected, [(0, RejectedRow::Stamp)]);
+}
+
+#[test]
+fn thousands_may_stand_apart_in_values_and_stamps() {
+    let english = "time_ms,gyro_x,pressure\n\"1,000\",0.5,\"101,325.25\"\n\"1,010\",0.25,\"99,325.50\"\n";
+    let german = "time_ms;gyro_x;pressure\n1000;0,5;101.325,25\n1010;0,25;99.325,50\n";
+    for text in [english, german] {
+        let map = "gyro_x=gyro_x:rad/s,pressure=pressure:Pa,t=time_ms:ms";
+        let whole = read_text(text, Some(map));
+        assert_eq!(whole.counts, [50, 10_132_525, 25, 9_932_550], "{text}");
+        assert_eq!(whole.stamps_ns, [0, 10_000_000], "{text}");
+    }
+}
+
+#[test]
+fn names_in_latin_1_are_read() {
+    let text = b"Zeit [s];gyro_x [\xb0/s]\n0,00;1,5\n0,01;-1,5\n";
+    let plan = whole_plan(text, None);
+    assert_eq!(plan.times.as_deref(), Some("Zeit [s]:s"));
+    let degree = layout(&plan).channels[0].in_unit(10.0);
+    assert!((degree * 180.0 / std::f64::consts::PI - 1.0).abs() < 1e-12, "{degree}");
+}
+
+#[test]
+fn rows_of_several_sensors_are_refused_with_the_remedy() {
+    let rows = (0..100).map(|row| format!("{}.{:02},{},0.1\n", row / 100, row / 2 % 100, ["left", "right"][row % 2]));
+    let text = format!("t,sensor,gyro_x\n{}", rows.collect::<String>());
+    for map in [None, Some("gyro_x=gyro_x:rad/s,t=t:s")] {
+        let error = plan(&text, map).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "the rows are of several sensors, by column \"sensor\": left, right; keep those of one, as \
+             awk -F, 'NR==1 || $2==\"left\"' does"
+        );
+    }
+}
+
+#[test]
+fn a_table_without_names_is_refused_with_a_map_by_numbers() {
+    let rows =
+        (0..60).map(|row| format!("{}.{:02} 0.0{} 0.01 0.02 0.1 0.2 -9.8{}\n", row / 100, row % 100, row % 7, row % 3));
+    let text: String = rows.collect();
+    let error = plan(&text, None).unwrap_err();
+    let map = "gyro_x=2:rad/s,gyro_y=3:rad/s,gyro_z=4:rad/s,accel_x=5:m/s^2,accel_y=6:m/s^2,accel_z=7:m/s^2,t=1:s";
+    assert_eq!(error.hint(), Some(MapHint::Columns(map.into())));
+    assert!(error.to_string().ends_with("; found 7 columns without names"), "{error}");
+    let whole = read_text(&text, Some(map));
+    assert_eq!((whole.report.rows, whole.stamps_ns[59]), (60, 590_000_000));
+    // too few rows are any text
+    assert!(plan(text.lines().take(10).collect::<Vec<_>>().join("\n"), None).unwrap().is_none());
+}
+
+#[test]
+fn what_spreadsheets_write_for_no_number_costs_its_channel_alone() {
+    for none in ["#N/A", "#NUM!", "#VALUE!", "<NA>", "-nan(ind)", "1.#QNAN", "-1.#IND", "1.#INF"] {
+        let whole = read_text(format!("t,gyro_x,accel_z\n0.00,{none},9.8\n0.01,0.1,9.8\n"), None);
+        assert_eq!((whole.report.rows, whole.report.absent[0].not_a_number), (2, 1), "{none}");
+    }
+}

@@ -137,3 +137,33 @@ fn the_first_error_of_an_unknown_table_names_a_map_that_reads_it() {
     let whole = read_text(&text, Some(&map));
     assert_eq!((whole.report.rows, whole.stamps_ns[19]), (20, 475_000_000));
 }
+
+#[test]
+fn a_date_and_its_time_of_day_between_spaces_are_one_stamp() {
+    let time = |row: u64| format!("12:{:02}:{:02}.{:03}", row / 2400, row / 40 % 60, row % 40 * 25);
+    for (header, stamp, reported) in [
+        ("time gyro_x accel_z", &(|row| format!("2024-05-01 {}", time(row))) as &dyn Fn(u64) -> String, "time:iso"),
+        ("# time gyro_x accel_z", &|row| format!("2024/05/01 {}", time(row)), "time:iso"),
+        ("Date Time gyro_x accel_z", &|row| format!("31.05.2024  {}", time(row)), "Date_Time:dmy"),
+        ("when gyro_x accel_z", &|row| format!("2024-05-01 {} +02:00", time(row)), "when:iso"),
+        ("when gyro_x accel_z", &|row| format!("2024-05-01 {} UTC", time(row)), "when:iso"),
+        ("when gyro_x accel_z", &|row| format!("\"2024-05-01 {}+00:00\"", time(row)), "when:iso"),
+        ("t gyro_x accel_z", &|row| format!("2024-05-01T{}", time(row)), "t:iso"),
+        ("t gyro_x accel_z", &|row| time(row), "t:clock"),
+    ] {
+        let rows = (0..80).map(|row| format!("{}  0.{} -9.8{}\n", stamp(row), row % 7, row % 3));
+        let text = format!("{header}\n{}", rows.collect::<String>());
+        let (stamps, named) = times(&text, None);
+        assert_eq!(named.as_deref(), Some(reported), "{text}");
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{text}");
+        // without a header, by numbers
+        let (_, rows) = text.split_once('\n').unwrap();
+        let form = reported.split_once(':').unwrap().1;
+        let map = format!("t=1:{form},gyro_x=2:rad/s,accel_z=3:m/s^2");
+        assert_eq!(times(rows, Some(&map)).0, stamps, "{rows}");
+    }
+    // commas part the columns, whatever stands in a stamp
+    let rows = (0..80).map(|row| format!("2024-05-01 {}, 0.{}\n", time(row), row % 7));
+    let text = format!("time, gyro_x\n{}", rows.collect::<String>());
+    assert_eq!(times(&text, None).1.as_deref(), Some("time:iso"));
+}

@@ -1,0 +1,80 @@
+//! A column that says of which sensor each row is, where rows of several sensors alternate.
+
+use super::header::Header;
+
+/// Words in the name of such a column.
+const WORDS: [&str; 11] =
+    ["sensor", "device", "imu", "id", "name", "serial", "source", "node", "mac", "topic", "frame"];
+
+/// A sensor has this share of the rows at least.
+const SMALLEST_SHARE: f64 = 0.05;
+
+/// The sensors of one table at most: what has more values counts something.
+const MOST_SENSORS: usize = 16;
+
+/// So often, at least, the next row is of another sensor.
+const ALTERNATING: f64 = 0.05;
+
+/// The place of the column among those that are not `taken`, and the sensors in the order of their
+/// first rows; `None` where all rows are of one.
+pub(super) fn several_sensors(
+    header: &Header,
+    rows: &[Vec<Vec<u8>>],
+    taken: impl Fn(usize) -> bool,
+) -> Option<(usize, Vec<Vec<u8>>)> {
+    let named = (0..header.names.len()).filter(|&place| !taken(place) && is_named(&header.names[place]));
+    { named }.find_map(|place| Some((place, sensors(rows, place)?)))
+}
+
+fn is_named(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let mut words = name.split(|c: char| !c.is_alphabetic());
+    words.any(|word| WORDS.iter().any(|known| word.strip_suffix("id").unwrap_or(word) == *known || word == *known))
+}
+
+fn sensors(rows: &[Vec<Vec<u8>>], place: usize) -> Option<Vec<Vec<u8>>> {
+    let mut sensors: Vec<(&[u8], u32)> = Vec::new();
+    let mut changes = 0;
+    let mut last: Option<&[u8]> = None;
+    for cell in rows.iter().filter_map(|row| row.get(place)) {
+        changes += u32::from(last.replace(cell).is_some_and(|last| last != cell));
+        match sensors.iter().position(|(sensor, _)| *sensor == cell) {
+            Some(at) => sensors[at].1 += 1,
+            None if sensors.len() < MOST_SENSORS => sensors.push((cell, 1)),
+            None => return None,
+        }
+    }
+    let rows = rows.len() as f64;
+    let is_one = |(sensor, count): &(&[u8], u32)| !sensor.is_empty() && f64::from(*count) >= SMALLEST_SHARE * rows;
+    let are_several = sensors.len() > 1 && sensors.iter().all(is_one) && f64::from(changes) >= ALTERNATING * rows;
+    are_several.then(|| sensors.into_iter().map(|(sensor, _)| sensor.to_vec()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(header: &str, rows: impl Iterator<Item = String>) -> Option<(usize, Vec<String>)> {
+        let rows: Vec<Vec<Vec<u8>>> =
+            rows.map(|row| row.split(',').map(|cell| cell.as_bytes().to_vec()).collect()).collect();
+        let text = |sensor: Vec<u8>| String::from_utf8(sensor).unwrap();
+        several_sensors(&Header::read(header.as_bytes(), b','), &rows, |place| place == 0)
+            .map(|(place, sensors)| (place, sensors.into_iter().map(text).collect()))
+    }
+
+    #[test]
+    fn rows_that_alternate_between_sensors_are_of_several() {
+        let two = Some((1, vec!["B".to_owned(), "A".to_owned()]));
+        for header in ["t,sensor", "t,Device ID", "t,imu_id", "t,sensorId", "t,frame_id"] {
+            assert_eq!(found(header, (0..100).map(|row| format!("{row},{}", ["B", "A"][row % 2]))), two, "{header}");
+        }
+        // one name, a name for every row, one behind the other, a glitch, another column, the one that is read
+        assert_eq!(found("t,sensor", (0..100).map(|row| format!("{row},A"))), None);
+        assert_eq!(found("t,id", (0..100).map(|row| format!("{row},{row}"))), None);
+        assert_eq!(found("t,sensor", (0..100).map(|row| format!("{row},{}", row / 50))), None);
+        assert_eq!(found("t,sensor", (0..100).map(|row| format!("{row},{}", u8::from(row == 9)))), None);
+        assert_eq!(found("t,status", (0..100).map(|row| format!("{row},{}", row % 2))), None);
+        assert_eq!(found("sensor,t", (0..100).map(|row| format!("{},0", row % 2))), None);
+        assert_eq!(found("t,sensor", std::iter::empty()), None);
+    }
+}
