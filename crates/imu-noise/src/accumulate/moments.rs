@@ -189,10 +189,13 @@ impl PowerSums {
     }
 }
 
-/// The sums about zero of a block whose values lie close together, else `None`. Those about the
-/// first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]: |d|^k <= d^4
-/// for integers.
+/// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. Those
+/// about the first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]:
+/// |d|^k <= d^4 for integers. Else d² = h 2^20 + l, and the sums of products with h and l are
+/// exact.
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
+    const FARTHEST: f64 = (1 << 21) as f64;
+    const SPLIT: f64 = (1 << 20) as f64;
     let &pivot = block.first()?;
     let mut from_pivot = [0.0_f64; BLOCK];
     let from_pivot = &mut from_pivot[..block.len()];
@@ -201,15 +204,31 @@ fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     }
     let d: [&[f64]; 1] = [from_pivot];
     let fourth = counts::lane_sum(d, |[d]| d * d * (d * d));
-    if fourth >= counts::EXACT_BELOW {
+    let (third, fourth) = if fourth < counts::EXACT_BELOW {
+        (exact_sum(d, |d| d * d * d), i128::from(fourth as i64))
+    } else if from_pivot.iter().all(|d| d.abs() < FARTHEST) {
+        // to the nearest: |l| is half of the split at most, and h 2^22
+        let high = |d: f64| (d * d / SPLIT + ROUND) - ROUND;
+        let low = |d: f64| d * d - high(d) * SPLIT;
+        let third = (exact_sum(d, |d| d * high(d)) << 20) + exact_sum(d, |d| d * low(d));
+        let of_highs = exact_sum(d, |d| high(d) * high(d));
+        let of_both = exact_sum(d, |d| high(d) * low(d));
+        (third, (of_highs << 40) + (of_both << 21) + exact_sum(d, |d| low(d) * low(d)))
+    } else {
         return None;
-    }
-    let third = counts::lane_sum(d, |[d]| d * d * d);
-    let second = counts::lane_sum(d, |[d]| d * d);
-    let first = counts::lane_sum(d, |[d]| d);
-    let sums = [first, second, third, fourth].map(|sum| i128::from(sum as i64));
+    };
+    let sums = [exact_sum(d, |d| d), exact_sum(d, |d| d * d), third, fourth];
     Some(about_zero(block.len() as u64, pivot, sums))
 }
+
+/// Of terms that are integers, and so few that their sum is below 2^53.
+#[inline]
+fn exact_sum(d: [&[f64]; 1], term: impl Fn(f64) -> f64) -> i128 {
+    i128::from(counts::lane_sum(d, |[d]| term(d)) as i64)
+}
+
+/// Added to a float below 2^51, and taken off again: the nearest integer.
+const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// From `sums` of powers of c - pivot.
 fn about_zero(count: u64, pivot: i32, sums: [i128; 4]) -> PowerSums {

@@ -143,7 +143,7 @@ proptest! {
         if let Some(sums) = in_lanes(&block) {
             prop_assert_eq!(sums, definition(&block));
         } else {
-            prop_assert!(bits > 8, "{} bits are few enough for floats", bits);
+            prop_assert!(bits > 20, "{} bits are few enough for floats", bits);
         }
     }
 
