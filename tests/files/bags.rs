@@ -96,6 +96,8 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     let mut names: Vec<String> = names.collect();
     names.sort();
     assert_eq!(names, ["two-1.imu.yaml", "two-1.json", "two-2.imu.yaml", "two-2.json", "two.html"]);
+    let yaml = fs::read_to_string(folder.path().join("two-1.imu.yaml")).unwrap();
+    assert!(yaml.contains("\nrostopic: /camera/gyro/sample\n"), "{yaml}");
 }
 
 #[test]

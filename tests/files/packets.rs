@@ -142,6 +142,25 @@ fn printed_steps_of_short_integrals_hide_the_noise() {
 }
 
 #[test]
+fn the_summary_says_where_the_rate_of_packets_is_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.bin");
+    let made =
+        vn100().args(["sim", "--message", "BINARY", "--rate", "400", "--duration", "10s", "-o"]).arg(&file).status();
+    assert!(made.unwrap().success());
+    let text = String::from_utf8(vn100().arg("replay").arg(&file).output().unwrap().stdout).unwrap();
+    assert!(text.contains("  time      ok       400 Hz, from device time in each packet\n"), "{text}");
+}
+
+#[test]
+fn packets_of_compensated_rates_are_advised_to_be_packets_of_others() {
+    let Some(folder) = real_captures().map(|folder| folder.join("binary")) else { return };
+    let output = vn100().arg("replay").arg(folder.join("F00379")).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("--set-message BINARY`") && !text.contains("VNIMU"), "{text}");
+}
+
+#[test]
 fn what_is_lost_is_counted_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.bin");

@@ -57,7 +57,7 @@ pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
-pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};
+pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Detrend, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, RateChange, RateFrom, RegisterChannel, RemovedTemperature,

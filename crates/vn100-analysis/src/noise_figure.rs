@@ -4,9 +4,9 @@ use std::{fmt, str::FromStr};
 
 use imu_noise::{Sensor, Term};
 use thiserror::Error;
-use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
+use vn100_protocol::{BINARY, Channel, Layout, Quantity, VNIMU};
 
-use crate::sensor::{SENSORS, axes_name, letter, sensor_of};
+use crate::sensor::{SENSORS, axes_name, letter, sensor_of, uncompensated_message};
 
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,9 +61,12 @@ impl NoiseFigure {
         let bias_removed = layout.compensated == Some(true)
             && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
         (bias_removed && self.term != Term::White).then(|| {
-            format!(
-                "{self} is not measurable in {message}: the attitude filter removes the bias; VNIMU is uncompensated"
-            )
+            let uncompensated = match uncompensated_message(message) {
+                // another form of packets has the same name
+                BINARY => "packets of uncompensated rates show it",
+                _ => "VNIMU is uncompensated",
+            };
+            format!("{self} is not measurable in {message}: the attitude filter removes the bias; {uncompensated}")
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The sensors that have noise parameters, and the letters of these.
 
 use imu_noise::{Sensor, Term};
-use vn100_protocol::Quantity;
+use vn100_protocol::{BINARY, Quantity};
 
 /// What each sensor measures, in the order of results.
 pub const SENSORS: [(Quantity, Sensor); 3] = [
@@ -48,11 +48,23 @@ pub fn letter(term: Term) -> &'static str {
     }
 }
 
+/// The message of a VN-100 with uncompensated rates that is like this one: packets in the place of
+/// packets, a sentence in that of anything else.
+#[must_use]
+pub fn uncompensated_message(message: &str) -> &'static str {
+    if message == BINARY { BINARY } else { "VNIMU" }
+}
+
 #[cfg(test)]
 mod tests {
     use vn100_protocol::VNIMU;
 
     use super::*;
+
+    #[test]
+    fn packets_have_an_uncompensated_message_of_packets() {
+        assert_eq!(["BINARY", "VNYMR", "rates"].map(uncompensated_message), ["BINARY", "VNIMU", "VNIMU"]);
+    }
 
     #[test]
     fn every_axis_bears_the_name_of_its_sensor() {

@@ -7,7 +7,7 @@ use tokio::{
     task::JoinHandle,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::{BagReport, FileReport, ReadOptions};
+use vn100_analysis::protocol::stream::{BagReport, CsvReport, FileReport, ReadOptions};
 use vn100_analysis::{Goal, RecordingEndFacts, RecordingFacts, Settings, SourceFacts, UnmetGoal};
 use vn100_capture::Event;
 
@@ -148,7 +148,9 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     let state = channels.state.borrow();
     let assessment = state.assessor.exact(&snapshot);
     let facts = state.facts_at(true);
-    let recording = facts.recording.clone().or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)));
+    let recording = (facts.recording.clone())
+        .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
+        .or_else(|| csv.as_ref().and_then(start_of_rows));
     SessionResult {
         facts: SourceFacts { csv, bag, recording, ..facts },
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
@@ -162,10 +164,21 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
 }
 
+/// Times before are those of a simulation, or since the sensor was switched on.
+const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
+
+/// When the first row of a table was measured, if its times count since 1970. A date may be that of
+/// any time zone.
+fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
+    let is_count = |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
+    let counts = csv.times.as_ref()?.split('+').all(is_count);
+    let started_ns = csv.first_stamp_ns.filter(|first_ns| counts && *first_ns >= YEAR_2001_NS)?;
+    Some(RecordingFacts { started_ns: Some(started_ns), ..RecordingFacts::default() })
+}
+
 /// When a bag was recorded, if its times are dates and not those of a simulation; its end only
 /// where it was read to there.
 fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
-    const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
     let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
     let end = match reason {
         EndReason::SourceEnded => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None }),

@@ -196,6 +196,24 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
     assert_eq!((csv.ignored_columns, csv.rounded), (vec!["note".to_owned()], vec!["gyro_x".to_owned()]));
 }
 
+#[tokio::test]
+async fn times_of_rows_that_count_since_1970_say_when_the_record_began() {
+    let epoch_ns = 1_761_939_167_192_566_000;
+    for (times, first_ns, expected) in [
+        ("t:s", epoch_ns, Some(epoch_ns)),
+        ("secs:s+nsecs:ns", epoch_ns, Some(epoch_ns)),
+        ("t:s", 5_000_000_000, None),
+        // in a time zone that is not known
+        ("date:iso", epoch_ns, None),
+    ] {
+        let (events, session) = session(Settings::default());
+        let csv = CsvReport { times: Some(times.into()), first_stamp_ns: Some(first_ns), ..CsvReport::default() };
+        events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
+        let recording = session.result.await.unwrap().facts.recording;
+        assert_eq!(recording.and_then(|recording| recording.started_ns), expected, "{times}");
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     let (events, mut session) = session(at_10_hz());

@@ -3,12 +3,16 @@
 
 mod codes;
 mod parameters;
+mod summary;
 mod warnings;
 
 use vn100_analysis::noise::Verdict;
 use vn100_analysis::{Remedy, Text};
 
-use crate::{codes::code_of_verdict, summary::parameters::verdict_word};
+use crate::{
+    codes::{Code, code_of_verdict},
+    summary::parameters::verdict_word,
+};
 
 /// What the glossary says of one code.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,12 +35,14 @@ pub struct Explanation {
     pub source: &'static str,
 }
 
-/// Everything that is explained: parameters, warnings, then the codes of documents.
+/// Everything that is explained: parameters, warnings, the codes of documents, then the words and
+/// messages of the summary.
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
     all.extend(warnings::explanations());
     all.extend(codes::explanations());
+    all.extend(summary::explanations());
     all
 }
 
@@ -47,8 +53,9 @@ pub fn glossary() -> Vec<Explanation> {
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
     let is_verdict = |code: &str| {
-        let mut meant = Verdict::ALL.into_iter().filter(|verdict| plain(verdict_word(*verdict)) == wanted);
-        meant.any(|verdict| code_of_verdict(verdict).code == code)
+        let of = |verdict: Verdict| (code_of_verdict(verdict), verdict_word(verdict));
+        let means = |(code, short): &(Code, &str)| [code.word, short].iter().any(|word| plain(word) == wanted);
+        Verdict::ALL.into_iter().map(of).filter(means).any(|(meant, _)| meant.code == code)
     };
     let mut found = glossary();
     found.retain(|entry| {

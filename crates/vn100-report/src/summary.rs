@@ -3,7 +3,7 @@
 
 pub(crate) mod parameters;
 mod statistics;
-mod status;
+pub(crate) mod status;
 
 pub(crate) use parameters::parameter_unit;
 use vn100_analysis::{RateFrom, RemedyWords, Severity, SourceFacts, Timing};

@@ -15,10 +15,14 @@ impl Mains {
     pub(super) fn at(line_hz: f64, rate_hz: f64) -> Option<Self> {
         /// Mains keep their frequency to a few tenths of a percent.
         const WANDER: f64 = 0.002;
+        /// As a share of the output rate, how far they may wander.
+        const PLACED: f64 = 0.01;
         let candidates = [1, 2, 3]
             .into_iter()
             .flat_map(|harmonic| [50.0, 60.0].map(|mains_hz| Self { harmonic, mains_hz, rate_hz }));
-        { candidates }.find(|mains| (mains.shown_hz() - line_hz).abs() <= WANDER * mains.hz())
+        // at a low rate the wander covers much of the band, and any line would be that of mains
+        let mut placed = candidates.filter(|mains| WANDER * mains.hz() <= PLACED * rate_hz);
+        placed.find(|mains| (mains.shown_hz() - line_hz).abs() <= WANDER * mains.hz())
     }
 
     fn hz(self) -> f64 {
@@ -70,6 +74,8 @@ mod tests {
             (20.0, 200.0, Some("60 Hz, 180 Hz of it, which shows at 200 - 180 = 20.00 Hz")),
             (10.0, 25.0, Some("60 Hz, which shows at 60 - 2 x 25 = 10.00 Hz")),
             (18.45, 40.0, None),
+            (0.23, 1.0, None),
+            (0.1, 5.0, None),
         ] {
             assert_eq!(Mains::at(line_hz, rate_hz).map(|mains| mains.to_string()).as_deref(), expected, "{line_hz}");
         }

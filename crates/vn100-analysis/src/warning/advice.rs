@@ -14,7 +14,7 @@ use self::link::{no_valid_lines, refused, unsolicited};
 use crate::{
     accumulate::rate_authority::rates_hz,
     remedy::{Remedy, Setting, Text},
-    sensor::sensor_of,
+    sensor::{sensor_of, uncompensated_message},
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -379,14 +379,18 @@ impl Advice {
                 "The attitude filter removes its bias estimate from the angular rates: at long averaging times the deviation shows that \
                  filter, not the sensor. ",
             );
-            let details =
-                match is_of_sensor(layout) {
-                    true => details.then("`").remedy(Remedy::MeasureWith(Setting::Message("VNIMU"))).then(
-                        "` records the uncompensated message, which shows bias instability and rate random walk.",
-                    ),
-                    false => details
-                        .then("Record the uncompensated output to measure bias instability and rate random walk."),
-                };
+            let details = match is_of_sensor(layout) {
+                true => {
+                    let message = Setting::Message(uncompensated_message(&layout.message));
+                    details
+                        .then("`")
+                        .remedy(Remedy::MeasureWith(message))
+                        .then("` records uncompensated rates, which show bias instability and rate random walk.")
+                }
+                false => {
+                    details.then("Record the uncompensated output to measure bias instability and rate random walk.")
+                }
+            };
             self.warn_of(WarningKind::CompensatedStream, rates, headline, details);
         }
     }

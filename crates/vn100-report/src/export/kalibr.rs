@@ -7,6 +7,7 @@ use thiserror::Error;
 use vn100_analysis::LongTauValidity;
 use vn100_analysis::noise::{Parameter, Sensor, Status, Term};
 
+use super::ros2::IMU_TOPIC;
 use crate::{
     findings::{AxisFindings, Findings, SensorFindings},
     measured::Record,
@@ -79,7 +80,14 @@ impl KalibrYaml {
         for (sensor, name) in [(Sensor::Accelerometer, "accelerometer"), (Sensor::Gyroscope, "gyroscope")] {
             yaml.sensor(findings.sensor(sensor), (sensor, name), span_s);
         }
-        yaml.lines.push("rostopic: /imu/data".into());
+        // Kalibr reads no other type
+        match record.measured.facts.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")) {
+            Some(bag) => yaml.lines.push(format!("rostopic: {}", quoted(&bag.topic))),
+            None => {
+                yaml.comment("the topic of the bag that this program exports");
+                yaml.lines.push(format!("rostopic: {IMU_TOPIC}"));
+            }
+        }
         yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));
         yaml
     }
@@ -121,7 +129,7 @@ impl KalibrYaml {
         let no_walk = found.and_then(|found| match found.long_taus {
             LongTauValidity::Sensor => None,
             LongTauValidity::Compensated => {
-                Some("B and K are not measurable in a bias-compensated message; record VNIMU")
+                Some("B and K are not measurable in a bias-compensated message; record an uncompensated one")
             }
             LongTauValidity::LooksCompensated => {
                 Some("a filter removes the bias from this stream, and B and K with it")
@@ -193,6 +201,12 @@ fn random_walk(axis: &AxisFindings, span_s: f64) -> Option<Value> {
         (true, false) => format!("by bias instability of AXIS over {span_s} s: B not detected; upper bound"),
     };
     Some(Value { value, is_estimated, label: source.replace("AXIS", &axis.name) })
+}
+
+/// The name of a topic as a string of YAML: plain, as ROS names are, or between quotes.
+fn quoted(topic: &str) -> String {
+    let is_plain = topic.starts_with('/') && topic.chars().all(|c| c.is_ascii_alphanumeric() || "/_".contains(c));
+    if is_plain { topic.to_owned() } else { format!("'{}'", printable(topic).replace('\'', "''")) }
 }
 
 /// As every YAML reader takes it for a number: with a point, and a sign in the exponent.

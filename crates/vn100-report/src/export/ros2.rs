@@ -17,6 +17,9 @@ use vn100_analysis::protocol::{Layout, Quantity, stream::Batch};
 
 use crate::measured::Record;
 
+/// The topic of the samples as `sensor_msgs/msg/Imu`.
+pub(crate) const IMU_TOPIC: &str = "/imu/data";
+
 const TESLA_PER_GAUSS: f64 = 1e-4;
 const PASCAL_PER_KILOPASCAL: f64 = 1e3;
 
@@ -153,7 +156,7 @@ impl<W: Write> Ros2Messages<W> {
             let schema = mcap.add_schema(name, "ros2msg", format!("{schema}{HEADER}").as_bytes())?;
             mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())
         };
-        let imu = channel("sensor_msgs/msg/Imu", IMU, "/imu/data")?;
+        let imu = channel("sensor_msgs/msg/Imu", IMU, IMU_TOPIC)?;
         let magnetic_field = channel("sensor_msgs/msg/MagneticField", MAGNETIC_FIELD, "/imu/mag")?;
         let has = |quantity| !record.of(quantity).is_empty();
         let mut where_measured = |quantity, name, schema, topic| {

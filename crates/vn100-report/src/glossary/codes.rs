@@ -41,7 +41,8 @@ fn entry(group: &'static str, code: Code, (why, template, remedies, source): Wor
     Explanation {
         group,
         code: code.code,
-        aliases: if plain(code.word) == code.code { Vec::new() } else { vec![code.word] },
+        // a word of verdicts may be that of several
+        aliases: if plain(code.word) == code.code || group == VERDICTS { Vec::new() } else { vec![code.word] },
         title: code.word.into(),
         meaning: format!("{first}{}.", letters.as_str()),
         why,

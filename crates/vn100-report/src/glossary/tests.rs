@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use vn100_analysis::WarningKind;
+use vn100_analysis::protocol::{MESSAGES, PACKET_MESSAGES};
 
 use super::*;
 use crate::codes::all_codes;
@@ -13,7 +14,11 @@ fn every_code_warning_and_parameter_is_explained() {
     let wanted = wanted
         .chain(WarningKind::ALL.map(WarningKind::name))
         .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"]);
-    for code in wanted {
+    let words = ["CHECK", "PROBLEM", "limited", "MOVED", "ok"].into_iter();
+    let messages = MESSAGES.iter().map(|layout| layout.message.to_string());
+    let messages = messages.chain(PACKET_MESSAGES.map(|packet| packet.name.into()));
+    for code in wanted.chain(words).map(String::from).chain(messages) {
+        let code = &*code;
         assert!(!explain(code).is_empty(), "{code}");
     }
 }

@@ -3,13 +3,14 @@
 use vn100_analysis::noise::TimebaseSummary;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
-use vn100_analysis::{MissingFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
+use vn100_analysis::{MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
 
 use super::{AspectStatus, Notes};
 use crate::{
+    codes::code_of_rate,
     measured::Record,
     names::rejected_lines,
-    numbers::plain::{counted, grouped, ppm},
+    numbers::plain::{counted, grouped, ppm, short},
 };
 
 /// What a warning concerns.
@@ -86,6 +87,41 @@ impl Aspect {
     }
 }
 
+/// How an aspect of the record stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum StatusWord {
+    Moved,
+    Problem,
+    Check,
+    Limited,
+    Ok,
+}
+
+impl StatusWord {
+    pub(crate) const ALL: [Self; 5] = [Self::Moved, Self::Problem, Self::Check, Self::Limited, Self::Ok];
+
+    const fn of(severity: Option<Severity>, is_moved: bool) -> Self {
+        match severity {
+            Some(Severity::Problem) if is_moved => Self::Moved,
+            Some(Severity::Problem) => Self::Problem,
+            Some(Severity::Caution) => Self::Check,
+            Some(Severity::Note) => Self::Limited,
+            None => Self::Ok,
+        }
+    }
+
+    /// In capitals where the numbers are not to be used as they stand.
+    pub(crate) const fn word(self) -> &'static str {
+        match self {
+            Self::Moved => "MOVED",
+            Self::Problem => "PROBLEM",
+            Self::Check => "CHECK",
+            Self::Limited => "limited",
+            Self::Ok => "ok",
+        }
+    }
+}
+
 /// In the order of a measurement; aspects without anything to say are omitted.
 pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStatus> {
     let measured = record.measured;
@@ -114,13 +150,7 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
         if findings.is_empty() {
             continue;
         }
-        let word = match severity {
-            Some(Severity::Problem) if is_moved => "MOVED",
-            Some(Severity::Problem) => "PROBLEM",
-            Some(Severity::Caution) => "CHECK",
-            Some(Severity::Note) => "limited",
-            None => "ok",
-        };
+        let word = StatusWord::of(severity, is_moved).word();
         statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
     }
     statuses
@@ -169,11 +199,16 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
             };
             Some(format!("{rejected} rejected lines; {dropped}"))
         }
-        Aspect::Time => {
-            let TimebaseSummary { measured_hz, offset_ppm, .. } = snapshot.arrivals?;
-            let off = offset_ppm.map_or_else(String::new, |offset| format!(", {} from nominal", ppm(offset)));
-            Some(format!("{:.4} Hz measured{off}", measured_hz?))
-        }
+        Aspect::Time => match snapshot.arrivals {
+            Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm, .. }) => {
+                let off = offset_ppm.map_or_else(String::new, |offset| format!(", {} from nominal", ppm(offset)));
+                Some(format!("{hz:.4} Hz measured{off}"))
+            }
+            _ if timing.rate_from == RateFrom::DeviceTime => {
+                Some(format!("{} Hz, {} in each packet", short(timing.rate_hz), code_of_rate(timing.rate_from).word))
+            }
+            _ => None,
+        },
         Aspect::AtRest => snapshot
             .channels
             .iter()
