@@ -97,7 +97,7 @@ fn the_picture_of_a_report_is_its_first_screen() {
     let (_, after) = after.split_once("</div>").unwrap();
     let until_figure = format!("{before}{after}");
     let picture = format!(
-        "{svg} width=\"1280\" height=\"1250\" viewBox=\"0 0 1280 1250\"><foreignObject width=\"100%\" height=\"100%\">\
+        "{svg} width=\"1280\" height=\"1310\" viewBox=\"0 0 1280 1310\"><foreignObject width=\"100%\" height=\"100%\">\
          <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{until_figure}</figure></div></section></main></body></html></foreignObject></svg>\n",
         style.replace('&', "&amp;")
     );
@@ -227,7 +227,7 @@ fn registers_told_within_the_stream_are_in_the_report() {
     fs::write(&capture, lines).unwrap();
     let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
     for told in
-        ["0100012345", "averages 20 refreshes of the gyroscope (both)", "on, heading absolute", "<b>consistent</b>"]
+        ["0100012345", "averages 20 refreshes of the gyroscope (both)", "on, heading absolute", "<b>undecidable</b>"]
     {
         assert!(html.contains(told), "{told}");
     }
@@ -596,10 +596,19 @@ fn the_page_is_opened() {
     };
     let without = report();
     let stderr = String::from_utf8_lossy(&without.stderr);
-    assert!(without.status.code() == Some(1) && stderr.contains("xdg-open cannot be started"), "{stderr}");
-    fs::write(&opener, format!("#!/bin/sh\necho \"$1\" > '{}'\n", text(&noted))).unwrap();
-    fs::set_permissions(&opener, fs::Permissions::from_mode(0o755)).unwrap();
-    assert!(report().status.success());
+    let is_said = |stderr: &str| stderr.lines().count() == 1 && stderr.ends_with("; the report is in night.html\n");
+    assert!(without.status.success() && is_said(&stderr) && stderr.contains("xdg-open cannot be started"), "{stderr}");
+    let script = |lines: &str| {
+        fs::write(&opener, format!("#!/bin/sh\n{lines}\n")).unwrap();
+        fs::set_permissions(&opener, fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    script("echo no browser of many found >&2; exit 3");
+    let failed = report();
+    let stderr = String::from_utf8_lossy(&failed.stderr);
+    assert!(failed.status.success() && is_said(&stderr) && folder.path().join("night.html").exists(), "{stderr}");
+    script(&format!("echo \"$1\" > '{}'", text(&noted)));
+    let opened = report();
+    assert!(opened.status.success() && opened.stderr.is_empty());
     assert!(fs::read_to_string(&noted).unwrap().trim().ends_with("/night.html"));
 }
 
@@ -653,6 +662,27 @@ fn a_capture_of_motion_gives_no_figures_to_a_filter() {
     assert!(!folder.path().join("r.imu.yaml").exists());
 }
 
+/// Numbers of the data sheet in the unit of their row, powers of ten as on paper, and one word for
+/// a verdict wherever it stands.
+#[test]
+fn a_page_uses_one_unit_one_notation_and_one_word_for_one_thing() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "units.vnymr", &["--profile", "lab3", "--duration", "20min"]);
+    let (_, html) = report(&folder, &[&capture], &[]);
+    assert!(html.contains("typically 0.0035 °/s/√Hz<br>= 0.21 °/√h") && html.contains("= 0.14 mG/√Hz"));
+    // but for the file of Kalibr
+    let (before, after) = html.split("<script").next().unwrap().split_once("<pre>").unwrap();
+    let text = before.to_owned() + after.split_once("</pre>").unwrap().1;
+    let plain_power = text.match_indices('e').find(|(place, _)| {
+        let (before, after) = (text[..*place].chars().next_back(), &text.as_bytes()[place + 1..]);
+        before.is_some_and(|c| c.is_ascii_digit()) && after[0] == b'-' && after[1].is_ascii_digit()
+    });
+    let around = |place: usize| text.get(place.saturating_sub(40)..place + 20);
+    assert_eq!(plain_power.map(|(place, _)| around(place)), None);
+    assert!(html.contains(">undecidable</b>") && !html.contains(">consistent</b>") && !html.contains(">undecided</b>"));
+    assert!(html.contains("gyro_x: N 0.3") && html.contains("data sheet N typ, two-sided"));
+}
+
 #[test]
 fn the_shared_static_record_is_told_as_it_is() {
     let Some(captures) = crate::support::real_captures() else { return };
@@ -663,9 +693,11 @@ fn the_shared_static_record_is_told_as_it_is() {
     // the digest is as sha256sum prints it
     for told in [
         "gyro_y: Angle Random Walk N = 1.2",
+        "mag_x 9.75·10⁻⁴ (0.7",
+        "<dt>Start</dt><dd>2025-10-31T19:32:47.192Z</dd>",
         "18.4 Hz",
         "not measurable",
-        "consistent",
+        "undecidable",
         "factory default, not in this record",
         "VNIMU",
         "966bf211894b7113c2c12b44ddbcb255b991dd6594a7755e0730406592d81b47",

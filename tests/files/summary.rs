@@ -45,10 +45,11 @@ fn every_kind_of_record_fits_and_begins_with_what_may_be_wrong() {
         check_size(&summary(&replay_log(log), &[]));
     }
     let Some(folder) = real_captures() else { return };
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in [folder.join("wire"), folder].into_iter().flat_map(|folder| std::fs::read_dir(folder).unwrap()) {
         let path = entry.unwrap().path();
-        if path.extension().is_some_and(|ending| ending == "csv" || ending == "vnymr") {
-            check_size(&summary(&path, &["--rate", "40"]));
+        if path.extension().is_some_and(|ending| ["csv", "vnymr", "bin"].iter().any(|known| ending == *known)) {
+            check_size(&summary(&path, &[]));
+            check_size(&summary(&path, &["--rate", "40", "--window", "20"]));
         }
     }
 }

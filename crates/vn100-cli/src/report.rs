@@ -81,8 +81,11 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         print_written(path)?;
     }
     let exported = exports.write(&records, &figures, &together)?;
-    if args.open {
-        output.page().map_or(Ok(()), open)?;
+    if let Some(page) = output.page().filter(|_| args.open)
+        && let Err(error) = open(page)
+    {
+        // the page is there, and any browser shows it
+        complain(&format!("no browser could be opened ({error:#}); the report is in {}", page.display()));
     }
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
 }
@@ -100,12 +103,13 @@ fn open(page: &Path) -> Result<()> {
         _ => ("xdg-open", &[]),
     };
     // a name that begins with a dash is no option
-    let page = path::absolute(page).with_context(|| format!("cannot open {}", page.display()))?;
+    let page = path::absolute(page)?;
     let mut command = Command::new(opener);
-    let status = command.args(before).arg(&page).stdin(Stdio::null()).stdout(Stdio::null()).status();
-    let status = status.with_context(|| format!("cannot open {}: {opener} cannot be started", page.display()))?;
+    // it may print a line for each browser that it tried
+    let command = command.args(before).arg(&page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let status = command.status().with_context(|| format!("{opener} cannot be started"))?;
     if !status.success() {
-        bail!("cannot open {}: {opener} ended with {status}", page.display());
+        bail!("{opener} ended with {status}");
     }
     Ok(())
 }

@@ -76,7 +76,7 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
         Verdict::Fail => of("fail", "fail", "the whole interval lies beyond the limit, and aliasing cannot explain it"),
         Verdict::Typical => of(
             "typical",
-            "typical",
+            "within typical",
             "the upper end of the interval lies within the typical range, which is no guarantee",
         ),
         Verdict::AboveTypical => of(
@@ -96,12 +96,12 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
         ),
         Verdict::Consistent => of(
             "consistent",
-            "consistent",
+            "undecidable",
             "the interval agrees with the figure, but a verdict needs what is unknown: the averaging window, the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided",
         ),
         Verdict::Undecided => of(
             "undecided",
-            "undecided",
+            "undecidable",
             "there is no interval, or it lies beyond the figure and the effect of aliasing is unknown",
         ),
         Verdict::NotComparable => of("not-comparable", "not comparable", "the message does not carry the parameter"),

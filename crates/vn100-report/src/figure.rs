@@ -10,6 +10,7 @@ mod drawing;
 mod fitted_model;
 mod graphical;
 mod histogram;
+mod labels;
 mod over_time;
 mod plot;
 mod png;

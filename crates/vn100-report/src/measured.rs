@@ -13,7 +13,7 @@ use vn100_analysis::{
 
 use crate::{
     datasheet::{DatasheetError, vn100_datasheet},
-    names::{WHY_CONSISTENT, sentence, verdict_name},
+    names::{WHY_UNDECIDABLE, sentence, verdict_name},
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
@@ -260,7 +260,8 @@ impl Evaluation {
 fn reason(name: &str, verdict: Option<&FigureVerdict>) -> String {
     match verdict {
         Some(judged) => {
-            let why = if judged.verdict == Verdict::Consistent { format!(": {WHY_CONSISTENT}") } else { String::new() };
+            let why =
+                if judged.verdict == Verdict::Consistent { format!(": {WHY_UNDECIDABLE}") } else { String::new() };
             format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
         }
         None => format!("{name} has no such figure in the data sheet, or is not in the stream"),

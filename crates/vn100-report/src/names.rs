@@ -260,9 +260,9 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     format!("{measured}; {expected}{}", why(verdict))
 }
 
-/// Why the evidence for a figure does not let it pass.
-pub const WHY_CONSISTENT: &str = "the interval agrees with the figure, but a verdict needs what is unknown: the averaging window \
-     (register 85), the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided";
+/// Why the evidence for a figure that agrees with it does not let it pass.
+pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, the share of a \
+     removed spectral peak, or whether the density is one-sided or two-sided";
 
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {

@@ -30,6 +30,24 @@ pub(crate) fn digits(value: f64, count: usize) -> String {
     text.replace('-', "−")
 }
 
+/// The text of a terminal with its powers of ten as on a page: `5.92e-4` as `5.92·10⁻⁴`.
+pub(crate) fn with_powers(text: &str) -> String {
+    let mut written = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('e') {
+        written.push_str(before);
+        let sign = usize::from(after.starts_with(['-', '+']));
+        let digits = after[sign..].bytes().take_while(u8::is_ascii_digit).count();
+        let power = after[..sign + digits].parse().ok().filter(|_| before.ends_with(|c: char| c.is_ascii_digit()));
+        match power {
+            Some(power) => written.extend(["·10", &superscript(power)]),
+            None => written.push('e'),
+        }
+        rest = if power.is_some() { &after[sign + digits..] } else { after };
+    }
+    written + rest
+}
+
 /// A probability to two digits; one too small to matter as a bound.
 pub(crate) fn p_value(p: f64) -> String {
     if p < 1e-9 { "< 10⁻⁹".into() } else { digits(p, 2) }
@@ -92,6 +110,22 @@ fn in_threes(count: u64, between: char) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn powers_of_ten_of_a_terminal_are_written_as_on_a_page() {
+        for (text, written) in [
+            (
+                "measured 5.922e-4 (5.912e-4 to 5.932e-4); the sheet",
+                "measured 5.922·10⁻⁴ (5.912·10⁻⁴ to 5.932·10⁻⁴); the sheet",
+            ),
+            ("≤ 1.2e12", "≤ 1.2·10¹²"),
+            ("1.65e+08", "1.65·10⁸"),
+            ("2e, -e3 and e-4 stay", "2e, -e3 and e-4 stay"),
+            ("", ""),
+        ] {
+            assert_eq!(with_powers(text), written);
+        }
+    }
 
     #[test]
     fn numbers_have_few_digits_and_no_rows_of_zeros() {

@@ -386,7 +386,8 @@ pub(crate) struct ReportArgs {
     #[arg(short, long, help_heading = "Output", value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Open the page with the program that shows such pages
+    /// Open the page with the program that shows such pages; without one the page is written all
+    /// the same
     #[arg(long, help_heading = "Output")]
     pub(crate) open: bool,
 

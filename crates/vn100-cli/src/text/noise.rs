@@ -14,7 +14,7 @@ use vn100_analysis::{
 };
 use vn100_report::{
     names::{
-        ParameterNames, TERMS, WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of,
+        ParameterNames, TERMS, WHY_UNDECIDABLE, budget_rows, grade_scheme, grade_text, in_words, names_of,
         parameter_names, sentence, shown_in, verdict_name,
     },
     numbers::plain::{digits, four_digits, p_value, short},
@@ -343,7 +343,7 @@ pub(super) fn write_verdicts(
     }
     let any = |of: fn(&FigureVerdict) -> bool| verdicts.channels.iter().flatten().any(of);
     if any(|figure| figure.verdict == Verdict::Consistent) {
-        writeln!(out, "{}", fill(&format!("consistent: {WHY_CONSISTENT}"), "", "  "))?;
+        writeln!(out, "{}", fill(&format!("undecidable: {WHY_UNDECIDABLE}"), "", "  "))?;
     }
     if any(|figure| figure.unknown == Some(StreamUnknown::Window) && figure.figure.sensor != Sensor::Magnetometer) {
         let option = remedy_words(&Remedy::GiveWindow);

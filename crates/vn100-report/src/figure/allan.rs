@@ -66,7 +66,7 @@ pub fn allan_in_unit(
         [channel] => axis_in(channel, &[], factor, deviation),
         all => {
             let named: Vec<_> = all.iter().map(|channel| (channel.name.clone(), channel)).collect();
-            together("allan-axes".into(), name_of_all, &named, deviation, &[])
+            together("allan-axes".into(), name_of_all, &named, deviation, None)
         }
     }
 }
@@ -95,8 +95,7 @@ fn axis_in(channel: &ChannelValues, others: &[ChannelValues], factor: f64, devia
     let marks = curve(&plot, 0, &channel.deviations);
     plot.draw(0, marks);
     if let Some(model) = &model {
-        let marks = model.above(&plot, &channel.octaves);
-        plot.draw(1, marks);
+        model.draw_above(&mut plot, &channel.octaves);
     }
     let units = units_of(channel, false);
     Some(Figure { units, ..plot.done(vec![series(channel.name.clone(), &channel.deviations)]) })
@@ -116,7 +115,7 @@ pub(crate) fn allan_of_axes(
     let sheet: Vec<SheetLine> = (verdicts.iter().filter(|_| deviation == Deviation::Allan))
         .flat_map(|verdict| SheetLine::of(verdict, factor))
         .collect();
-    together(format!("allan-{id}"), title, &named, deviation, &sheet)
+    together(format!("allan-{id}"), title, &named, deviation, Some((&sheet, factor)))
 }
 
 /// A figure of the data sheet, as it shows in this stream.
@@ -128,6 +127,15 @@ struct SheetLine {
 }
 
 impl SheetLine {
+    fn at(&self, tau_s: f64) -> f64 {
+        self.deviation * tau_s.powf(self.slope)
+    }
+
+    fn drawn(&self, plot: &Plot) -> Primitive {
+        let Scale { from, to, .. } = plot.place.x;
+        plot.line([from, to].map(|tau_s| (tau_s, self.at(tau_s))), quiet(1.0, Dash::Mixed))
+    }
+
     /// White noise falls with the root of the averaging time; what most sheets call bias
     /// instability is the minimum of the curve. Of a density of unknown sides both readings; none
     /// of a figure that this stream cannot show.
@@ -153,8 +161,8 @@ impl SheetLine {
             [] => vec![line(verdict.expected, "")],
             readings => (readings.iter())
                 .map(|reading| match reading.sides {
-                    Sides::Two => line(reading.expected, " if two-sided"),
-                    Sides::One => line(reading.expected, " if one-sided"),
+                    Sides::Two => line(reading.expected, ", two-sided"),
+                    Sides::One => line(reading.expected, ", one-sided"),
                 })
                 .collect(),
         }
@@ -175,55 +183,72 @@ pub(crate) fn allan_of_records(
         None => records.iter().map(|(name, channel)| (name.clone(), (*channel).clone())).collect(),
     };
     let drawn: Vec<_> = drawn.iter().map(|(name, channel)| (name.clone(), channel)).collect();
-    together(format!("records-{}", id_of(channel)), channel, &drawn, deviation, &[])
+    together(format!("records-{}", id_of(channel)), channel, &drawn, deviation, None)
 }
 
+/// `of_sensor`: the figures of its data sheet, and what its parameters are to be multiplied by, of
+/// the axes of one sensor; each is then given with its N, B and K.
 fn together(
     id: String,
     title: &str,
     curves: &[(String, &ChannelValues)],
     deviation: Deviation,
-    sheet: &[SheetLine],
+    of_sensor: Option<(&[SheetLine], f64)>,
 ) -> Option<Figure> {
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
     let (x, y) = axes(&channels, &[], deviation)?;
-    let legend: Vec<_> = (curves.iter().enumerate())
-        .map(|(index, (name, _))| (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name)))
+    let (sheet, factor) = of_sensor.unwrap_or((&[], 1.0));
+    let model =
+        |channel| FittedModel::of(channel, factor).filter(|_| of_sensor.is_some() && deviation == Deviation::Allan);
+    let models: Vec<_> = channels.iter().map(|channel| model(*channel)).collect();
+    let legend: Vec<_> = (curves.iter().zip(&models).enumerate())
+        .map(|(index, ((name, _), model))| {
+            let values = model.as_ref().map_or_else(Vec::new, FittedModel::values);
+            let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
+            (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name) + &values)
+        })
         .collect();
     let title = format!("{title}: {}", deviation_name(deviation));
     let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
-    let marks = reference_lines(&plot, sheet);
+    let marks = sheet.iter().map(|line| line.drawn(&plot)).collect();
     plot.draw(channels.len(), marks);
     for (index, channel) in channels.iter().enumerate() {
         let marks = curve(&plot, index, &channel.deviations);
         plot.draw(index, marks);
     }
+    draw_slopes(&mut plot, channels.len());
+    for (index, (model, (name, _))) in models.iter().zip(curves).enumerate() {
+        if let Some(model) = model {
+            model.draw_among(&mut plot, index, name);
+        }
+    }
+    // level ones first, which have room at the left alone
+    let (level, sloped): (Vec<_>, Vec<_>) = sheet.iter().partition(|line| line.slope == 0.0);
+    for line in level.into_iter().chain(sloped) {
+        let places = plot.along(|tau_s| line.at(tau_s));
+        plot.label(channels.len(), &places, &line.text);
+    }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.deviations)).collect();
     Some(Figure { units: units_of(channels[0], sheet.is_empty()), ..plot.done(series) })
 }
 
-/// The figures of the data sheet, and the slopes of white noise, flicker and random walk.
-fn reference_lines(plot: &Plot, sheet: &[SheetLine]) -> Vec<Primitive> {
+/// A fan of the slopes of white noise, flicker and random walk in a corner that is free, over a
+/// decade or a quarter of the axis.
+fn draw_slopes(plot: &mut Plot, series: usize) {
     let Scale { from, to, .. } = plot.place.x;
-    let mut marks = Vec::new();
-    for (place, SheetLine { deviation, slope, text }) in sheet.iter().enumerate() {
-        let at = |tau_s: f64| (tau_s, deviation * tau_s.powf(*slope));
-        marks.push(plot.line([at(from), at(to)], quiet(1.0, Dash::Mixed)));
-        // beside each other, where lines lie close
-        let (x, y) = at(from * (to / from).powf(0.06 + 0.26 * (place % 2) as f64));
-        marks.push(plot.note(x, y, text));
-    }
-    // a fan of slopes in the upper right corner, over a decade or a quarter of the axis
     let Scale { from: low, to: high, .. } = plot.place.y;
-    let (x, y) = (from * (to / from).powf(0.72), low * (high / low).powf(0.82));
+    let is_upper = plot.is_free([0.7, 0.98], [0.02, 0.36]) || !plot.is_free([0.02, 0.3], [0.64, 0.98]);
+    let (along, up) = if is_upper { (0.72, 0.82) } else { (0.04, 0.18) };
+    let (x, y) = (from * (to / from).powf(along), low * (high / low).powf(up));
     let length = (to / from).powf(0.16).min(10.0);
+    let mut marks = Vec::new();
     for (slope, text) in [(-0.5, "−½"), (0.0, "0"), (0.5, "+½")] {
         let end = (x * length, y * length.powf(slope));
         marks.push(plot.line([(x, y), end], quiet(0.9, Dash::Solid)));
         let (left, top) = plot.place.of(end.0, end.1);
         marks.push(Primitive::text((left + 4.0, top + 4.0), text, Anchor::Start));
     }
-    marks
+    plot.draw(series, marks);
 }
 
 /// The units to choose from where a curve is drawn in the first of them.

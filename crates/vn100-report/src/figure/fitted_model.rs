@@ -7,7 +7,7 @@ use vn100_analysis::noise::{
 use vn100_analysis::{ChannelNoise, letter};
 
 use super::{
-    Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, allan::FLAT, axes::Scale, pretty_unit, quiet,
+    Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, allan::FLAT, axes::Scale, pretty_unit, quiet, solid,
 };
 use crate::{
     numbers::digits,
@@ -97,7 +97,8 @@ impl<'a> FittedModel<'a> {
         lines.iter().map(line).collect()
     }
 
-    pub(super) fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Primitive> {
+    /// Its curve, where its terms are read, and what the graphical rules read.
+    pub(super) fn draw_above(&self, plot: &mut Plot, points: &[Point]) {
         let mut marks = Vec::new();
         let fitted: Vec<(f64, f64)> = points
             .iter()
@@ -106,16 +107,9 @@ impl<'a> FittedModel<'a> {
         if !fitted.is_empty() {
             marks.push(plot.line(fitted, MODEL));
         }
-        for Reference { term, letter, tau_s, deviation, slope, .. } in self.lines(plot) {
-            marks.push(plot.symbol(tau_s, deviation, Marker::Diamond, Colour::Ink));
-            let value = self.noise.parameter(term).and_then(|parameter| parameter.value);
-            let text =
-                value.map_or_else(|| letter.to_owned(), |value| format!("{letter}: {}", self.number(term, value)));
-            marks.push(match slope {
-                0.0 => plot.note_at_edge(deviation, &text),
-                _ => plot.note(tau_s, deviation, text),
-            });
-        }
+        let lines = self.lines(plot);
+        let read = |line: &Reference| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
+        marks.extend(lines.iter().map(read));
         let classical = &self.noise.classical;
         let read = [
             (Marker::Ring, 1.0, classical.white.map(|line| line.value)),
@@ -127,7 +121,42 @@ impl<'a> FittedModel<'a> {
         if let Ok(flat) = classical.bias_instability {
             marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Marker::HollowSquare, Colour::Ink));
         }
-        marks
+        plot.draw(1, marks);
+        for line in &lines {
+            let value = self.noise.parameter(line.term).and_then(|parameter| parameter.value);
+            let value = value.map_or_else(String::new, |value| format!(": {}", self.number(line.term, value)));
+            let places: Vec<_> = [(line.tau_s, line.deviation)].into_iter().chain(line.places(plot)).collect();
+            plot.label(1, &places, &format!("{}{value}", line.letter));
+        }
+    }
+
+    /// Of one axis among others: where its white noise is read, and the lines of its flicker floor
+    /// and random walk, in the colour of `series`; each with its letter.
+    pub(super) fn draw_among(&self, plot: &mut Plot, series: usize, name: &str) {
+        let lines = self.lines(plot);
+        let Scale { from, to, .. } = plot.place.x;
+        let mark = |line: &Reference| match line.term {
+            White => plot.symbol(line.tau_s, line.deviation, Marker::HollowDiamond, Colour::Ink),
+            _ => plot.line(
+                [from, to].map(|tau_s| (tau_s, line.at(tau_s))),
+                Stroke { dash: line.dash, ..solid(series, 0.8) },
+            ),
+        };
+        let marks = lines.iter().map(mark).collect();
+        plot.draw(series, marks);
+        for line in lines.iter().filter(|line| line.term != White) {
+            plot.label(series, &line.places(plot), &format!("{} {name}", line.letter));
+        }
+    }
+
+    /// N, B and K with their units, or the upper bound of each.
+    pub(super) fn values(&self) -> Vec<String> {
+        let value = |term| {
+            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
+            let (sign, number) = value.map(|value| ("", value)).or_else(|| Some(("≤ ", upper?)))?;
+            Some(format!("{} {sign}{}", letter(term), self.number(term, number)))
+        };
+        [White, BiasInstability, RateRandomWalk].into_iter().filter_map(value).collect()
     }
 }
 
@@ -152,6 +181,11 @@ struct Reference {
 }
 
 impl Reference {
+    /// Places along it that are seen, from its left end.
+    fn places(&self, plot: &Plot) -> Vec<(f64, f64)> {
+        plot.along(|tau_s| self.at(tau_s))
+    }
+
     fn at(&self, tau_s: f64) -> f64 {
         self.deviation * (tau_s / self.tau_s).powf(self.slope)
     }

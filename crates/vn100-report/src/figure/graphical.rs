@@ -6,7 +6,7 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelNoise, letter};
 
 use super::{
-    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, Primitive,
+    Colour, Dash, Figure, LegendSample, Marker, Plot,
     allan::{FLAT, axes, curve, id_of, in_unit, series},
     pretty_unit, quiet, solid,
 };
@@ -50,8 +50,18 @@ pub(crate) fn graphical(channel: &ChannelValues, deviation: Deviation) -> Option
     plot.draw(1, marks);
     let marks = curve(&plot, 0, &channel.deviations);
     plot.draw(0, marks);
-    let marks = lines.iter().flatten().flat_map(|line| line.reading(&plot, noise)).collect();
+    let read = |line: &Line| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
+    let marks = lines.iter().flatten().map(read).collect();
     plot.draw(1, marks);
+    for line in lines.iter().flatten() {
+        let text = match line.term {
+            Term::BiasInstability => format!("0.664 B: {}", line.text(noise)),
+            _ => line.text(noise),
+        };
+        let along = plot.along(|tau_s| line.at(tau_s));
+        let places: Vec<_> = [(line.tau_s, line.deviation)].into_iter().chain(along).collect();
+        plot.label(1, &places, &text);
+    }
     Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))
 }
 
@@ -89,22 +99,6 @@ impl Line {
         unit.map_or_else(String::new, |(unit, factor)| {
             format!("{} {} {}", letter(self.term), four_digits(self.value * factor), pretty_unit(unit))
         })
-    }
-
-    /// The place, with the value beside it: away from the curve, which comes down from the left.
-    fn reading(&self, plot: &Plot, noise: &ChannelNoise) -> [Primitive; 2] {
-        let (x, y) = plot.place.of(self.tau_s, self.deviation);
-        let text = match self.term {
-            Term::BiasInstability => format!("0.664 B: {}", self.text(noise)),
-            _ => self.text(noise),
-        };
-        let (at, anchor) = match self.term {
-            // above its line, at the left
-            Term::BiasInstability => ((plot.place.area.left + 8.0, y - 5.0), Anchor::Start),
-            Term::RateRandomWalk => ((x + 8.0, y + 13.0), Anchor::Start),
-            Term::White | Term::Quantization | Term::RateRamp => ((x + 7.0, y - 6.0), Anchor::Start),
-        };
-        [plot.symbol(self.tau_s, self.deviation, Marker::Diamond, Colour::Ink), Primitive::text(at, text, anchor)]
     }
 }
 

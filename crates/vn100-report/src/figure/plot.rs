@@ -4,6 +4,7 @@ use super::{
     Figure, PlotAxis, PlottedSeries,
     axes::{Place, frame, square_decades},
     drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
+    labels::{self, free_place},
     png::Font,
 };
 
@@ -150,10 +151,37 @@ impl Plot {
         Rectangle { left: left - 3.0, top: top - 3.0, width: 6.0, height: 6.0 }
     }
 
-    /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
-    pub(super) fn note_at_edge(&self, y: f64, text: &str) -> Primitive {
-        let (left, top) = (self.place.area.left, self.place.of(1.0, y).1);
-        Primitive::text((left + 8.0, top - 5.0), text, Anchor::Start)
+    /// Places along a curve that lie in the plot, from its left end.
+    pub(super) fn along(&self, curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        const PLACES: usize = 48;
+        let (x, y) = (self.place.x, self.place.y);
+        let places = (1..PLACES).map(|place| x.from * (x.to / x.from).powf(place as f64 / PLACES as f64));
+        places.map(|x| (x, curve(x))).filter(|(_, value)| (y.from..=y.to).contains(value)).collect()
+    }
+
+    /// Writes a short text beside the first of these places where it keeps clear of all that is
+    /// drawn so far, in a layer of `series`; nothing where it does not fit into the plot.
+    pub(super) fn label(&mut self, series: usize, beside: &[(f64, f64)], text: &str) {
+        let font = Font::new().ok();
+        let width = |text: &str| width_of(text, font.as_ref());
+        let places: Vec<_> = beside.iter().map(|(x, y)| self.place.of(*x, *y)).collect();
+        if let Some((at, anchor)) = free_place(&self.figure.drawing, &self.place.area, &places, width(text), width) {
+            self.draw(series, vec![Primitive::text(at, text, anchor)]);
+        }
+    }
+
+    /// Whether nothing is drawn in that part of the plot, from and to shares of its width and
+    /// height, from its upper left corner.
+    pub(super) fn is_free(&self, [from_x, to_x]: [f64; 2], [from_y, to_y]: [f64; 2]) -> bool {
+        let Rectangle { left, top, width, height } = self.place.area;
+        let part = Rectangle {
+            left: left + from_x * width,
+            top: top + from_y * height,
+            width: (to_x - from_x) * width,
+            height: (to_y - from_y) * height,
+        };
+        let font = Font::new().ok();
+        labels::is_free(&self.figure.drawing, &part, |text| width_of(text, font.as_ref()))
     }
 
     pub(super) fn done(self, series: Vec<PlottedSeries>) -> Figure {
@@ -170,7 +198,7 @@ fn left_of(y: &PlotAxis, font: Option<&Font<'_>>) -> f64 {
 
 /// Of a text in letters of the usual size.
 fn width_of(text: &str, font: Option<&Font<'_>>) -> f64 {
-    LETTERS * font.map_or(0.6 * text.len() as f64, |font| font.width(text))
+    LETTERS * font.map_or(0.6 * text.chars().count() as f64, |font| font.width(text))
 }
 
 impl LegendSample {

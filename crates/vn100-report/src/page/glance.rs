@@ -8,9 +8,10 @@ use vn100_analysis::protocol::{Quantity, Register};
 use super::caption::Captions;
 use crate::{
     document::source::RecordingDocument,
+    figure::pretty_unit,
     measured::Record,
     names::names_of,
-    numbers::{NOTHING, duration, grouped, trimmed},
+    numbers::{NOTHING, duration, grouped, trimmed, with_powers},
     summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
 };
 
@@ -89,7 +90,7 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
             @for row in table.rows.iter().filter(|row| !row.is_detail) {
                 div.parameter {
                     span.label { (row.label) }
-                    span.value { (across(row)) }
+                    span.value { (with_whole_units(&across(row))) }
                     @if let Some((figure, verdict)) = &row.figure {
                         span.figure { (figure) }
                         b class={ "badge " (verdict_class(verdict)) } { (verdict.word) }
@@ -123,8 +124,20 @@ fn verdict_class(verdict: &VerdictWord) -> &'static str {
 fn across(row: &ParameterRow) -> String {
     match &row.cells {
         Cells::All(text) => (*text).to_owned(),
-        Cells::Axes(cells) => format!("{} {}", cells.join(" · "), row.unit),
+        Cells::Axes(cells) => {
+            let cells: Vec<String> = cells.iter().map(|cell| as_written(cell)).collect();
+            format!("{} {}", cells.join(" · "), pretty_unit(row.unit))
+        }
     }
+}
+
+/// A cell of the summary as the page writes numbers: `≤7.2e-3` as `≤ 7.2·10⁻³`.
+fn as_written(cell: &str) -> String {
+    if cell == "-" {
+        return NOTHING.into();
+    }
+    let (sign, number) = cell.strip_prefix('≤').map_or(("", cell), |bound| ("≤ ", bound.trim_start()));
+    sign.to_owned() + &with_powers(number)
 }
 
 /// One table for each sensor: values, intervals, data sheet, verdict.
@@ -156,11 +169,11 @@ fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
     html! {
         tr.more[row.is_detail] {
             th scope="row" { (row.label) }
-            td.unit { (row.unit) }
+            td.unit { (pretty_unit(row.unit)) }
             @match &row.cells {
                 Cells::All(text) => { td.all colspan=(axes) { (text) } }
                 Cells::Axes(cells) => {
-                    @for place in 0..axes { td { (cells.get(place).map_or(NOTHING, String::as_str)) } }
+                    @for place in 0..axes { td { (cells.get(place).map_or_else(|| NOTHING.into(), |cell| as_written(cell))) } }
                 }
             }
             @if table.has_datasheet {
@@ -191,6 +204,26 @@ pub(super) fn with_whole_units(text: &str) -> Markup {
         @for (place, word) in text.split(' ').enumerate() {
             @if place > 0 { " " }
             @if word.contains("/√") { span.whole { (word) } } @else { (word) }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_summary_are_written_as_those_of_the_page() {
+        for (cell, written) in [
+            ("≤7.2e-3", "≤ 7.2·10⁻³"),
+            ("≤ 1.2", "≤ 1.2"),
+            ("1.2e+12", "1.2·10¹²"),
+            ("0.347", "0.347"),
+            ("-", NOTHING),
+            ("no fit", "no fit"),
+            ("±2.4 %", "±2.4 %"),
+        ] {
+            assert_eq!(as_written(cell), written);
         }
     }
 }

@@ -3,20 +3,22 @@
 
 use maud::{Markup, html};
 use vn100_analysis::noise::{
-    Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
+    Claim, Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
 };
 use vn100_analysis::{
-    ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
+    ChannelNoise, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS,
+    StreamUnknown, letter,
 };
 
 use super::{caption::Captions, table};
 use crate::{
-    codes::code_of_verdict,
+    codes::{Code, code_of_verdict},
     figure::pretty_unit,
     graphical::{GRAPHICAL, laboratory_unit},
     measured::Record,
-    names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, shown_in, verdict_name},
-    numbers::{NOTHING, digits, duration, four_digits, p_value, trimmed, with_interval},
+    names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, verdict_name},
+    numbers::{NOTHING, digits, duration, four_digits, p_value, plain::digits_trimmed, trimmed, with_interval},
+    summary::parameter_unit,
     temperature::{coefficient_parameter, lag_text, share_text},
     units::ChannelValues,
 };
@@ -240,12 +242,12 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
     let compared = html! {
         @for (channel, verdict) in &rows {
             @if let Some(noise) = &channel.noise {
-                @let (unit, factor) = shown_in(noise.sensor, verdict.figure.term);
+                @let (unit, factor) = parameter_unit(noise.sensor, verdict.figure.term);
                 tr {
                     th scope="row" { (channel.name) }
                     td { (letter(verdict.figure.term)) }
                     td.unit { (pretty_unit(unit)) }
-                    td { (pretty_unit(&verdict.figure.printed)) }
+                    td { (pretty_unit(&verdict.figure.printed)) @if let Some(same) = in_shown_unit(&verdict.figure, unit, factor) { br; (same) } }
                     td {
                         @match &verdict.readings[..] {
                             [two, one, ..] => { (range(two.expected, factor)) " two-sided †" br; (range(one.expected, factor)) " one-sided" }
@@ -266,9 +268,7 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
         @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
         (table(&captions.table(&format!("Comparison with the data sheet: {}", verdicts.datasheet)), Some("verdicts"), &columns, &compared))
         p {
-            @for code in Verdict::ALL.into_iter().filter(|verdict| rows.iter().any(|(_, row)| row.verdict == *verdict)).map(code_of_verdict) {
-                b { (code.word) } ": " (code.meaning) ". "
-            }
+            @for (word, meanings) in meanings(rows.iter().map(|(_, row)| row.verdict)) { b { (word) } ": " (meanings.join("; or ")) ". " }
             "Typical values are not guaranteed; a single value 0.14 means 0.135 to 0.145. Pass: the whole confidence interval lies below the limit. "
             @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
                 "† The sheet does not say whether its densities are two-sided or one-sided: both readings are given, and neither decides alone. "
@@ -279,6 +279,32 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
             "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }
     }
+}
+
+/// The words of these verdicts, the worst first, each with all that it means.
+fn meanings(verdicts: impl Iterator<Item = Verdict> + Clone) -> Vec<(&'static str, Vec<&'static str>)> {
+    let mut words: Vec<(&str, Vec<&str>)> = Vec::new();
+    for verdict in Verdict::ALL.into_iter().filter(|verdict| verdicts.clone().any(|other| other == *verdict)) {
+        let Code { word, meaning, .. } = code_of_verdict(verdict);
+        match words.iter_mut().find(|(other, _)| *other == word) {
+            Some((_, meanings)) => meanings.push(meaning),
+            None => words.push((word, vec![meaning])),
+        }
+    }
+    words
+}
+
+/// The figure of a data sheet in the unit of the row, where it is printed in another.
+fn in_shown_unit(figure: &DatasheetFigure, unit: &str, factor: f64) -> Option<String> {
+    let unit = pretty_unit(unit);
+    let is_same = pretty_unit(&figure.printed).split_whitespace().any(|word| word.trim_end_matches(',') == unit);
+    let (low, high) = match figure.claim {
+        Claim::Limit(value) => (value, value),
+        Claim::Typical { from, to, .. } => (from, to),
+    };
+    let [low, high] = [low, high].map(|value| digits_trimmed(value * factor, 3));
+    let number = if low == high { low } else { format!("{low} to {high}") };
+    (!is_same).then(|| format!("= {number} {unit}"))
 }
 
 fn range((low, high): (f64, f64), factor: f64) -> String {

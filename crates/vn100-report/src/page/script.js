@@ -28,12 +28,13 @@
     const found = [];
     if (side.log) {
       const decades = Math.log10(side.to / side.from);
+      const isPlain = (power) => power >= -2 && power <= 4;
+      const plain = isPlain(Math.ceil(Math.log10(side.from))) && isPlain(Math.floor(Math.log10(side.to)));
       for (let e = Math.floor(Math.log10(side.from)); e <= Math.ceil(Math.log10(side.to)); e++) {
         for (let d = 1; d <= 9; d++) {
           const at = d * Math.pow(10, e);
           if (at < side.from || at > side.to) continue;
           const labelled = d === 1 || ((d === 2 || d === 5) && decades < 1.6) || decades < 0.6;
-          const plain = e >= -2 && e <= 4;
           found.push([at, labelled ? (plain ? String(+at.toPrecision(6)) : (d === 1 ? '' : d + '·') + '10' + raised(e)) : '']);
         }
       }
@@ -119,7 +120,8 @@
     picture.addEventListener('pointerleave', (event) => { if (event.pointerType === 'mouse') hide(); });
     picture.tabIndex = 0;
     const step = (by) => {
-      const all = [...new Set(reading.series.flatMap((series, index) => hidden.has(index) ? [] : series.x))].sort((a, b) => a - b);
+      const seen = (x) => x >= shown.x.from && x <= shown.x.to;
+      const all = [...new Set(reading.series.flatMap((series, index) => hidden.has(index) ? [] : series.x))].filter(seen).sort((a, b) => a - b);
       if (!all.length) return;
       const place_ = at === null ? -1 : all.indexOf(at);
       show(all[Math.min(Math.max(place_ < 0 ? (by > 0 ? 0 : all.length - 1) : place_ + by, 0), all.length - 1)]);
@@ -297,7 +299,9 @@
   if (contents) {
     const hint = document.createElement('p');
     hint.className = 'lead tools';
-    hint.textContent = 'Figures: point at a value to read it, drag to move, Shift and drag or double-click to zoom; by keyboard: arrows, + − 0.';
+    hint.textContent = matchMedia('(pointer: coarse)').matches
+      ? 'Figures: touch a value to read it; Enlarge fills the screen. Wide tables scroll sideways.'
+      : 'Figures: point at a value to read it, drag to move, Shift and drag or double-click to zoom; by keyboard: arrows, + − 0.';
     contents.after(hint);
   }
   // each table can be taken along as Markdown

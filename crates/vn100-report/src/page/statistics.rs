@@ -118,6 +118,7 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         Quantity::Value => Some(NEUTRAL_SERIES.into()),
         Quantity::Quaternion | Quantity::Pressure => None,
     });
+    sentences.extend(coarse_steps(channels));
     sentences.extend(loudest(channels));
     sentences.extend(channels.iter().find_map(|channel| {
         let reason = channel.signal.as_ref()?.normality?.err()?;
@@ -132,6 +133,21 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         ));
     }
     sentences
+}
+
+/// The step from value to value where it is much of the noise.
+fn coarse_steps(channels: &[&ChannelValues]) -> Option<String> {
+    const MUCH: f64 = 0.25;
+    let steps: Vec<String> = (channels.iter())
+        .filter_map(|channel| {
+            let share = channel.resolution / channel.std.filter(|std| *std > 0.0)?;
+            (share > MUCH).then(|| {
+                format!("{} {} ({} standard deviations)", channel.name, digits(channel.resolution, 3), digits(share, 2))
+            })
+        })
+        .collect();
+    let unit = pretty_unit(&channels.first()?.unit);
+    (!steps.is_empty()).then(|| format!("The values change in coarse steps, in {unit}: {}.", steps.join("; ")))
 }
 
 fn signed(value: f64, decimals: usize) -> String {

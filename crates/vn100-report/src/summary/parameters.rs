@@ -6,7 +6,7 @@ use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Reme
 
 use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
-    codes::code_of_status,
+    codes::{code_of_status, code_of_verdict},
     measured::Record,
     names::{ParameterNames, QUANTITIES, names_of, parameter_names},
     numbers::plain::{digits_trimmed, short},
@@ -284,8 +284,26 @@ fn claim(verdict: &FigureVerdict, factor: f64) -> String {
         Claim::Typical { .. } => "typ",
         _ => "max",
     };
-    let [low, high] = [low, high].map(|value| digits_trimmed(value, 2));
-    if low == high { format!("{kind} {low}") } else { format!("{kind} {low}-{high}") }
+    format!("{kind} {}", range(low, high))
+}
+
+/// Both ends to two digits, or one number where they are the same; with fewer digits of the lower
+/// end where there is no room.
+fn range(low: f64, high: f64) -> String {
+    const ROOM: usize = 9;
+    let [mut from, to] = [low, high].map(|value| digits_trimmed(value, 2));
+    if from == to {
+        return to;
+    }
+    if from.len() + to.len() + 1 > ROOM {
+        let decimals = to.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let shorter = format!("{low:.decimals$}");
+        let shorter = if decimals > 0 { shorter.trim_end_matches('0').trim_end_matches('.') } else { &shorter };
+        if shorter != "0" && shorter != to {
+            from = shorter.to_owned();
+        }
+    }
+    format!("{from}-{to}")
 }
 
 /// The worst verdict, with the letters of its axes where others are better.
@@ -306,17 +324,16 @@ fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord 
     VerdictWord { word, is_failed: worst == Verdict::Fail }
 }
 
-/// The verdict in one word, as a column of the summary has room for.
+/// The verdict in one word, as a column of the summary has room for; what is typical stands in the
+/// column before it.
 pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Pass => "pass",
         Verdict::Fail => "FAIL",
-        Verdict::Typical => "within",
-        Verdict::AboveTypical => "above",
-        Verdict::BelowTypical => "below",
-        Verdict::Inconclusive => "inconclusive",
-        Verdict::Consistent | Verdict::Undecided => "undecidable",
         Verdict::NotComparable => NOT_COMPARABLE,
+        _ => {
+            let word = code_of_verdict(verdict).word;
+            word.strip_suffix(" typical").unwrap_or(word)
+        }
     }
 }
 
@@ -336,6 +353,19 @@ mod tests {
         assert_eq!(interval(parameter(3.7, 2.3, 5.6), 1.0), "2.3-5.6");
         assert_eq!(interval(parameter(2.0, 1.9, 2.21), 10.0), "19-22");
         assert_eq!(interval(None, 1.0), "-");
+    }
+
+    #[test]
+    fn figures_of_a_data_sheet_fit_their_column() {
+        for (low, high, text) in [
+            (0.0991, 0.14, "0.1-0.14"),
+            (0.221, 0.313, "0.22-0.31"),
+            (5.0, 7.0, "5-7"),
+            (10.0, 10.0, "10"),
+            (0.42, 0.52, "0.42-0.52"),
+        ] {
+            assert_eq!(range(low, high), text);
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
     names::{in_unit, verdict_name},
-    numbers::{digits, duration, trimmed},
+    numbers::{digits, duration, trimmed, with_powers},
 };
 
 pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {
@@ -56,7 +56,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
     sentences.extend(findings.sensors.iter().filter_map(|sensor| {
         let worst = sensor.worst(|axis| axis.white)?;
         let (.., text) = worst.axis.verdicts.iter().find(|(term, ..)| *term == Term::White)?;
-        Some(format!("{} of the {}: {}.", worst.named(), sensor.name, pretty_unit(text)))
+        Some(format!("{} of the {}: {}.", worst.named(), sensor.name, with_powers(&pretty_unit(text))))
     }));
     sentences
 }

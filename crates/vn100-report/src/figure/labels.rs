@@ -1,0 +1,194 @@
+//! Labels keep clear of what is drawn: of lines, symbols and other labels.
+
+use super::drawing::{Anchor, At, Drawing, LETTERS, LayerKind, Marker, Primitive, Rectangle};
+
+/// Letters are as high as this share of their size above their baseline, and reach below it.
+const ABOVE: f64 = 0.8;
+const BELOW: f64 = 0.25;
+
+/// Around a label.
+const MARGIN: f64 = 2.0;
+
+/// From a place along and upwards to a label: near it first.
+const OFFSETS: [(f64, f64); 3] = [(6.0, 5.0), (10.0, 8.0), (16.0, 12.0)];
+
+/// Where a text of that width may stand at such a distance from a place.
+fn candidates((x, y): At, (along, up): (f64, f64), width: f64) -> [(At, Anchor); 5] {
+    [
+        ((x + along, y - up), Anchor::Start),
+        ((x - along, y - up), Anchor::End),
+        ((x + along, y + up + ABOVE * LETTERS), Anchor::Start),
+        ((x - along, y + up + ABOVE * LETTERS), Anchor::End),
+        ((x - width / 2.0, y - up - 2.0), Anchor::Start),
+    ]
+}
+
+/// What a text of that width covers there.
+fn room((x, baseline): At, anchor: Anchor, width: f64) -> Rectangle {
+    let left = match anchor {
+        Anchor::Start => x,
+        Anchor::Middle => x - width / 2.0,
+        Anchor::End => x - width,
+    };
+    Rectangle {
+        left: left - MARGIN,
+        top: baseline - ABOVE * LETTERS - MARGIN,
+        width: width + 2.0 * MARGIN,
+        height: (ABOVE + BELOW) * LETTERS + 2.0 * MARGIN,
+    }
+}
+
+/// The first place beside one of `beside` at which a text of that width lies within `area` and
+/// touches nothing of the data layers, or else the one at which it touches least; `None` where it
+/// fits nowhere within the area. `width_of`: of the texts that are drawn.
+pub(super) fn free_place(
+    drawing: &Drawing,
+    area: &Rectangle,
+    beside: &[At],
+    width: f64,
+    width_of: impl Fn(&str) -> f64,
+) -> Option<(At, Anchor)> {
+    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data { .. }));
+    let marks: Vec<&Primitive> = data.flat_map(|layer| &layer.marks).collect();
+    let is_inside = |room: &Rectangle| {
+        room.left >= area.left
+            && room.top >= area.top
+            && room.left + room.width <= area.left + area.width
+            && room.top + room.height <= area.top + area.height
+    };
+    // a line between a label and its place makes it look like that of the line
+    let harm = |room: &Rectangle, place: At| -> usize {
+        let one = |mark: &&Primitive| match (touches(mark, room, &width_of), mark) {
+            (true, _) => 3,
+            (false, Primitive::Line { points, .. }) => usize::from(separates(points, place, room)),
+            _ => 0,
+        };
+        marks.iter().map(one).sum()
+    };
+    let mut best: Option<(usize, (At, Anchor))> = None;
+    let near = |offset| {
+        beside.iter().flat_map(move |place| candidates(*place, offset, width).map(|candidate| (*place, candidate)))
+    };
+    for (place, (at, anchor)) in OFFSETS.into_iter().flat_map(near) {
+        let room = room(at, anchor, width);
+        if !is_inside(&room) {
+            continue;
+        }
+        match harm(&room, place) {
+            0 => return Some((at, anchor)),
+            harm if best.is_none_or(|(least, _)| harm < least) => best = Some((harm, (at, anchor))),
+            _ => {}
+        }
+    }
+    best.map(|(_, place)| place)
+}
+
+/// Whether nothing of the data layers lies in that part of a drawing.
+pub(super) fn is_free(drawing: &Drawing, part: &Rectangle, width_of: impl Fn(&str) -> f64) -> bool {
+    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data { .. }));
+    !data.flat_map(|layer| &layer.marks).any(|mark| touches(mark, part, &width_of))
+}
+
+fn touches(mark: &Primitive, part: &Rectangle, width_of: &impl Fn(&str) -> f64) -> bool {
+    match mark {
+        Primitive::Line { points, .. } => points.windows(2).any(|ends| crosses(part, ends[0], ends[1])),
+        Primitive::Symbol { at: (x, y), .. } => {
+            let reach = Marker::RADIUS + 1.0;
+            part.overlaps(&Rectangle { left: x - reach, top: y - reach, width: 2.0 * reach, height: 2.0 * reach })
+        }
+        Primitive::Text { at, text, anchor, .. } => part.overlaps(&room(*at, *anchor, width_of(text))),
+        // what lies on a tinted area can be read
+        Primitive::Area { .. } => false,
+    }
+}
+
+/// Whether a line crosses the way from a little beside a place to the nearest of a rectangle.
+fn separates(points: &[At], (x, y): At, part: &Rectangle) -> bool {
+    let to = (x.clamp(part.left, part.left + part.width), y.clamp(part.top, part.top + part.height));
+    let from = (x + 0.3 * (to.0 - x), y + 0.3 * (to.1 - y));
+    let side = |a: At, b: At, c: At| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0) > 0.0;
+    points.windows(2).any(|ends| {
+        side(from, to, ends[0]) != side(from, to, ends[1]) && side(ends[0], ends[1], from) != side(ends[0], ends[1], to)
+    })
+}
+
+/// Whether a part of the straight line lies in the rectangle (Liang and Barsky).
+fn crosses(part: &Rectangle, (x, y): At, (to_x, to_y): At) -> bool {
+    let (dx, dy) = (to_x - x, to_y - y);
+    let sides =
+        [(-dx, x - part.left), (dx, part.left + part.width - x), (-dy, y - part.top), (dy, part.top + part.height - y)];
+    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+    for (towards, room) in sides {
+        if towards == 0.0 {
+            if room < 0.0 {
+                return false;
+            }
+        } else if towards < 0.0 {
+            enters = enters.max(room / towards);
+        } else {
+            leaves = leaves.min(room / towards);
+        }
+    }
+    enters <= leaves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::drawing::{Colour, Dash, Layer, Stroke};
+
+    const AREA: Rectangle = Rectangle { left: 0.0, top: 0.0, width: 300.0, height: 200.0 };
+
+    fn drawing_of(lines: &[[At; 2]]) -> Drawing {
+        let stroke = Stroke { colour: Colour::Ink, width: 1.0, dash: Dash::Solid };
+        let marks = lines.iter().map(|ends| Primitive::Line { points: ends.to_vec(), stroke }).collect();
+        let layers = vec![Layer { kind: LayerKind::Data { series: 0, clip: AREA }, marks }];
+        Drawing { width: 300.0, height: 200.0, layers }
+    }
+
+    #[test]
+    fn a_line_crosses_what_it_goes_through() {
+        let part = Rectangle { left: 10.0, top: 10.0, width: 20.0, height: 10.0 };
+        for (ends, expected) in [
+            ([(0.0, 0.0), (40.0, 30.0)], true),
+            ([(0.0, 15.0), (300.0, 15.0)], true),
+            ([(12.0, 12.0), (13.0, 13.0)], true),
+            ([(0.0, 25.0), (300.0, 25.0)], false),
+            ([(0.0, 0.0), (9.0, 30.0)], false),
+            ([(15.0, 0.0), (15.0, 9.0)], false),
+        ] {
+            assert_eq!(crosses(&part, ends[0], ends[1]), expected, "{ends:?}");
+        }
+    }
+
+    #[test]
+    fn a_label_keeps_clear_of_lines_and_of_other_labels() {
+        // a falling line, and another 12 above it: above right of the lower one there is no room
+        let mut drawing = drawing_of(&[[(0.0, 0.0), (300.0, 200.0)], [(18.0, 0.0), (300.0, 188.0)]]);
+        let beside: Vec<At> = (1..10).map(|n| (30.0 * f64::from(n), 20.0 * f64::from(n))).collect();
+        let width = |text: &str| 7.0 * text.len() as f64;
+        for _ in 0..3 {
+            let (at, anchor) = free_place(&drawing, &AREA, &beside, width("a label"), width).unwrap();
+            assert!(is_free(&drawing, &room(at, anchor, width("a label")), width), "{at:?}");
+            drawing.layers[0].marks.push(Primitive::text(at, "a label", anchor));
+        }
+        assert_eq!(free_place(&drawing, &AREA, &beside, 400.0, width), None);
+        assert_eq!(free_place(&drawing, &AREA, &[], 10.0, width), None);
+    }
+
+    #[test]
+    fn no_line_comes_between_a_label_and_its_place() {
+        // above the lower of these lines there is no room but beyond the upper one
+        let drawing = drawing_of(&[[(0.0, 100.0), (300.0, 100.0)], [(0.0, 94.0), (300.0, 94.0)]]);
+        let ((_, baseline), _) = free_place(&drawing, &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).unwrap();
+        assert!(baseline > 100.0, "{baseline}");
+        let ((_, baseline), _) = free_place(&drawing, &AREA, &[(100.0, 94.0)], 50.0, |_| 50.0).unwrap();
+        assert!(baseline < 94.0, "{baseline}");
+    }
+
+    #[test]
+    fn without_free_room_a_label_stands_where_it_touches_least() {
+        let lines: Vec<[At; 2]> = (0..40).map(|n| 5.0 * f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
+        assert!(free_place(&drawing_of(&lines), &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).is_some());
+    }
+}
