@@ -317,7 +317,7 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNIMU 100 Hz, VNMAR 100 Hz,\n             VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNDTV 100 Hz, VNIMU 100 Hz,\n             VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
              of 800 a second: noise aliases at 40 Hz; --window 20 avoids it\n"
         );
     }
