@@ -65,7 +65,12 @@ fn summary(stats: &PtyStats) -> String {
 }
 
 pub(crate) fn device(args: &SimSensorArgs) -> Device {
-    Device::new(DeviceConfig { profile: args.truth(), seed: args.seed, ..DeviceConfig::default() })
+    Device::new(DeviceConfig {
+        profile: args.truth(),
+        seed: args.seed,
+        firmware: args.firmware,
+        ..DeviceConfig::default()
+    })
 }
 
 pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {

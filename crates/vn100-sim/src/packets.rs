@@ -5,7 +5,10 @@ use vn100_protocol::{MEASUREMENTS_PER_S, PacketMessage};
 
 use crate::{
     capture::{Generator, UnsupportedRate, values_of},
-    device::binary::{PacketContents, PacketOutput},
+    device::{
+        Firmware,
+        binary::{PacketContents, PacketOutput},
+    },
     noise::{NoiseComponent, normal, random_stream},
     profile::Profile,
     sensor::Deltas,
@@ -68,7 +71,7 @@ impl PacketStream {
         let setting = packets.output(1, rate_hz).ok_or_else(unsupported)?.to_string();
         let parameters: Vec<&str> = setting.split(',').collect();
         Ok(Self {
-            output: PacketOutput::parse(&parameters).map_err(|_| unsupported())?,
+            output: PacketOutput::parse(&parameters, Firmware::default()).map_err(|_| unsupported())?,
             generator: Generator::at_any_rate(profile, rate_hz, seed).ok_or_else(unsupported)?,
             clock: SensorClock::new(seed),
             rate_hz: rate_hz.into(),

@@ -8,7 +8,7 @@ use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
     stream::Measured,
 };
-use vn100_sim::{Profile, Thermal, fault::FaultPlan};
+use vn100_sim::{Profile, Thermal, device::Firmware, fault::FaultPlan};
 
 use super::LogArgs;
 
@@ -108,6 +108,10 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
+    /// Firmware of the emulated sensor: "2.0", "2.1" or "3.1"
+    #[arg(long, value_name = "VERSION", value_parser = firmware, default_value = "3.1")]
+    pub(crate) firmware: Firmware,
+
     /// Temperature of the emulated sensor and the bias that follows it, as in
     /// "gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900": deg/s and mg per degC, s, degC; also
     /// heating, warm-up, age
@@ -118,6 +122,10 @@ pub(crate) struct SimSensorArgs {
     /// power-up
     #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
+}
+
+fn firmware(version: &str) -> Result<Firmware, String> {
+    Firmware::named(version).ok_or_else(|| format!("no firmware {version} is emulated: use 2.0, 2.1 or 3.1"))
 }
 
 impl SimSensorArgs {

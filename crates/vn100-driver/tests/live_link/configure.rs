@@ -144,7 +144,7 @@ async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
     }
 }
 
-const PACKETS_OFF: (u8, &str) = (75, "0,0,00");
+const PACKETS_OFF: (u8, &str) = (75, "0,0,01,0001");
 
 /// A sensor that can send packets, and what sets it to send as many as it measures.
 fn sensor_of_packets() -> (Sensor, OutputSettings) {

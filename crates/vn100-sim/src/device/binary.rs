@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use vn100_protocol::{DeviceError, crc16};
 
-use super::command::check_count;
+use super::{Firmware, command::check_count};
 use crate::sensor::{Deltas, SensorValues, single, transposed};
 
 /// The values one packet can carry.
@@ -44,12 +44,13 @@ pub(crate) struct PacketOutput {
 }
 
 impl PacketOutput {
-    /// As delivered: nothing is sent; a poll gives the time.
-    pub(crate) fn off() -> Self {
-        Self { mode: 0, divisor: 0, groups: 1, words: vec![1] }
+    /// As delivered: nothing is sent. With firmware 3 a poll gives the time, before it nothing.
+    pub(crate) fn off(firmware: Firmware) -> Self {
+        let (groups, words) = if firmware == Firmware::V3_1 { (1, vec![1]) } else { (0, Vec::new()) };
+        Self { mode: 0, divisor: 0, groups, words }
     }
 
-    pub(crate) fn parse(parameters: &[&str]) -> Result<Self, DeviceError> {
+    pub(crate) fn parse(parameters: &[&str], firmware: Firmware) -> Result<Self, DeviceError> {
         let [mode, divisor, groups, words @ ..] = parameters else {
             return Err(DeviceError::TooFewParameters);
         };
@@ -63,11 +64,17 @@ impl PacketOutput {
         let known = groups != 0
             && groups < 1 << FIELD_BYTES.len()
             && output.words().all(|(group, word)| word != 0 && bits(word).all(|bit| FIELD_BYTES[group][bit] != 0));
-        if known { Ok(output) } else { Err(DeviceError::InvalidParameter) }
+        let is_sent = match firmware {
+            // no group of times, and no uncertainty of the attitude
+            Firmware::V2_0 => output.words().all(|(group, word)| group != 1 && !(group == 4 && word & 1 << 8 != 0)),
+            Firmware::V2_1 | Firmware::V3_1 => true,
+        };
+        if known && is_sent { Ok(output) } else { Err(DeviceError::InvalidParameter) }
     }
 
-    pub(crate) fn print(&self) -> String {
-        let mut text = format!("{},{},{:02X}", self.mode, self.divisor, self.groups);
+    pub(crate) fn print(&self, firmware: Firmware) -> String {
+        let digits = if self.groups == 0 && firmware == Firmware::V2_1 { 1 } else { 2 };
+        let mut text = format!("{},{},{:0digits$X}", self.mode, self.divisor, self.groups);
         for word in &self.words {
             // writing to a String cannot fail
             _ = write!(text, ",{word:04X}");

@@ -40,7 +40,7 @@ impl Device {
                 check_count(parameters, 0)?;
                 self.registers.set_start_up_bias(self.sensor.bias_rad_s);
             }
-            "TAR" if self.registers.firmware == Firmware::V2_1 => check_count(parameters, 0)?,
+            "TAR" if self.registers.firmware != Firmware::V3_1 => check_count(parameters, 0)?,
             "WNV" => {
                 check_count(parameters, 0)?;
                 self.run.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));

@@ -3,11 +3,33 @@
 /// The program of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Firmware {
+    /// 2.0.0.0
+    V2_0,
     /// 2.1.0.0
     V2_1,
     /// 3.1.0.0
     #[default]
     V3_1,
+}
+
+impl Firmware {
+    /// The one of this version, such as `2.1`.
+    #[must_use]
+    pub fn named(version: &str) -> Option<Self> {
+        [Self::V2_0, Self::V2_1, Self::V3_1]
+            .into_iter()
+            .find(|firmware| firmware.version().strip_suffix(".0.0") == Some(version))
+    }
+
+    /// As register 4 holds it.
+    #[must_use]
+    pub const fn version(self) -> &'static str {
+        match self {
+            Self::V2_0 => "2.0.0.0",
+            Self::V2_1 => "2.1.0.0",
+            Self::V3_1 => "3.1.0.0",
+        }
+    }
 }
 
 /// What a field may hold.

@@ -48,7 +48,7 @@ impl Registers {
     pub(crate) fn delivered(firmware: Firmware, serial: u32) -> Self {
         let values = ROWS.iter().map(|row| {
             let default = match (row.number, firmware) {
-                (44, Firmware::V2_1) => "1,3,5",
+                (44, Firmware::V2_0 | Firmware::V2_1) => "1,3,5",
                 _ => row.default,
             };
             let default: Vec<&str> = default.split(',').collect();
@@ -59,7 +59,7 @@ impl Registers {
             serial,
             values: values.collect(),
             ports: [PortSettings { baud: 115_200, message: 14, rate_hz: 40 }; 2],
-            binary: std::array::from_fn(|_| PacketOutput::off()),
+            binary: std::array::from_fn(|_| PacketOutput::off(firmware)),
         }
     }
 
@@ -70,14 +70,11 @@ impl Registers {
         let port = &self.ports[port];
         Some(match number {
             3 => format!("{:010}", self.serial),
-            4 => match self.firmware {
-                Firmware::V2_1 => "2.1.0.0".to_owned(),
-                Firmware::V3_1 => "3.1.0.0".to_owned(),
-            },
+            4 => self.firmware.version().to_owned(),
             5 => port.baud.to_string(),
             6 => port.message.to_string(),
             7 => port.rate_hz.to_string(),
-            75..=77 => self.binary[usize::from(number - 75)].print(),
+            75..=77 => self.binary[usize::from(number - 75)].print(self.firmware),
             _ => print_values(self.values.get(&number)?),
         })
     }
@@ -88,8 +85,8 @@ impl Registers {
             3 | 4 => return Err(DeviceError::Unauthorized),
             5..=7 => return self.write_port(number, parameters, port),
             75..=77 => {
-                let before =
-                    std::mem::replace(&mut self.binary[usize::from(number - 75)], PacketOutput::parse(parameters)?);
+                let output = PacketOutput::parse(parameters, self.firmware)?;
+                let before = std::mem::replace(&mut self.binary[usize::from(number - 75)], output);
                 if !self.fits(0) || !self.fits(1) {
                     self.binary[usize::from(number - 75)] = before;
                     return Err(DeviceError::InsufficientBaudRate);

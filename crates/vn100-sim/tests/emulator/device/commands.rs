@@ -101,6 +101,30 @@ fn firmware_2_1_differs_where_the_maker_says_so() {
     new.set("07,0");
 }
 
+/// Register 75 where packets are off, a group of times, the uncertainty of the attitude.
+#[test]
+fn firmwares_differ_in_their_packets() {
+    const TIMES: &str = "0,16,02,0001";
+    const UNCERTAINTY: &str = "0,16,10,0100";
+    for (firmware, off, refused) in [
+        (Firmware::V2_0, "0,0,00", &[TIMES, UNCERTAINTY][..]),
+        (Firmware::V2_1, "0,0,0", &[]),
+        (Firmware::V3_1, "0,0,01,0001", &[]),
+    ] {
+        let mut bench = Bench::quiet_with(DeviceConfig { firmware, ..DeviceConfig::default() });
+        assert!(bench.ask("VNRRG,75").starts_with(&format!("$VNRRG,75,{off}*")), "{firmware:?}");
+        for fields in [TIMES, UNCERTAINTY] {
+            match refused.contains(&fields) {
+                true => assert_eq!(bench.error(&format!("VNWRG,75,{fields}")), "07", "{firmware:?} {fields}"),
+                false => bench.set(&format!("75,{fields}")),
+            }
+        }
+        bench.set("75,0,16,05,0001,001C");
+        bench.set("75,0,0,01,0001");
+        assert_eq!(bench.error("VNWRG,75,0,0,00"), "07", "no group at all");
+    }
+}
+
 #[test]
 fn published_writes_come_back_as_they_were() {
     let mut bench = Bench::quiet();
