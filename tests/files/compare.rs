@@ -311,24 +311,34 @@ fn plan(options: &[&str]) -> Value {
 
 #[test]
 fn a_plan_fits_the_line_and_its_window_is_exact() {
-    for (options, rate, window, baud) in [
-        (&[][..], 40, 20, 115_200),
-        (&["--baud", "9600"], 5, 160, 9600),
-        (&["--baud", "921600"], 40, 20, 921_600),
-        (&["--rate", "200"], 200, 4, 460_800),
-        (&["--rate", "100", "--baud", "128000"], 100, 8, 128_000),
+    for (options, message, rate, window, baud) in [
+        (&[][..], "BINARY", 200, 4, 115_200),
+        (&["--baud", "9600"], "BINARY", 20, 40, 9600),
+        (&["--baud", "921600"], "BINARY", 200, 4, 921_600),
+        (&["--rate", "800"], "BINARY", 800, 1, 460_800),
+        (&["--message", "BINARY+MAG"], "BINARY+MAG", 160, 5, 115_200),
+        (&["--message", "VNIMU"], "VNIMU", 40, 20, 115_200),
+        (&["--message", "VNIMU", "--baud", "9600"], "VNIMU", 5, 160, 9600),
+        (&["--message", "VNIMU", "--rate", "200"], "VNIMU", 200, 4, 460_800),
+        (&["--message", "VNIMU", "--rate", "100", "--baud", "128000"], "VNIMU", 100, 8, 128_000),
     ] {
         let document = plan(&[options, &["--want", "gyro N ±5%"]].concat());
         assert_eq!(document["schema"], "vn100.plan/1");
         let settings = &document["settings"];
-        assert_eq!(settings["message"], "VNIMU");
+        assert_eq!(settings["message"], message);
         assert_eq!((&settings["rate_hz"], &settings["window"]), (&rate.into(), &window.into()), "{options:?}");
         assert_eq!(settings["baud"], baud, "{options:?}");
         assert!(settings["line_bytes"].as_u64().unwrap() * rate * 10 <= baud);
+        let commands = &document["commands"];
+        let set = format!("--set-message {message} --set-rate {rate} --window {window}");
+        let setting = if message == "VNIMU" { &commands["configure"] } else { &commands["attach"] };
+        assert!(setting.as_str().unwrap().contains(&set), "{commands}");
     }
-    let output = vn100().args(["plan", "--rate", "200", "--baud", "115200"]).output().unwrap();
+    let output = vn100().args(["plan", "--message", "VNIMU", "--rate", "200", "--baud", "115200"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("reduce the rate to 50 Hz"));
+    let output = vn100().args(["plan", "--message", "VNQTN"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
 }
 
 #[test]

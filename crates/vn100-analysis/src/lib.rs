@@ -27,6 +27,7 @@ mod sensor;
 mod settings;
 mod snapshot;
 mod source_facts;
+mod want;
 mod warning;
 
 pub use accumulate::{
@@ -53,7 +54,7 @@ pub use datasheet::{
 };
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
-pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
+pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError};
 pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
@@ -66,4 +67,5 @@ pub use snapshot::{
 pub use source_facts::{
     FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, SourceFacts,
 };
+pub use want::{Known, Want, WantError};
 pub use warning::{Severity, Warning, WarningKind};

@@ -13,14 +13,14 @@ use clap::{
     error::ErrorKind,
 };
 use imu_noise::Estimator;
-use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES, PACKET_MESSAGES, PacketMessage};
+use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want};
+use vn100_protocol::{AsyncType, BaudRate, MESSAGES, PACKET_MESSAGES, PacketMessage};
 use vn100_sim::Message;
 
 use duration::{duration, length};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
+use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
-use link::{baud_rate, output_rate};
 use measure::confidence;
 pub(crate) use measure::{
     CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section, is_page,
@@ -268,13 +268,8 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "WANT")]
     pub(crate) want: Vec<Want>,
 
-    /// Output rate in hertz, if it is fixed: 1 2 4 5 10 20 25 40 50 100 200
-    #[arg(short, long, help_heading = "Fixed settings", value_name = "HZ", value_parser = output_rate)]
-    pub(crate) rate: Option<AsyncRate>,
-
-    /// Baud rate, if it is fixed
-    #[arg(long, help_heading = "Fixed settings", value_name = "N", value_parser = baud_rate)]
-    pub(crate) baud: Option<BaudRate>,
+    #[command(flatten)]
+    pub(crate) fixed: Fixed,
 
     /// Two-sided level of the intervals, between 0 and 1
     #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
@@ -287,6 +282,29 @@ pub(crate) struct PlanArgs {
     /// Print a JSON document
     #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
+}
+
+/// What a plan may not choose.
+#[derive(Debug, Clone, Copy, clap::Args)]
+#[command(next_help_heading = "Fixed settings")]
+pub(crate) struct Fixed {
+    /// What the sensor sends, if it is fixed: BINARY, BINARY+MAG or VNIMU [default: packets, with
+    /// the magnetic field if something of it is wanted]
+    #[arg(long, value_name = "NAME", value_parser = planned_message)]
+    pub(crate) message: Option<PlannedMessage>,
+
+    /// Output rate in hertz, if it is fixed: of packets 800 over a whole number, of sentences 1 2 4
+    /// 5 10 20 25 40 50 100 200
+    #[arg(short, long = "rate", value_name = "HZ")]
+    pub(crate) rate_hz: Option<u32>,
+
+    /// Baud rate, if it is fixed
+    #[arg(long, value_name = "N", value_parser = baud_rate)]
+    pub(crate) baud: Option<BaudRate>,
+}
+
+fn planned_message(name: &str) -> Result<PlannedMessage, String> {
+    PlannedMessage::named(name).ok_or_else(|| format!("no plan is made for {name}: use BINARY, BINARY+MAG or VNIMU"))
 }
 
 #[derive(Debug, clap::Args)]

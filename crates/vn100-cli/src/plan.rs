@@ -4,12 +4,14 @@ use std::fmt::{self, Write};
 
 use anyhow::Result;
 use imu_noise::BoxcarWindow;
-use vn100_analysis::{Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, SENSORS, Want, axes_name, letter};
+use vn100_analysis::{
+    Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, Want, axes_name, letter,
+};
 use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
 use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
-    args::PlanArgs,
+    args::{Fixed, PlanArgs},
     exit::{print, print_json},
     text::{WIDTH, fill, text},
     user_files::open_datasheet,
@@ -33,7 +35,8 @@ const USUAL: [&str; 13] = [
 ];
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
-    let given = Given { rate: args.rate, baud: args.baud, confidence: args.confidence };
+    let Fixed { message, rate_hz, baud } = args.fixed;
+    let given = Given { message, rate_hz, baud, confidence: args.confidence };
     let asked = !args.want.is_empty();
     let wants = if asked {
         args.want.clone()
@@ -54,27 +57,28 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
 /// The commands that do what was planned; with a length only if it was `asked` for something in
 /// particular that is within reach.
 fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
-    let message = plan.message.header().unwrap_or_default();
-    let (rate_hz, window) = (plan.rate.hz(), plan.window);
+    let (message, rate_hz, window) = (plan.message.name(), plan.rate_hz, plan.window);
     // a baud rate that is given is the one the port has
     let changes_baud = given.baud.is_none() && plan.baud != BaudRate::DEFAULT;
     let set_baud =
         |baud: BaudRate| if changes_baud { format!(" --set-baud {}", baud.bits_per_s()) } else { String::new() };
     let length = plan.record_s.filter(|_| asked);
     let duration = length.map_or_else(|| "T".into(), |record_s| span(plan.warm_up_s + record_s, ""));
-    PlanCommands {
-        configure: format!(
-            "vn100 configure PORT --set-message {message} --set-rate {rate_hz} --window {window}{} --count on",
-            set_baud(plan.baud)
-        ),
-        attach: format!(
-            "vn100 attach PORT --record rest.mcap --skip {} --duration {duration}",
-            span(plan.warm_up_s, "")
-        ),
-        undo: format!(
-            "vn100 configure PORT --set-message VNYMR --set-rate 40 --window 4{} --count off",
-            set_baud(BaudRate::DEFAULT)
-        ),
+    let set = format!("--set-message {message} --set-rate {rate_hz} --window {window}");
+    let record = format!("--record rest.mcap --skip {} --duration {duration}", span(plan.warm_up_s, ""));
+    match plan.message {
+        // raises the baud rate itself where it must
+        PlannedMessage::Packets(_) => {
+            PlanCommands { configure: None, attach: format!("vn100 attach PORT {set} {record}"), undo: None }
+        }
+        PlannedMessage::Sentences => PlanCommands {
+            configure: Some(format!("vn100 configure PORT {set}{} --count on", set_baud(plan.baud))),
+            attach: format!("vn100 attach PORT {record}"),
+            undo: Some(format!(
+                "vn100 configure PORT --set-message VNYMR --set-rate 40 --window 4{} --count off",
+                set_baud(BaudRate::DEFAULT)
+            )),
+        },
     }
 }
 
@@ -89,7 +93,7 @@ const OUT_OF_REACH: &str = "more than 100 days";
 const MOUNTING: [&str; 5] = [
     "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
     "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; do not touch the table",
-    "a steady temperature: no sun, no draught, no heater that switches; VNIMU contains the temperature for a later check",
+    "a steady temperature: no sun, no draught, no heater that switches; the record contains the temperature for a later check",
     "no iron and no changing current near it, if the magnetometer is measured",
     "a computer that does not sleep, a USB latency of 1 ms, enough disk space",
 ];
@@ -103,15 +107,22 @@ fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet
         writeln!(out, "{}", fill(line, "  - ", "    "))?;
     }
     let commands = commands(plan, given, asked);
-    writeln!(out, "\nconfigure the sensor; the settings are lost at power-off")?;
-    write_command(out, &commands.configure)?;
-    writeln!(out, "measure, and record the raw bytes")?;
+    if let Some(configure) = &commands.configure {
+        writeln!(out, "\nconfigure the sensor; the settings are lost at power-off")?;
+        write_command(out, configure)?;
+        writeln!(out, "measure, and record the raw bytes")?;
+    } else {
+        writeln!(out, "\nmeasure, and record the raw bytes; the sensor's settings are restored at the end")?;
+    }
     write_command(out, &commands.attach)?;
     if !asked || plan.record_s.is_none() {
         writeln!(out, "  (T: {} of warm-up plus the length above)", span(plan.warm_up_s, " "))?;
     }
-    writeln!(out, "undo: power-cycle the sensor, or set the factory defaults")?;
-    write_command(out, &commands.undo)
+    if let Some(undo) = &commands.undo {
+        writeln!(out, "undo: power-cycle the sensor, or set the factory defaults")?;
+        write_command(out, undo)?;
+    }
+    Ok(())
 }
 
 /// With a backslash where the line continues, as shells read it.
@@ -149,23 +160,17 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
     writeln!(out, "{}", fill(METHOD, "", ""))
 }
 
-/// The message to be preferred, and what the line carries of it.
-fn packets(plan: &Plan) -> String {
+/// What each baud rate carries of the packets.
+fn rates_of_packets() -> String {
     let at = |message: PacketMessage| {
-        let fits = |baud: &BaudRate| {
-            let rate_hz = message.highest_rate_hz(*baud)?;
-            Some(format!("{rate_hz} Hz at {} baud", baud.bits_per_s()))
+        let fits = |bits_per_s: u32| {
+            let rate_hz = message.highest_rate_hz(BaudRate::new(bits_per_s)?)?;
+            Some(format!("{rate_hz} Hz at {bits_per_s} baud"))
         };
-        let bauds =
-            BaudRate::ALL.iter().filter(|baud| **baud >= plan.baud && OFFERED_BAUDS.contains(&baud.bits_per_s()));
-        let rates: Vec<_> = bauds.filter_map(fits).collect();
+        let rates: Vec<_> = OFFERED_BAUDS.into_iter().filter_map(fits).collect();
         format!("{}, {} bytes: {}", message.name, message.packet_length(), rates.join(", "))
     };
-    format!(
-        "first choice where the firmware sends them: vn100 attach PORT --set-message BINARY --set-rate 800. Their device time shows rate and dropped \
-         samples exactly, and at 800 Hz the output adds no aliasing. {}. Without them:",
-        PACKET_MESSAGES.map(at).join("; ")
-    )
+    PACKET_MESSAGES.map(at).join("; ")
 }
 
 /// Those that hosts and adapters have.
@@ -191,15 +196,20 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
 }
 
 fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
-    let (rate_hz, baud) = (plan.rate.hz(), plan.baud.bits_per_s());
-    let mag = BoxcarWindow { length: 1, decimation: Onboard::MAG_REFRESH_HZ / f64::from(rate_hz) };
-    let load = plan.line_length * rate_hz;
-    let rows = [
-        ("packets", packets(plan)),
-        (
-            "message",
-            "VNIMU: in VNYMR the attitude filter removes the gyro bias, so B, K and R are not measurable".into(),
+    let (rate_hz, baud) = (plan.rate_hz, plan.baud.bits_per_s());
+    let mag = BoxcarWindow { length: 1, decimation: (Onboard::MAG_REFRESH_HZ / f64::from(rate_hz)).max(1.0) };
+    let load = plan.frame_bytes * rate_hz;
+    let are_packets = matches!(plan.message, PlannedMessage::Packets(_));
+    let message = match are_packets {
+        true => format!(
+            "{}: uncompensated packets with the sensor's own time, which shows rate and dropped samples exactly. Sentences instead: \
+             --message VNIMU",
+            plan.message.name()
         ),
+        false => "VNIMU: in VNYMR the attitude filter removes the gyro bias, so B, K and R are not measurable".into(),
+    };
+    let rows = [
+        ("message", message),
         (
             "rate",
             format!("{rate_hz} Hz: B and K are measured at long averaging times, where a higher rate adds nothing"),
@@ -217,13 +227,17 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
         (
             "line",
             format!(
-                "{baud} baud carry {} bytes a second; {} bytes, counter included, {rate_hz} times a second are {load} ({:.0} %)",
+                "{baud} baud carry {} bytes a second; {} bytes{}, {rate_hz} times a second are {load} ({:.0} %)",
                 baud / 10,
-                plan.line_length,
+                plan.frame_bytes,
+                if are_packets { "" } else { ", counter included" },
                 100.0 * f64::from(load) / (f64::from(baud) / 10.0)
             ),
         ),
-        ("counter", "on: dropped samples are then counted exactly".into()),
+        match are_packets {
+            true => ("packets", rates_of_packets()),
+            false => ("counter", "on: dropped samples are then counted exactly".into()),
+        },
         (
             "warm-up",
             format!(

@@ -1,8 +1,10 @@
 //! How long a record has to be: plans before it, goals while it lasts.
 
 use imu_noise::{Claim, Sensor, Term};
-use vn100_analysis::{Analysis, Assessment, Given, Goal, Plan, PlanningError, Settings, UnmetGoal, Want, WhyUnmet};
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate};
+use vn100_analysis::{
+    Analysis, Assessment, Given, Goal, Plan, PlannedMessage, PlanningError, Settings, UnmetGoal, Want, WhyUnmet,
+};
+use vn100_protocol::BaudRate;
 
 use crate::sheets::{figure, sheet};
 use crate::simulated::Simulated;
@@ -10,11 +12,12 @@ use crate::simulated::Simulated;
 #[test]
 fn plans_take_the_sensors_own_settings_where_they_fit() {
     let quoted = sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(6e-5))]);
-    let free = Given { rate: None, baud: None, confidence: 0.95 };
+    let free = Given { message: None, rate_hz: None, baud: None, confidence: 0.95 };
     let wants = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<Want>>();
     let plan = |texts: &[&str], given| Plan::new(&wants(texts), given, &quoted);
     let white = plan(&["gyro N ±5%"], free).unwrap();
-    assert_eq!((white.message, white.rate.hz(), white.window, white.warm_up_s), (AsyncType::IMU, 40, 20, 600.0));
+    assert_eq!((white.message.name(), white.frame_bytes), ("BINARY", 44));
+    assert_eq!((white.rate_hz, white.window, white.warm_up_s), (200, 4, 600.0));
     assert_eq!((white.baud, white.wants[0].by_rule_s), (BaudRate::DEFAULT, None));
     let record_s = white.record_s.unwrap();
     assert!(record_s % 60.0 == 0.0 && record_s >= white.wants[0].record_s.unwrap() && record_s <= 600.0, "{record_s}");
@@ -22,21 +25,52 @@ fn plans_take_the_sensors_own_settings_where_they_fit() {
     let by_rule_s = walk.wants[0].by_rule_s.unwrap();
     assert!((by_rule_s - 20.0 * 3_f64.sqrt() * 6.0).abs() < 1e-6, "{by_rule_s}");
     assert_eq!((walk.warm_up_s, walk.wants[0].record_s), (1800.0, walk.wants[0].without_bias_instability_s));
-    let fast = Given { rate: AsyncRate::new(200), ..free };
+    let fast = Given { rate_hz: Some(800), ..free };
     let faster = plan(&["gyro N ±5%"], fast).unwrap();
-    assert_eq!((faster.rate.hz(), faster.window), (200, 4));
+    assert_eq!((faster.rate_hz, faster.window, faster.baud), (800, 1, BaudRate::new(460_800).unwrap()));
     let slow = Given { baud: Some(BaudRate::ALL[0]), ..fast };
-    let Err(PlanningError::DoesNotFit { rate_hz: 200, baud: 9600, highest_hz: Some(highest), .. }) =
+    let Err(PlanningError::DoesNotFit { rate_hz: 800, baud: 9600, highest_hz: Some(highest), .. }) =
         plan(&["gyro N ±5%"], slow)
     else {
         panic!("it fits");
     };
-    let fitting = plan(&["gyro N ±5%"], Given { rate: None, ..slow }).unwrap();
-    assert_eq!((fitting.rate.hz(), fitting.baud), (highest, BaudRate::ALL[0]));
+    let fitting = plan(&["gyro N ±5%"], Given { rate_hz: None, ..slow }).unwrap();
+    assert_eq!((fitting.rate_hz, fitting.baud), (highest, BaudRate::ALL[0]));
+    let none = plan(&["gyro N ±5%"], Given { rate_hz: Some(300), ..free }).unwrap_err().to_string();
+    assert!(none.starts_with("BINARY has no rate of 300 Hz: use one of 800, 400, 200, "), "{none}");
     for (text, expected) in [("gyro B", "its own size"), ("accel N ±5%", "the white noise")] {
         let Err(PlanningError::NotQuoted { missing, datasheet, .. }) = plan(&[text], free) else { panic!("{text}") };
         assert_eq!((missing, datasheet.as_str()), (expected, "a sheet"));
     }
+}
+
+#[test]
+fn plans_of_sentences_have_their_rates_and_the_magnetic_field_has_its_packets() {
+    let quoted = sheet(vec![
+        figure(Sensor::Gyroscope, Term::White, Claim::Limit(6e-5)),
+        figure(Sensor::Magnetometer, Term::White, Claim::Limit(1.4e-4)),
+    ]);
+    let plan = |want: &str, message, rate_hz| {
+        let given = Given { message, rate_hz, baud: None, confidence: 0.95 };
+        Plan::new(&[want.parse().unwrap()], given, &quoted)
+    };
+    let sentences = Some(PlannedMessage::Sentences);
+    let usual = plan("gyro N ±5%", sentences, None).unwrap();
+    assert_eq!(
+        (usual.message.name(), usual.rate_hz, usual.window, usual.baud.bits_per_s()),
+        ("VNIMU", 40, 20, 115_200)
+    );
+    let fast = plan("gyro N ±5%", sentences, Some(200)).unwrap();
+    assert_eq!((fast.rate_hz, fast.window, fast.baud.bits_per_s()), (200, 4, 460_800));
+    for rate_hz in [0, 160, 400] {
+        assert!(plan("gyro N ±5%", sentences, Some(rate_hz)).is_err(), "{rate_hz}");
+    }
+    let field = plan("mag N ±5%", None, None).unwrap();
+    assert_eq!((field.message.name(), field.rate_hz, field.window, field.frame_bytes), ("BINARY+MAG", 160, 5, 60));
+    for name in ["BINARY", "binary+mag", "VNIMU"] {
+        assert!(PlannedMessage::named(name).is_some_and(|message| message.name().eq_ignore_ascii_case(name)));
+    }
+    assert_eq!(PlannedMessage::named("VNYMR"), None);
 }
 
 #[test]

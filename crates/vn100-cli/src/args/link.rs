@@ -208,7 +208,7 @@ fn any_rate(text: &str) -> Result<u32, String> {
     }
 }
 
-pub(super) fn output_rate(text: &str) -> Result<AsyncRate, String> {
+fn output_rate(text: &str) -> Result<AsyncRate, String> {
     let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
     let rates = || OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ");
     rate.ok_or_else(|| format!("the sensor's output rates are {} Hz", rates()))

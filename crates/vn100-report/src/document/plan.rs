@@ -28,7 +28,7 @@ pub struct PlanDocument {
 
 #[derive(Debug, Serialize)]
 struct SettingsDocument {
-    message: Option<&'static str>,
+    message: &'static str,
     rate_hz: u32,
     window: u32,
     baud: u32,
@@ -61,12 +61,12 @@ struct AssumedDocument {
 /// How to do what was planned, as a user would type it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PlanCommands {
-    /// Sets the sensor.
-    pub configure: String,
+    /// Sets the sensor, where the measurement itself does not.
+    pub configure: Option<String>,
     /// Measures.
     pub attach: String,
-    /// Sets the sensor back to what it is sold with.
-    pub undo: String,
+    /// Sets the sensor back to what it is sold with, where the measurement does not restore it.
+    pub undo: Option<String>,
 }
 
 impl PlanDocument {
@@ -87,11 +87,11 @@ impl PlanDocument {
             confidence: given.confidence,
             met_in: Plan::MET_IN,
             settings: SettingsDocument {
-                message: plan.message.header(),
-                rate_hz: plan.rate.hz(),
+                message: plan.message.name(),
+                rate_hz: plan.rate_hz,
                 window: plan.window,
                 baud: plan.baud.bits_per_s(),
-                line_bytes: plan.line_length,
+                line_bytes: plan.frame_bytes,
             },
             warm_up_s: plan.warm_up_s,
             record_s: plan.record_s.filter(|_| asked),

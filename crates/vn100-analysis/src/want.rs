@@ -1,0 +1,197 @@
+//! What a record shall show: a figure, and how well it shall be known.
+
+use std::{fmt, str::FromStr};
+
+use imu_noise::{Sides, Term, conventions};
+use thiserror::Error;
+
+use crate::noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent};
+
+/// A figure, and how well it shall be known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Want {
+    /// Which figure.
+    pub figure: NoiseFigure,
+    /// How well.
+    pub known: Known,
+}
+
+/// How well a figure shall be known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Known {
+    /// It is detected, at its typical size.
+    Seen,
+    /// Half the width of its interval over the value is so much at most.
+    Within(f64),
+    /// It is detected if it is at least so large, in SI units.
+    AtLeast(f64),
+    /// Whether it lies above or below this limit is decided, in SI units.
+    AtMost(f64),
+}
+
+/// A text is no want, or one that no record meets.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WantError {
+    /// There is no sign between a figure and what follows.
+    #[error(
+        "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 2e-7\", or a limit, as in \"accel B <= 0.04 mg\""
+    )]
+    Form(String),
+    /// The figure is none.
+    #[error(transparent)]
+    NoiseFigure(#[from] NoiseFigureError),
+    /// The part behind `±` is no percentage above 0.
+    #[error("{0:?} is no percentage above 0, as in \"5%\"")]
+    Percent(String),
+    /// The part behind `>=` or `<=` is no number above 0.
+    #[error("{0:?} is no number above 0, with a unit if it is not SI, as in \"2e-7\" or \"0.5 deg/h^1.5\"")]
+    Number(String),
+    /// The parameter is not stated in that unit.
+    #[error("{figure} is not stated in {unit:?}: {units}")]
+    Unit {
+        /// The figure.
+        figure: String,
+        /// The unit given.
+        unit: String,
+        /// Those in use.
+        units: String,
+    },
+    /// N is always there.
+    #[error("the precision of {0} is missing, as in \"{0} ±5%\"")]
+    White(String),
+    /// No typical random walk is known.
+    #[error("the size of the random walk to detect is missing, as in \"{0} >= 2e-7\"; no typical figure is known")]
+    Walk(String),
+}
+
+impl FromStr for Want {
+    type Err = WantError;
+
+    fn from_str(text: &str) -> Result<Self, WantError> {
+        // not every keyboard has the signs
+        let split_at = |signs: [&str; 2]| signs.iter().find_map(|sign| text.split_once(sign));
+        let within = split_at(["±", "+-"]);
+        let percent =
+            within.map(|(_, percent)| share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into())));
+        let percent = percent.transpose()?;
+        let at_least = split_at([">=", "≥"]).filter(|_| within.is_none());
+        let at_most = split_at(["<=", "≤"]).filter(|_| within.or(at_least).is_none());
+        let figure = within.or(at_least).or(at_most).map_or(text, |(figure, _)| figure);
+        let figure: NoiseFigure = figure.parse().map_err(|error| match begins_with_figure(figure) {
+            true => WantError::Form(text.into()),
+            false => WantError::NoiseFigure(error),
+        })?;
+        if let Some((_, limit)) = at_most {
+            let known = Known::AtMost(in_si(limit.trim(), &figure)?);
+            return Ok(Self { figure, known });
+        }
+        let known = match (figure.term, percent, at_least) {
+            (Term::White | Term::BiasInstability, Some(relative), _) => Known::Within(relative),
+            (Term::BiasInstability, None, None) => Known::Seen,
+            (Term::BiasInstability | Term::RateRandomWalk, None, Some((_, amount))) => {
+                Known::AtLeast(in_si(amount.trim(), &figure)?)
+            }
+            (Term::RateRandomWalk, ..) => return Err(WantError::Walk(figure.to_string())),
+            _ => return Err(WantError::White(figure.to_string())),
+        };
+        Ok(Self { figure, known })
+    }
+}
+
+/// Whether more follows a figure.
+fn begins_with_figure(text: &str) -> bool {
+    let mut words = text.split_whitespace();
+    let figure = words.by_ref().take(2).collect::<Vec<_>>().join(" ");
+    words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
+}
+
+/// A number with one of the units in use, or none for SI.
+fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
+    let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
+    let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    let number = number.ok_or_else(|| WantError::Number(amount.into()))?;
+    let known =
+        || conventions(figure.sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
+    let unit = unit.trim();
+    if unit.is_empty() {
+        return Ok(number);
+    }
+    match known().find(|convention| convention.unit == unit) {
+        Some(convention) => Ok(number / convention.factor),
+        None => Err(WantError::Unit {
+            figure: figure.to_string(),
+            unit: unit.into(),
+            units: known().map(|convention| convention.unit).collect::<Vec<_>>().join(", "),
+        }),
+    }
+}
+
+impl fmt::Display for Want {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.known {
+            Known::Seen => write!(f, "{}", self.figure),
+            Known::Within(relative) => write!(f, "{} ±{} %", self.figure, in_percent(relative)),
+            Known::AtLeast(value) | Known::AtMost(value) => {
+                let sign = if matches!(self.known, Known::AtMost(_)) { "<=" } else { ">=" };
+                let unit = conventions(self.figure.sensor, self.figure.term).first().map_or("", |si| si.unit);
+                // rounded, without trailing zeros
+                let digits = format!("{value:.3e}").parse().unwrap_or(value);
+                write!(f, "{} {sign} {digits:e} {unit}", self.figure)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wants_are_read_in_every_spelling() {
+        for (text, printed) in [
+            ("gyro N ±5%", "gyro N ±5 %"),
+            ("gyro_x n +-5", "gyro_x N ±5 %"),
+            ("gyro N ±7%", "gyro N ±7 %"),
+            ("gyro N ±0.0001%", "gyro N ±0.0001 %"),
+            ("gyro B", "gyro B"),
+            ("accel B ± 20 %", "accel B ±20 %"),
+            ("gyro K >= 2e-7", "gyro K >= 2e-7 rad/s/sqrt(s)"),
+            ("gyro K≥2e-7", "gyro K >= 2e-7 rad/s/sqrt(s)"),
+            ("gyro K >= 2.475178 deg/h^1.5", "gyro K >= 2e-7 rad/s/sqrt(s)"),
+            ("gyro B >= 5 deg/h", "gyro B >= 2.424e-5 rad/s"),
+            ("accel B >= 0.04 mg", "accel B >= 3.923e-4 m/s^2"),
+            ("mag N ±10%", "mag N ±10 %"),
+            ("accel B <= 0.04 mg", "accel B <= 3.923e-4 m/s^2"),
+            ("gyro N≤1e-4", "gyro N <= 1e-4 rad/s/sqrt(Hz)"),
+            ("gyro_z K <= 2e-7", "gyro_z K <= 2e-7 rad/s/sqrt(s)"),
+        ] {
+            let want: Want = text.parse().unwrap();
+            assert_eq!(want.to_string(), printed, "{text}");
+            assert_eq!(printed.parse::<Want>().unwrap().to_string(), printed);
+        }
+    }
+
+    #[test]
+    fn what_is_no_want_names_what_one_is() {
+        for (text, expected) in [
+            ("gyro N", "\"gyro N ±5%\""),
+            ("gyro N >= 1e-5", "\"gyro N ±5%\""),
+            ("gyro K", "gyro K >= 2e-7"),
+            ("gyro K ±5%", "gyro K >= 2e-7"),
+            ("gyro R", "N, B or K"),
+            ("gyro N 2%", "invalid target \"gyro N 2%\"; expected a parameter with a precision, as in \"gyro N ±5%\""),
+            ("gyro N 2 %", "\"gyro N ±5%\""),
+            ("gyro K 2e-7", "\"gyro K >= 2e-7\""),
+            ("gyro R 2%", "N, B or K"),
+            ("gyro B ±0%", "percentage above 0"),
+            ("gyro K >= -1", "number above 0"),
+            ("gyro K >= 1 deg/h", "deg/h^1.5"),
+            ("mag B", "field around it"),
+            ("yaw N ±5%", "no axis of a sensor"),
+            ("temperature N ±5%", "no axis of a sensor"),
+        ] {
+            let error = text.parse::<Want>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}
