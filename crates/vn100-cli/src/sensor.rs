@@ -10,8 +10,8 @@ use tokio_util::sync::CancellationToken;
 use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
-    PACKET_MESSAGES, PacketMessage, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue,
-    RequestFailure, stream::ReadOptions,
+    PACKET_MESSAGES, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
+    stream::ReadOptions,
 };
 use vn100_report::{Completion, printable};
 
@@ -126,7 +126,8 @@ impl Info {
                 let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(form)?;
                 Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
-            let highest_of_packets = PACKET_MESSAGES.iter().map(|packets| (packets.name, highest_rate(packets, speed)));
+            let highest_of_packets =
+                PACKET_MESSAGES.iter().map(|packets| (packets.name, packets.highest_rate_hz(speed)));
             Some(LineLoad {
                 bytes_per_s: (packets? + lines).bytes_per_s,
                 bytes_per_s_at_most: speed.bytes_per_s(),
@@ -225,7 +226,8 @@ fn sends(sentences: Option<(AsyncType, AsyncRate)>, packets: &[BinaryOutput]) ->
         None => Some("unknown".into()),
     };
     let packets = packets.iter().map(|output| {
-        let name = packet_name(output).unwrap_or("other packets");
+        let fields = || format!("packets of {}", output.field_names().collect::<Vec<_>>().join(" "));
+        let name = packet_name(output).map_or_else(fields, str::to_owned);
         format!("{name} at {} Hz", (output.rate_hz() * 10.0).round() / 10.0)
     });
     let all: Vec<String> = sentences.into_iter().chain(packets).collect();
@@ -235,15 +237,6 @@ fn sends(sentences: Option<(AsyncType, AsyncRate)>, packets: &[BinaryOutput]) ->
 /// The name of the message that these packets are of, if it is one of ours.
 fn packet_name(output: &BinaryOutput) -> Option<&'static str> {
     PACKET_MESSAGES.iter().find(|packets| packets.is_of(output)).map(|packets| packets.name)
-}
-
-/// The highest rate of these packets at that baud rate; `None` when not even 1 Hz fits.
-fn highest_rate(packets: &PacketMessage, speed: BaudRate) -> Option<u32> {
-    let fits = |hz: &u32| {
-        let load = packets.output(1, *hz).and_then(|output| LinkLoad::of_packets(&output));
-        load.is_some_and(|load| load.fits(speed))
-    };
-    (1..=MEASUREMENTS_PER_S).rev().find(fits)
 }
 
 fn register_value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
@@ -345,7 +338,7 @@ mod tests {
             ("0", "1,8,05,0001,001C", "BINARY at 100 Hz", false),
             ("0", "1,20,05,0001,003E", "BINARY+MAG at 40 Hz", true),
             ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz and BINARY at 800 Hz", true),
-            ("0", "1,3,01,0008", "other packets at 266.7 Hz", false),
+            ("0", "1,3,01,0008", "packets of YawPitchRoll at 266.7 Hz", false),
             ("0", "0,8,05,0001,001C", "no message; --set-message VNYMR makes it send one", true),
         ] {
             let mut registers = factory_registers();

@@ -96,6 +96,14 @@ const fn field(bytes: u8, name: &'static str, content: FieldContent) -> PacketFi
     PacketField { bytes, name, content }
 }
 
+/// The fields of a packet with these groups and a word for each, in the order of the wire.
+pub(crate) fn present(groups: u8, words: &[u16]) -> impl Iterator<Item = &'static PacketField> {
+    let present = GROUPS.iter().filter(move |(bit, _)| groups & bit != 0);
+    present.zip(words).flat_map(|((_, fields), word)| {
+        fields.iter().enumerate().filter(move |(bit, _)| word >> bit & 1 == 1).map(|(_, field)| field)
+    })
+}
+
 /// No field that is known.
 const NONE: PacketField = field(0, "", Other);
 

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use thiserror::Error;
 
-use super::field::{Correction, FieldContent, GROUPS, Numbers};
+use super::field::{Correction, FieldContent, GROUPS, Numbers, present};
 use crate::{
     framing::packet::Packet,
     message::{
@@ -45,7 +45,6 @@ pub struct PacketForm {
     runs: Vec<Run>,
     device_time_at: Option<usize>,
     saturation_at: Option<usize>,
-    unmeasured: Vec<&'static str>,
 }
 
 /// Floats of consecutive channels of one quantity in the bytes of a packet.
@@ -105,46 +104,41 @@ impl PacketForm {
         let header_length = 2 + 2 * words.len();
         let (mut at, mut interval_at) = (header_length, None);
         let (mut device_time_at, mut saturation_at) = (None, None);
-        let (mut found, mut others) = (Vec::new(), Vec::new());
-        let present = GROUPS.iter().filter(|(bit, _)| groups & bit != 0);
-        for ((_, fields), word) in present.zip(words) {
-            for (_, field) in fields.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
-                let mut put = |runs: &[Numbers], mut at: usize, interval_at: Option<usize>| {
-                    for numbers in runs {
-                        found.push((field.name, Found { numbers: *numbers, at, interval_at }));
-                        at += 4 * numbers.channels.len();
-                    }
-                };
-                match field.content {
-                    FieldContent::Numbers(runs) => put(runs, at, None),
-                    FieldContent::Increments(runs) => {
-                        interval_at = Some(at);
-                        put(runs, at + 4, interval_at);
-                    }
-                    FieldContent::MoreIncrements(runs) if interval_at.is_some() => put(runs, at, interval_at),
-                    FieldContent::DeviceTime => device_time_at = device_time_at.or(Some(at)),
-                    FieldContent::Saturation => saturation_at = Some(at),
-                    FieldContent::MoreIncrements(_) | FieldContent::Other => others.push(field.name),
+        let mut found = Vec::new();
+        for field in present(groups, words) {
+            let mut put = |runs: &[Numbers], mut at: usize, interval_at: Option<usize>| {
+                for numbers in runs {
+                    found.push(Found { numbers: *numbers, at, interval_at });
+                    at += 4 * numbers.channels.len();
                 }
-                at += usize::from(field.bytes);
+            };
+            match field.content {
+                FieldContent::Numbers(runs) => put(runs, at, None),
+                FieldContent::Increments(runs) => {
+                    interval_at = Some(at);
+                    put(runs, at + 4, interval_at);
+                }
+                FieldContent::MoreIncrements(runs) if interval_at.is_some() => put(runs, at, interval_at),
+                FieldContent::DeviceTime => device_time_at = device_time_at.or(Some(at)),
+                FieldContent::Saturation => saturation_at = Some(at),
+                FieldContent::MoreIncrements(_) | FieldContent::Other => {}
             }
+            at += usize::from(field.bytes);
         }
-        Self { header, header_length, device_time_at, saturation_at, unmeasured: others, ..Self::measuring(found)? }
-            .into()
+        Self { header, header_length, device_time_at, saturation_at, ..Self::measuring(found)? }.into()
     }
 
     /// The best source of each quantity, in the order of the quantities.
-    fn measuring(mut found: Vec<(&'static str, Found)>) -> Option<Self> {
+    fn measuring(mut found: Vec<Found>) -> Option<Self> {
         let quantity = |found: &Found| found.numbers.channels[0].quantity;
-        let has_angles = found.iter().any(|(_, found)| quantity(found) == Quantity::Angle);
-        found.sort_by_key(|(_, found)| (quantity(found), found.numbers.processing));
-        let (mut runs, mut channels, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new());
+        let has_angles = found.iter().any(|found| quantity(found) == Quantity::Angle);
+        found.sort_by_key(|found| (quantity(found), found.numbers.processing));
+        let (mut runs, mut channels) = (Vec::new(), Vec::new());
         let mut compensated = Some(false);
         let mut before = None;
-        for (name, found) in found {
+        for found in found {
             let quantity = quantity(&found);
             if before == Some(quantity) || has_angles && quantity == Quantity::Quaternion {
-                unmeasured.push(name);
                 continue;
             }
             before = Some(quantity);
@@ -171,7 +165,6 @@ impl PacketForm {
             runs,
             device_time_at: None,
             saturation_at: None,
-            unmeasured,
         })
     }
 
@@ -194,12 +187,6 @@ impl PacketForm {
     #[must_use]
     pub const fn layout(&self) -> &Arc<Layout> {
         &self.layout
-    }
-
-    /// The names of fields that are not measured: another form of what is, or none of the sensor's
-    /// own measurements.
-    pub fn unmeasured(&self) -> impl Iterator<Item = &'static str> {
-        self.unmeasured.iter().copied()
     }
 
     /// Appends the counts of a packet of this form, one for each channel of the layout.

@@ -5,7 +5,10 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::{Register, RegisterValue, ValueError, WritableValue, fields::FieldReader};
-use crate::framing::{checksum::Check, packet};
+use crate::{
+    framing::{checksum::Check, packet},
+    packet::field,
+};
 
 /// A register of whole numbers: its value, with the name and the factory default of each field.
 macro_rules! whole_numbers {
@@ -230,6 +233,11 @@ impl BinaryOutput {
     #[must_use]
     pub fn rate_hz(&self) -> f64 {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
+    }
+
+    /// The known fields of a packet by their names in the manual, in the order of the wire.
+    pub fn field_names(&self) -> impl Iterator<Item = &'static str> {
+        field::present(self.groups, &self.field_words).map(|field| field.name).filter(|name| !name.is_empty())
     }
 
     /// The bytes of a packet; `None` where a group or a field is not known, or their numbers do not

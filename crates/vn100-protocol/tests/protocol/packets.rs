@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use proptest::{prelude::*, sample::Index};
 use vn100_protocol::{
-    Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
+    BinaryOutput, Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
     stream::{Batch, Chunk, MarkKind, Measured, ReadOptions, SampleReader, StreamInput},
 };
 
@@ -294,11 +294,12 @@ fn registers_and_packets_have_one_form() {
         let Item::Packet(packet) = item else { panic!("no packet") };
         assert_eq!(PacketForm::of(&packet).as_ref(), Some(&form));
     });
-    assert_eq!(form.unmeasured().count(), 0);
     let quantities: Vec<_> = form.layout().channels.iter().map(|channel| channel.quantity).collect();
     assert_eq!(quantities[0], Quantity::Acceleration);
-    let other = PacketForm::new(0x14, &[0x003E, 0x003A]).unwrap();
-    assert_eq!(other.unmeasured().collect::<Vec<_>>(), ["Dcm", "MagNed", "AccelNed"]);
+    let logged = BinaryOutput { async_mode: 1, rate_divisor: 80, groups: 0x14, field_words: vec![0x003E, 0x003A] };
+    let names: Vec<_> = logged.field_names().collect();
+    let inertial = ["UncompMag", "UncompAccel", "UncompGyro", "Temp", "Pres"];
+    assert_eq!(names, [&inertial[..], &["YawPitchRoll", "Dcm", "MagNed", "AccelNed"]].concat());
     for (groups, words) in [(0x05, &[0x0001][..]), (0x08, &[1]), (0x01, &[0x0009]), (0x04, &[0x2000]), (0, &[])] {
         assert_eq!(PacketForm::new(groups, words), None, "{groups:02X} {words:04X?}");
     }
