@@ -5,6 +5,8 @@ use std::{
     io::{self, ErrorKind, Read, Seek},
 };
 
+use zstd::bulk::Decompressor;
+
 use super::{
     sqlite::{Database, Row, SqlValue, SqliteTable, TableScan},
     topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
@@ -18,6 +20,8 @@ pub(super) struct Rosbag2<R> {
     messages: MessageTable,
     scan: TableScan,
     row: Row,
+    /// One for all messages: to make it takes far longer than to unpack one.
+    decompressor: Decompressor<'static>,
     unpacked: Vec<u8>,
     topics: Vec<Topic>,
     places: BTreeMap<i64, usize>,
@@ -46,8 +50,8 @@ impl<R: Read + Seek> Rosbag2<R> {
         };
         let (topics, places) = read_topics(&mut database, topics, &definitions)?;
         let scan = database.scan(&messages.table)?;
-        let (row, unpacked) = (Row::default(), Vec::new());
-        Ok(Some(Self { database, messages, scan, row, unpacked, topics, places }))
+        let (row, decompressor, unpacked) = (Row::default(), Decompressor::default(), Vec::new());
+        Ok(Some(Self { database, messages, scan, row, decompressor, unpacked, topics, places }))
     }
 }
 
@@ -68,7 +72,14 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
             return Ok(data);
         }
         self.unpacked.clear();
-        zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(&mut self.unpacked)?;
+        match Decompressor::upper_bound(data) {
+            Some(bytes) if bytes <= MESSAGE_BYTES => {
+                self.unpacked.reserve(bytes);
+                self.decompressor.decompress_to_buffer(data, &mut self.unpacked)?;
+            }
+            // a frame need not say how much it holds
+            _ => drop(zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(&mut self.unpacked)?),
+        }
         Ok(&self.unpacked)
     }
 
