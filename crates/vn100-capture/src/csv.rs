@@ -193,6 +193,16 @@ pub enum CsvError {
         /// What stands in it.
         sensors: Vec<String>,
     },
+    /// Hundreds of rows share each stamp.
+    #[error(
+        "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
+    )]
+    CoarseStamps {
+        /// Their name.
+        column: String,
+        /// The rows looked at.
+        rows: usize,
+    },
     /// The unit of the stamps does not follow from them.
     #[error(
         "the unit of the time stamps in column {column:?} is ambiguous: they step by {step} from row to row, which {}",
@@ -251,6 +261,7 @@ impl CsvError {
             | Self::SameColumn { .. }
             | Self::SeveralSensors { .. }
             | Self::NoStream { .. }
+            | Self::CoarseStamps { .. }
             | Self::Stamps { .. } => None,
         }
     }
@@ -265,6 +276,7 @@ impl CsvError {
                 | Self::DateOrder { .. }
                 | Self::NoStream { .. }
                 | Self::SeveralSensors { .. }
+                | Self::CoarseStamps { .. }
         )
     }
 }

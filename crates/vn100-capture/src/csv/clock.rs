@@ -1,5 +1,5 @@
 //! Stamps that are no single number: dates and times of day, as `2023-03-06T02:25:02.45Z`,
-//! `2023/03/06/02:25:02.45`, `06.03.2023 02:25:02,45` or `02:25:02.45`.
+//! `2023/03/06/02:25:02.45`, `06.03.2023 02:25:02,45`, `02:25:02.45` or `25:02.4`.
 
 /// In which order a stamp has its parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,13 +12,17 @@ pub(super) enum ClockForm {
     MonthFirst,
     /// The time of day alone, which begins anew at midnight.
     TimeOfDay,
+    /// Minutes and seconds alone, as Excel shows a time of day; they may begin anew with the hour.
+    MinutesSeconds,
 }
 
-const DAY_NS: i64 = 86_400_000_000_000;
+const HOUR_NS: i64 = 3_600_000_000_000;
+const DAY_NS: i64 = 24 * HOUR_NS;
 
 impl ClockForm {
     /// Of two that fit, the first is taken.
-    pub(super) const ALL: [Self; 4] = [Self::YearFirst, Self::DayFirst, Self::MonthFirst, Self::TimeOfDay];
+    pub(super) const ALL: [Self; 5] =
+        [Self::YearFirst, Self::DayFirst, Self::MonthFirst, Self::TimeOfDay, Self::MinutesSeconds];
 
     /// Its name in a column map.
     pub(super) const fn name(self) -> &'static str {
@@ -27,6 +31,7 @@ impl ClockForm {
             Self::DayFirst => "dmy",
             Self::MonthFirst => "mdy",
             Self::TimeOfDay => "clock",
+            Self::MinutesSeconds => "mmss",
         }
     }
 
@@ -36,6 +41,7 @@ impl ClockForm {
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         let mut text = Parts { rest: stamp.trim_ascii() };
         let days = match self {
+            Self::MinutesSeconds => return text.minutes_seconds_ns(),
             Self::TimeOfDay => 0,
             Self::YearFirst => {
                 let (year, separator) = (text.number(4, 4)?, text.separator()?);
@@ -68,11 +74,16 @@ impl ClockForm {
         text.rest.is_empty().then(|| seconds.checked_mul(1_000_000_000)?.checked_add(fraction_ns)).flatten()
     }
 
-    /// `stamp_ns` behind `last_ns`, where a time of day has begun anew between them.
+    /// `stamp_ns` behind `last_ns`, where a day or an hour has begun anew between them.
     pub(super) fn behind(self, last_ns: Option<i64>, stamp_ns: i64) -> i64 {
-        let Some(last_ns) = last_ns.filter(|_| self == Self::TimeOfDay) else { return stamp_ns };
-        let days = (last_ns - stamp_ns + DAY_NS / 2).div_euclid(DAY_NS);
-        stamp_ns + days.max(0) * DAY_NS
+        let period_ns = match self {
+            Self::TimeOfDay => DAY_NS,
+            Self::MinutesSeconds => HOUR_NS,
+            Self::YearFirst | Self::DayFirst | Self::MonthFirst => return stamp_ns,
+        };
+        let Some(last_ns) = last_ns else { return stamp_ns };
+        let periods = (last_ns - stamp_ns + period_ns / 2).div_euclid(period_ns);
+        stamp_ns + periods.max(0) * period_ns
     }
 }
 
@@ -115,6 +126,17 @@ impl Parts<'_> {
         let (first, rest) = self.rest.split_first()?;
         self.rest = rest.trim_ascii_start();
         matches!(first, b'T' | b't' | b' ' | b'/' | b'_' | b'-' | b':').then_some(())
+    }
+
+    /// As `02:25.4`. Without a fraction it would be hours and minutes as likely.
+    fn minutes_seconds_ns(&mut self) -> Option<i64> {
+        let minutes = self.number(1, 6)?;
+        self.byte(b':')?;
+        let seconds = self.number(2, 2).filter(|&seconds| seconds < 60)?;
+        let has_fraction = matches!(self.rest.first(), Some(b'.' | b','));
+        let fraction_ns = self.fraction_ns()?;
+        let is_whole = has_fraction && self.rest.is_empty();
+        is_whole.then_some((minutes * 60 + seconds) * 1_000_000_000 + fraction_ns)
     }
 
     fn fraction_ns(&mut self) -> Option<i64> {
@@ -260,6 +282,20 @@ mod tests {
             "3/16/2023 0:25:02 AM",
         ] {
             assert!(ClockForm::ALL.iter().all(|form| form.nanoseconds(text.as_bytes()).is_none()), "{text}");
+        }
+    }
+
+    #[test]
+    fn minutes_and_seconds_continue_behind_the_hour() {
+        let read = |text: &str| ClockForm::MinutesSeconds.nanoseconds(text.as_bytes());
+        let late = read("59:59.9").unwrap();
+        assert_eq!(late, 3_599_900_000_000);
+        let early = ClockForm::MinutesSeconds.behind(Some(late), read("00:00.1").unwrap());
+        assert_eq!(early - late, 200_000_000);
+        // a duration continues
+        assert_eq!(ClockForm::MinutesSeconds.behind(Some(late), read("60:00.1").unwrap()) - late, 200_000_000);
+        for text in ["00:60.0", "12:30", "12:30:15.5", "0:5.0", "00:00.", "00:00.0x"] {
+            assert_eq!(read(text), None, "{text}");
         }
     }
 

@@ -19,10 +19,11 @@ use super::stamp::{StampForm, StampUnit};
 ///   9.80665 m/s²,
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
 ///   `1` for an element of the quaternion,
-/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns`,
-///   `iso` for a date with the year first, `dmy`, `mdy`, or `clock` for a time of day for the
-///   stamp, of two columns as `t=SECS:s+NANOS:ns`, and any word for `value`, which is not
-///   converted.
+/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, any word for `value`, which
+///   is not converted,
+/// - and for the stamp `s` `ms` `us` `ns`, `iso` for a date with the year first, `dmy`, `mdy`,
+///   `clock` for a time of day, or `mmss` for minutes and seconds; of two columns as
+///   `t=SECS:s+NANOS:ns`.
 ///
 /// ```
 /// use vn100_capture::ColumnMap;
@@ -392,7 +393,7 @@ mod tests {
             ("gyro_x=:g", "\"gyro_x=:g\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyr_x=wx:g", "unknown channel \"gyr_x\" in \"gyr_x=wx:g\": use one of CHANNELS"),
             ("gyro_x=wx:g", "unknown unit \"g\" of gyro_x in \"gyro_x=wx:g\": use one of rad/s deg/s deg/h mdeg/s"),
-            ("t=1:min", "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns iso dmy mdy clock"),
+            ("t=1:min", "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns iso dmy mdy clock mmss"),
             ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, again in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, again in \"t=2:s\": keep one"),

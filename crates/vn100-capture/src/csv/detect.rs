@@ -87,7 +87,11 @@ fn below_preamble(
             continue;
         }
         let plan = candidate.plan(map, stream);
-        if matches!(&plan, Ok(Some(_))) || plan.as_ref().is_err_and(CsvError::knows_columns) {
+        let names_none = |error: &CsvError| {
+            map.is_some() && matches!(error, CsvError::MissingColumn { .. }) && candidate.is_header_of_numbers()
+        };
+        let is_evident = |error: &CsvError| error.knows_columns() || names_none(error);
+        if matches!(&plan, Ok(Some(_))) || plan.as_ref().is_err_and(is_evident) {
             return Some(plan);
         }
     }

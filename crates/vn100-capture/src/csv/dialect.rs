@@ -22,7 +22,7 @@ pub(super) struct Dialect {
 }
 
 /// What parts fields by itself.
-const SEPARATORS: [u8; 3] = [b'\t', b';', b','];
+const SEPARATORS: [u8; 4] = [b'\t', b';', b'|', b','];
 
 impl Dialect {
     /// That of `rows`, below a line of `names` or the first of them itself.
@@ -111,17 +111,17 @@ fn has_decimal_commas<'a>(rows: impl Iterator<Item = &'a [u8]>, separator: u8) -
     commas && !points
 }
 
-/// The one of `,` `;` and tab that the line has most of; `;` or tab where the commas are those of
-/// decimals.
+/// The one of `,` `;` `|` and tab that the line has most of; none but `,` where the commas are
+/// those of decimals.
 fn separator(line: &[u8]) -> u8 {
     let are_decimals = |separator: &u8| {
         line.contains(separator) && FieldCutter::of_head(*separator).cut(line).iter().all(is_with_comma)
     };
     let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
-    let [tab, semicolon, _] = SEPARATORS;
+    let [tab, semicolon, bar, _] = SEPARATORS;
     // of equals the last one counts
     let most = || SEPARATORS.into_iter().max_by_key(|&byte| occurrences(byte));
-    [tab, semicolon].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
+    [tab, semicolon, bar].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
 }
 
 /// Whether the line is several numbers between spaces, stamps among them.
@@ -130,6 +130,7 @@ fn is_spaced(line: &[u8]) -> bool {
         |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
     let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || clock::is_stamp(word);
     !line.contains(&b';')
+        && !line.contains(&b'|')
         && line.contains(&b' ')
         && words(line).count() > 1
         && words(line).any(is_number)

@@ -28,6 +28,9 @@ const UNIT_WORDS: [(&str, &[&str]); 4] = [
     ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
 ];
 
+/// In fewer rows, stamps of whole seconds may be but two.
+const FEWEST_ROWS_OF_COARSE: usize = 500;
+
 /// Most rows of a logger with its own stamps may repeat the stamp before.
 const REPEATED_SHARE: f64 = 0.2;
 
@@ -58,6 +61,9 @@ impl StampSearch<'_> {
         if !self.rows.is_empty() && self.cells(place).all(|cell| map.form.nanoseconds(cell).is_none()) {
             return Err(self.no_stamps(place));
         }
+        if map.part.is_none() && self.is_coarse(place) {
+            return Err(CsvError::CoarseStamps { column: self.header.names[place].clone(), rows: self.rows.len() });
+        }
         Ok(self.completed(columns))
     }
 
@@ -66,7 +72,7 @@ impl StampSearch<'_> {
     /// # Errors
     /// Where a column that can only be one of stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
-        match self.free().find(|&place| self.name(place).is_stamp()) {
+        match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
             Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
             None => Ok(self.likely()),
         }
@@ -154,12 +160,20 @@ impl StampSearch<'_> {
         }
     }
 
+    /// Whether so many rows share each stamp that these show no rate, as of an epoch in a float of
+    /// 32 bits.
+    fn is_coarse(&self, place: usize) -> bool {
+        let stamps: Vec<&[u8]> = self.cells(place).collect();
+        let changes = stamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        stamps.len() >= FEWEST_ROWS_OF_COARSE && changes <= 1
+    }
+
     /// Whether the stamps of a column ascend from row to row, but for a few.
     fn ascends(&self, place: usize) -> bool {
         let Ok(form) = self.form(place) else { return false };
         let stamps: Vec<i64> = self.cells(place).filter_map(|cell| form.nanoseconds(cell)).collect();
         let backwards = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
-        stamps.last() > stamps.first() && 20 * backwards <= stamps.len()
+        stamps.last() > stamps.first() && 20 * backwards <= stamps.len() && !self.is_coarse(place)
     }
 
     fn no_stamps(&self, place: usize) -> CsvError {

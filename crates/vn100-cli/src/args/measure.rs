@@ -295,9 +295,10 @@ pub(crate) struct FileArgs {
     /// kPa hPa Pa.
     ///
     /// Times: s ms us ns since any moment; iso for dates with the year first
-    /// (2023-03-06T02:25:02.45Z, 2023/03/06/02:25:02.45); dmy, mdy; clock for a time of day; two
-    /// columns that are added, as in t=secs:s+nsecs:ns. In a bag THEIRS is the path of a number in
-    /// the messages, as in gyro_x=imu.angular_velocity.x:rad/s, and a time may be such a number.
+    /// (2023-03-06T02:25:02.45Z, 2023/03/06/02:25:02.45); dmy, mdy; clock for a time of day, mmss
+    /// for minutes and seconds (25:02.4); two columns that are added, as in t=secs:s+nsecs:ns. In a
+    /// bag THEIRS is the path of a number in the messages, as in
+    /// gyro_x=imu.angular_velocity.x:rad/s, and a time may be such a number.
     #[arg(long, help_heading = "Capture", value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 

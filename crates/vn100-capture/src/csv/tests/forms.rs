@@ -167,3 +167,20 @@ fn what_spreadsheets_write_for_no_number_costs_its_channel_alone() {
         assert_eq!((whole.report.rows, whole.report.absent[0].not_a_number), (2, 1), "{none}");
     }
 }
+
+#[test]
+fn bars_part_columns() {
+    let whole = read_text("t|gyro_x|accel_z\n0.00|0.5|9.8\n0.01|-0.5|9.9\n", None);
+    assert_eq!((&*whole.counts, whole.rejected.len()), (&[9800, 500_000, 9900, -500_000][..], 0));
+    let whole = read_text("t | gyro_x\n0,00 | 0,5\n0,01 | 0,25\n", None);
+    assert_eq!(whole.counts, [500_000, 250_000]);
+}
+
+#[test]
+fn a_column_that_is_missed_below_a_preamble_is_named() {
+    let text = "Device: a logger\nSerial: 7, Firmware: 2\nn,gyro_x,accel_z\n1,0.5,9.8\n2,0.25,9.8\n";
+    for map in ["t=when:s", "gyro_x=wx:deg/s"] {
+        let error = plan(text, Some(map)).unwrap_err().to_string();
+        assert!(error.ends_with("the file has n, gyro_x, accel_z"), "{error}");
+    }
+}

@@ -46,6 +46,7 @@ fn times_are_found_by_name_and_content_and_reported() {
         ("at", &|ns| format!("31/03/2023 {}", of_day(ns)), "at:dmy"),
         ("at", &|ns| format!("03/31/2023 {}", of_day(ns)), "at:mdy"),
         ("Zeit", &of_day, "Zeit:clock"),
+        ("Time", &|ns| format!("25:{:02}.{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000), "Time:mmss"),
     ] {
         let (stamps, named) = times(&table(header, stamp), None);
         assert_eq!(named.as_deref(), Some(reported), "{header}");
@@ -166,4 +167,21 @@ fn a_date_and_its_time_of_day_between_spaces_are_one_stamp() {
     let rows = (0..80).map(|row| format!("2024-05-01 {}, 0.{}\n", time(row), row % 7));
     let text = format!("time, gyro_x\n{}", rows.collect::<String>());
     assert_eq!(times(&text, None).1.as_deref(), Some("time:iso"));
+}
+
+#[test]
+fn stamps_that_hundreds_of_rows_share_are_none() {
+    // an epoch in a float of 32 bits
+    let rows = |steps: usize| {
+        (0..1000).map(move |row| format!("{},0.{}\n", 1_714_600_064 + 128 * (row * steps / 1000), row % 7))
+    };
+    for steps in [1, 2] {
+        let text = format!("t,gyro_x\n{}", rows(steps).collect::<String>());
+        assert_eq!(times(&text, None).1, None);
+        let error = plan(&text, Some("t=t:s")).unwrap_err().to_string();
+        assert!(error.ends_with("too coarse to show a sample rate: they change once at most in 1000 rows"), "{error}");
+    }
+    // whole seconds
+    let text = format!("t,gyro_x\n{}", rows(5).collect::<String>());
+    assert_eq!(times(&text, None).1.as_deref(), Some("t:s"));
 }
