@@ -248,6 +248,29 @@ fn a_file_is_judged_by_all_its_rows_also_where_it_can_be_read_but_once() {
 }
 
 #[test]
+fn a_number_that_does_not_fit_asks_for_other_counts_at_once() {
+    let quiet = "1,20.50000001\n";
+    let text = format!("gyro_x,temperature\n{}1,3000.00000001\n{}", quiet.repeat(1500), quiet.repeat(400));
+    let plan = plan(&text, Some("gyro_x=1:rad/s,temperature=2:degC")).unwrap().unwrap();
+    let mut reader = CsvReader::new(plan, io::Cursor::new(text), None, ReadOptions::default());
+    // what came before each time that the rows begin again, and at last
+    let mut rows = vec![0];
+    while let Some(events) = reader.next_events().unwrap() {
+        for event in events {
+            match event {
+                Event::Batch(batch) => *rows.last_mut().unwrap() += batch.row_count(),
+                Event::ReadAgain => rows.push(0),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    // the first thousand rows show what the head was only guessed to
+    let [first, second, whole] = rows[..] else { panic!("{rows:?}") };
+    assert!(first < 1000 && second < 1501, "{rows:?}");
+    assert_eq!(whole, 1901);
+}
+
+#[test]
 fn what_is_no_csv_of_a_sensor_is_left_alone() {
     for text in [
         "",
