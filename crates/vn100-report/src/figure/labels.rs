@@ -178,12 +178,11 @@ mod tests {
 
     #[test]
     fn no_line_comes_between_a_label_and_its_place() {
-        // above the lower of these lines there is no room but beyond the upper one
-        let drawing = drawing_of(&[[(0.0, 100.0), (300.0, 100.0)], [(0.0, 94.0), (300.0, 94.0)]]);
-        let ((_, baseline), _) = free_place(&drawing, &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).unwrap();
-        assert!(baseline > 100.0, "{baseline}");
-        let ((_, baseline), _) = free_place(&drawing, &AREA, &[(100.0, 94.0)], 50.0, |_| 50.0).unwrap();
-        assert!(baseline < 94.0, "{baseline}");
+        // at the lower edge, with room beyond the other line alone; and below a text, with room farther off
+        let mut drawing = drawing_of(&[[(0.0, 196.0), (300.0, 196.0)], [(0.0, 192.0), (300.0, 192.0)]]);
+        drawing.layers[0].marks.push(Primitive::text((180.0, 105.0), "a text", Anchor::Start));
+        let place = free_place(&drawing, &AREA, &[(100.0, 196.0), (200.0, 100.0)], 50.0, |_| 60.0);
+        assert_eq!(place.map(|(at, _)| at), Some((216.0, 88.0)));
     }
 
     #[test]
