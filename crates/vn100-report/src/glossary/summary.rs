@@ -10,11 +10,11 @@ pub(super) fn explanations() -> Vec<Explanation> {
     let words = StatusWord::ALL.into_iter().map(of_word);
     let sentences = MESSAGES.into_iter().map(|layout| {
         let about = AsyncType::from_header(layout.message.as_bytes()).and_then(AsyncType::description);
-        of_message(&layout.message, "sentence", about.unwrap_or("measurements"), layout.compensated == Some(true))
+        of_message(&layout.message, "sentence", about.unwrap_or("measurements"), layout.compensated)
     });
     let packets = PACKET_MESSAGES.into_iter().map(|packet| {
         let about = packet.description.trim_start_matches("packets of ");
-        of_message(packet.name, "binary packet", &about.replace("the same", "what BINARY carries,"), false)
+        of_message(packet.name, "binary packet", &about.replace("the same", "what BINARY carries,"), Some(false))
     });
     words.chain(sentences).chain(packets).collect()
 }
@@ -69,7 +69,7 @@ fn of_word(status: StatusWord) -> Explanation {
     }
 }
 
-fn of_message(name: &'static str, form: &str, about: &str, is_compensated: bool) -> Explanation {
+fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<bool>) -> Explanation {
     let is_packet = form == "binary packet";
     Explanation {
         group: "Messages",
@@ -77,12 +77,15 @@ fn of_message(name: &'static str, form: &str, about: &str, is_compensated: bool)
         aliases: Vec::new(),
         title: format!("a {form} of the VN-100"),
         meaning: format!("It carries {about}."),
-        why: match (is_compensated, is_packet) {
-            (true, _) => {
+        why: match (compensated, is_packet) {
+            (Some(true), _) => {
                 "Compensated: the attitude filter has removed the bias, so that B and K of the gyroscope are not in it."
             }
-            (false, false) => "Uncompensated: what the sensor measures, with its bias.",
-            (false, true) => {
+            (None, _) => {
+                "A setting of the sensor decides whether the attitude filter has removed the bias, and B and K of the gyroscope with it."
+            }
+            (Some(false), false) => "Uncompensated: what the sensor measures, with its bias.",
+            (Some(false), true) => {
                 "Uncompensated, up to 800 Hz, and with the time of the sensor, which shows rate and dropped samples exactly."
             }
         },

@@ -46,6 +46,15 @@ fn a_name_is_that_of_one_thing_in_each_group() {
 }
 
 #[test]
+fn messages_say_whether_they_are_compensated() {
+    for (message, why) in
+        [("VNYMR", "Compensated"), ("VNIMU", "Uncompensated"), ("vndtv", "A setting"), ("binary", "Uncomp")]
+    {
+        assert!(explain(message)[0].why.starts_with(why), "{message}");
+    }
+}
+
+#[test]
 fn names_are_found_in_any_spelling() {
     assert_eq!(explain("arw")[0].code, "N");
     assert_eq!(explain("Rate Random Walk")[0].code, "K");
