@@ -97,7 +97,7 @@ fn the_picture_of_a_report_is_its_first_screen() {
     let (_, after) = after.split_once("</div>").unwrap();
     let until_figure = format!("{before}{after}");
     let picture = format!(
-        "{svg} width=\"1280\" height=\"1310\" viewBox=\"0 0 1280 1310\"><foreignObject width=\"100%\" height=\"100%\">\
+        "{svg} width=\"1280\" height=\"1350\" viewBox=\"0 0 1280 1350\"><foreignObject width=\"100%\" height=\"100%\">\
          <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{until_figure}</figure></div></section></main></body></html></foreignObject></svg>\n",
         style.replace('&', "&amp;")
     );
@@ -681,6 +681,11 @@ fn a_page_uses_one_unit_one_notation_and_one_word_for_one_thing() {
     assert_eq!(plain_power.map(|(place, _)| around(place)), None);
     assert!(html.contains(">undecidable</b>") && !html.contains(">consistent</b>") && !html.contains(">undecided</b>"));
     assert!(html.contains("gyro_x: N 0.3") && html.contains("data sheet N typ, two-sided"));
+    // the last sheet of paper holds more than the line at the foot
+    let end = html.split("<div class=\"end\">").nth(1).unwrap();
+    assert!(end.contains("id=\"references\"") && end.contains("<footer>"), "{end}");
+    let print = html.split("@media print {").last().unwrap();
+    assert!(print.split("break-inside: avoid").any(|rule| rule.contains(", .end,")), "{print}");
 }
 
 #[test]

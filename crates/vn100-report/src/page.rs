@@ -101,9 +101,11 @@ pub fn write_page(
                         }
                     }
                     @if !records.iter().all(is_empty) { section id="background" { h2 { "Background" } (lab::background(options.words)) } }
-                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
+                    div.end {
+                        @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
+                        footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
+                    }
                 }
-                footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
                 script { (PreEscaped(SCRIPT)) }
             }

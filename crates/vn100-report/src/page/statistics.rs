@@ -69,7 +69,7 @@ fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, caption: &Mark
             (row(&norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
         }
     };
-    table(caption, None, &columns, &rows)
+    table(caption, Some("statistics"), &columns, &rows)
 }
 
 fn fixed(value: Option<f64>, decimals: usize) -> String {
