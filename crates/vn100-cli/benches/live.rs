@@ -15,10 +15,10 @@ mod live {
 #[cfg(target_os = "linux")]
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let [feed, ports, rate_hz] = &arguments[..]
+    if let [feed, ports, rate_hz, frames] = &arguments[..]
         && feed == live::delay::FEED
     {
-        return live::delay::feed(ports.parse().unwrap(), rate_hz.parse().unwrap());
+        return live::delay::feed(ports.parse().unwrap(), rate_hz.parse().unwrap(), frames);
     }
     live::cost::measure();
     println!();

@@ -22,26 +22,30 @@ pub(crate) fn measure() {
     let folder = tempfile::tempdir().unwrap();
     let sensors: Vec<Sensor> = (1..=PORTS).map(|number| Sensor::start(folder.path(), number)).collect();
     println!(
-        "{:<28}{:>8}{:>14}{:>14}{:>16}{:>10}{:>9}",
+        "{:<35}{:>8}{:>14}{:>14}{:>16}{:>10}{:>9}",
         "vn100 attach", "CPU %", "of it reads %", "bare reads %", "switches per s", "peak MiB", "missing"
     );
-    for (ports, rate_hz, baud) in [
-        (1, 1, 115_200),
-        (1, 40, 115_200),
-        (1, 40, 921_600),
-        (1, 200, 921_600),
-        (PORTS, 40, 921_600),
-        (PORTS, 200, 921_600),
+    for (ports, message, rate_hz, baud) in [
+        (1, "VNYMR", 1, 115_200),
+        (1, "VNYMR", 40, 115_200),
+        (1, "VNYMR", 40, 921_600),
+        (1, "VNYMR", 200, 921_600),
+        (PORTS, "VNYMR", 40, 921_600),
+        (PORTS, "VNYMR", 200, 921_600),
+        (1, "BINARY", 200, 921_600),
+        (1, "BINARY", 800, 921_600),
+        (4, "BINARY", 800, 921_600),
+        (PORTS, "BINARY", 200, 921_600),
     ] {
         let sensors = &sensors[..ports];
-        configure(sensors, rate_hz, baud);
+        configure(sensors, message, rate_hz, baud);
         let Cost { cpu, reading_cpu, switches_hz, peak_mib, missing } = attach(sensors);
         let bare_cpu = read_only(sensors, baud);
         // a sensor takes a fresh pseudo-terminal when its host has left
         sleep(Duration::from_millis(200));
-        let name = format!("{ports} at {rate_hz} Hz, {baud} baud");
+        let name = format!("{ports} {message} at {rate_hz} Hz, {baud} baud");
         println!(
-            "{name:<28}{:>8.2}{:>14.2}{:>14.2}{switches_hz:>16.0}{peak_mib:>10.1}{missing:>9}",
+            "{name:<35}{:>8.2}{:>14.2}{:>14.2}{switches_hz:>16.0}{peak_mib:>10.1}{missing:>9}",
             100.0 * cpu,
             100.0 * reading_cpu,
             100.0 * bare_cpu
@@ -73,10 +77,11 @@ impl Drop for Sensor {
     }
 }
 
-fn configure(sensors: &[Sensor], rate_hz: u32, baud: u32) {
+fn configure(sensors: &[Sensor], message: &str, rate_hz: u32, baud: u32) {
     let setting = |sensor: &Sensor| {
         let mut command = Command::new(PROGRAM);
-        command.args(["configure", "--set-rate", &rate_hz.to_string(), "--set-baud", &baud.to_string()]);
+        command.args(["configure", "--set-message", message]);
+        command.args(["--set-rate", &rate_hz.to_string(), "--set-baud", &baud.to_string()]);
         command.arg(&sensor.port).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
     };
     for mut child in sensors.iter().map(setting).collect::<Vec<_>>() {

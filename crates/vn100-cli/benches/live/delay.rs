@@ -1,7 +1,7 @@
 //! From the last byte of a line to its place in the sums.
 //!
-//! A feeder, another process, writes whole lines to pseudo-terminals and notes when; each line says
-//! its number in its yaw. This process does what `attach` does, on a runtime like its own: the
+//! A feeder, another process, writes whole lines or packets to pseudo-terminals and notes when; each
+//! line says its number in its yaw, each packet in its device time. This process does what `attach` does, on a runtime like its own: the
 //! reading thread, the task of the link, the accumulators, a snapshot every 100 ms. Both use the
 //! boot-time clock. So the figure holds the way of a line through the kernel and the program, not
 //! the time it takes on a wire and in an adapter.
@@ -21,11 +21,16 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Settings};
 use vn100_capture::{Clock, Event};
 use vn100_driver::{LinkOptions, SerialPorts, open_link};
+use vn100_protocol::crc16;
 
 /// The first argument of the feeder.
 pub(crate) const FEED: &str = "feed";
 
-/// Lines of the beginning, while ports are opened and the rate is found out.
+/// What the feeder writes.
+const LINES: &str = "lines";
+const PACKETS: &str = "packets";
+
+/// Frames of the beginning, while ports are opened and the rate is found out.
 const SETTLING: Duration = Duration::from_secs(2);
 const MEASURING: Duration = Duration::from_secs(6);
 
@@ -34,18 +39,20 @@ type Times = Vec<(u32, i64)>;
 
 pub(crate) fn measure() {
     println!("{:<34}{:>9}{:>9}{:>9}{:>9}", "last byte to sums, microseconds", "p50", "p99", "max", "lines");
-    for (ports, rate_hz) in [(1, 40), (1, 200), (16, 200)] {
-        let mut delays_us = delays_us(ports, rate_hz);
+    for (ports, rate_hz, frames) in
+        [(1, 40, LINES), (1, 200, LINES), (16, 200, LINES), (1, 800, PACKETS), (4, 800, PACKETS), (16, 200, PACKETS)]
+    {
+        let mut delays_us = delays_us(ports, rate_hz, frames);
         delays_us.sort_by(f64::total_cmp);
         let quantile = |p: f64| delays_us[(p * (delays_us.len() - 1) as f64) as usize];
-        let name = format!("{ports} at {rate_hz} Hz");
+        let name = format!("{ports} at {rate_hz} Hz, {frames}");
         println!("{name:<34}{:>9.0}{:>9.0}{:>9.0}{:>9}", quantile(0.5), quantile(0.99), quantile(1.0), delays_us.len());
     }
 }
 
-fn delays_us(ports: usize, rate_hz: u32) -> Vec<f64> {
+fn delays_us(ports: usize, rate_hz: u32, frames: &str) -> Vec<f64> {
     let mut command = Command::new(env::current_exe().unwrap());
-    command.args([FEED, &ports.to_string(), &rate_hz.to_string()]);
+    command.args([FEED, &ports.to_string(), &rate_hz.to_string(), frames]);
     let mut feeder = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut told = BufReader::new(feeder.stdout.take().unwrap());
     let names: Vec<String> = (0..ports).map(|_| told_line(&mut told)).collect();
@@ -56,7 +63,7 @@ fn delays_us(ports: usize, rate_hz: u32) -> Vec<f64> {
         let mut measurements = JoinSet::new();
         for (port, name) in names.into_iter().enumerate() {
             let stop = stop.clone();
-            measurements.spawn(async move { (port, absorb(name, stop).await) });
+            measurements.spawn(async move { (port, absorb(name, rate_hz, stop).await) });
         }
         time::sleep(SETTLING + MEASURING + Duration::from_secs(1)).await;
         stop.cancel();
@@ -88,7 +95,7 @@ fn told_line(told: &mut BufReader<ChildStdout>) -> String {
 }
 
 /// Measures one port until told to stop: when each line was in the sums.
-async fn absorb(port: String, stop: CancellationToken) -> Times {
+async fn absorb(port: String, rate_hz: u32, stop: CancellationToken) -> Times {
     let clock = Clock::start();
     let options = LinkOptions { baud: Some(921_600), listen_only: true, ..LinkOptions::default() };
     let (_link, mut events) = open_link(SerialPorts::new(&port, clock), options, stop);
@@ -101,7 +108,12 @@ async fn absorb(port: String, stop: CancellationToken) -> Times {
                 Event::Batch(batch) => {
                     analysis.absorb(&batch);
                     let at_ns = clock.now_ns();
-                    absorbed.extend(batch.rows().map(|row| ((row[0] + HALF_TURN) as u32, at_ns)));
+                    let packets = batch.device_ns.iter().map(|device_ns| (device_ns / TICK_NS) as u32 * rate_hz / 800);
+                    let lines = batch.rows().map(|row| (row[0] + HALF_TURN) as u32);
+                    match batch.device_ns.is_empty() {
+                        true => absorbed.extend(lines.map(|number| (number, at_ns))),
+                        false => absorbed.extend(packets.map(|number| (number, at_ns))),
+                    }
                 }
                 Event::Link(event) => analysis.take_link_event(&event),
                 Event::ReadAgain | Event::End(_) => return absorbed,
@@ -124,9 +136,21 @@ fn line(number: u32) -> String {
     format!("${body}*{checksum:02X}\r\n")
 }
 
-/// The other process: tells its ports, writes lines to each in turn, and tells when it wrote them
+/// From packet to packet at 800 Hz.
+const TICK_NS: u64 = 1_250_000;
+
+/// A packet whose device time says its number.
+fn packet(number: u32) -> Vec<u8> {
+    let mut packet = vec![0xFA, 0x05, 0x01, 0x00, 0x1C, 0x00];
+    packet.extend((u64::from(number) * TICK_NS).to_le_bytes());
+    packet.extend([0.02_f32, -0.01, -9.8, 1e-3, -2e-3, 3e-3, 25.0].iter().flat_map(|value| value.to_le_bytes()));
+    packet.extend(crc16(&packet[1..]).to_be_bytes());
+    packet
+}
+
+/// The other process: tells its ports, writes frames to each in turn, and tells when it wrote them
 /// once its input ends.
-pub(crate) fn feed(ports: usize, rate_hz: u32) {
+pub(crate) fn feed(ports: usize, rate_hz: u32, frames: &str) {
     let mut terminals: Vec<_> = (0..ports).map(|_| TTYPort::pair().unwrap()).collect();
     for (_, ours) in &terminals {
         println!("{}", ours.name().unwrap());
@@ -140,9 +164,10 @@ pub(crate) fn feed(ports: usize, rate_hz: u32) {
             let turns = f64::from(number) + port as f64 / ports as f64;
             let due = start + Duration::from_secs_f64(turns / f64::from(rate_hz));
             sleep(due.saturating_duration_since(Instant::now()));
-            let line = line(number);
+            // packets at 200 Hz are every fourth of 800
+            let frame = if frames == LINES { line(number).into_bytes() } else { packet(number * (800 / rate_hz)) };
             written_ns.push(clock.now_ns());
-            sensor.write_all(line.as_bytes()).unwrap();
+            sensor.write_all(&frame).unwrap();
         }
     }
     io::stdin().read_line(&mut String::new()).unwrap();
