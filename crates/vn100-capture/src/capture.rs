@@ -23,7 +23,7 @@ use crate::{
     timing_sidecar::{Sidecar, TimedReader},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
-use vn100_protocol::stream::{Measured, ReadOptions};
+use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 /// An opened capture, detected by its content and ready to be read from its first byte.
 pub struct Capture {
@@ -185,7 +185,7 @@ impl Capture {
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {
-                    Measured::First => ReadOptions { measured, ..options },
+                    MeasuredFrames::First => ReadOptions { measured, ..options },
                     _ => options,
                 };
                 let start: StartReading = match sidecar {

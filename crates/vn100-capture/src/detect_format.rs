@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use vn100_protocol::{Check, Decoder, Item, Options, RejectReason, stream::Measured};
+use vn100_protocol::{Check, Decoder, Item, Options, RejectReason, stream::MeasuredFrames};
 
 use crate::{
     bag::BagForm,
@@ -92,7 +92,7 @@ const MIXED_BYTES: usize = 4096;
 #[derive(Debug)]
 pub(crate) enum Detected {
     /// Sentences, packets or both, and what is measured where nothing else is asked for.
-    Bytes(Format, Measured),
+    Bytes(Format, MeasuredFrames),
     Csv(CsvPlan),
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
@@ -171,7 +171,7 @@ pub(crate) fn detect_format(
         }
     }
     let detected = match (sentence_seen, text) {
-        (true, true) => Detected::Bytes(Format::Text, Measured::First),
+        (true, true) => Detected::Bytes(Format::Text, MeasuredFrames::First),
         (false, true) => Detected::Unknown(describe(&head.bytes)),
         (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
             Detected::Unknown("nothing but zero bytes".into())
@@ -180,7 +180,10 @@ pub(crate) fn detect_format(
             // a live stream of sentences is not kept waiting
             while !holds_samples(&head.bytes) && head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {}
             let is_of_sentences = holds_samples(&head.bytes);
-            Detected::Bytes(Format::Raw, if is_of_sentences { Measured::Sentences } else { Measured::First })
+            Detected::Bytes(
+                Format::Raw,
+                if is_of_sentences { MeasuredFrames::Sentences } else { MeasuredFrames::First },
+            )
         }
     };
     Ok((head, detected))

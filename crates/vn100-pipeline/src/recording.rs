@@ -4,7 +4,7 @@
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
 use tokio::task;
-use vn100_analysis::{Goal, Settings, protocol::stream::Measured};
+use vn100_analysis::{Goal, Settings, protocol::stream::MeasuredFrames};
 use vn100_capture::{RecordError, Recorded, Recorder, RecordingState};
 
 /// Which recording is made.
@@ -61,13 +61,13 @@ pub fn is_reserved(name: &str) -> bool {
 pub(crate) fn metadata(
     conditions: &BTreeMap<String, String>,
     settings: &Settings,
-    measured: Measured,
+    measured: MeasuredFrames,
 ) -> BTreeMap<String, String> {
     let mut all = conditions.clone();
     let frames = match measured {
-        Measured::First => None,
-        Measured::Sentences => Some(SENTENCES),
-        Measured::Packets => Some(PACKETS),
+        MeasuredFrames::First => None,
+        MeasuredFrames::Sentences => Some(SENTENCES),
+        MeasuredFrames::Packets => Some(PACKETS),
     };
     all.extend(frames.map(|frames| (MEASURED.to_owned(), frames.to_owned())));
     let duration = settings.duration.map(|duration| humantime::format_duration(duration).to_string());
@@ -87,10 +87,10 @@ pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>
 
 /// What is measured of a recording: what was measured when it was made, where nothing else is asked
 /// for.
-pub(crate) fn recorded_frames(asked: Measured, recorded: &Recorded) -> Measured {
+pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> MeasuredFrames {
     match (asked, recorded.metadata.get(MEASURED).map(String::as_str)) {
-        (Measured::First, Some(SENTENCES)) => Measured::Sentences,
-        (Measured::First, Some(PACKETS)) => Measured::Packets,
+        (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,
+        (MeasuredFrames::First, Some(PACKETS)) => MeasuredFrames::Packets,
         (asked, _) => asked,
     }
 }
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn the_end_of_a_measurement_is_read_from_its_recording_and_is_no_condition() {
-        let metadata = metadata(&BTreeMap::new(), &ended(), Measured::First);
+        let metadata = metadata(&BTreeMap::new(), &ended(), MeasuredFrames::First);
         let recorded = Recorded { metadata, ..Recorded::default() };
         assert_eq!(with_recorded_end(Settings::default(), &recorded), ended());
         assert_eq!(conditions(&recorded), None);
@@ -156,11 +156,11 @@ mod tests {
 
     #[test]
     fn a_replay_measures_what_was_measured_unless_it_is_asked_otherwise() {
-        for measured in [Measured::First, Measured::Sentences, Measured::Packets] {
+        for measured in [MeasuredFrames::First, MeasuredFrames::Sentences, MeasuredFrames::Packets] {
             let metadata = metadata(&BTreeMap::new(), &Settings::default(), measured);
             let recorded = Recorded { metadata, ..Recorded::default() };
-            assert_eq!(recorded_frames(Measured::First, &recorded), measured);
-            assert_eq!(recorded_frames(Measured::Packets, &recorded), Measured::Packets);
+            assert_eq!(recorded_frames(MeasuredFrames::First, &recorded), measured);
+            assert_eq!(recorded_frames(MeasuredFrames::Packets, &recorded), MeasuredFrames::Packets);
             assert_eq!(conditions(&recorded), None);
         }
     }
@@ -168,8 +168,8 @@ mod tests {
     #[test]
     fn conditions_are_kept_and_names_of_the_program_reserved() {
         let users = BTreeMap::from([("place".to_owned(), "bench 3".to_owned())]);
-        assert_eq!(metadata(&users, &Settings::default(), Measured::First), users);
-        let recorded = Recorded { metadata: metadata(&users, &ended(), Measured::First), ..Recorded::default() };
+        assert_eq!(metadata(&users, &Settings::default(), MeasuredFrames::First), users);
+        let recorded = Recorded { metadata: metadata(&users, &ended(), MeasuredFrames::First), ..Recorded::default() };
         assert_eq!(recorded.metadata.len(), 3);
         assert_eq!(conditions(&recorded), Some(users));
         assert!(recorded.metadata.keys().filter(|name| is_reserved(name)).count() == 2 && !is_reserved("place"));

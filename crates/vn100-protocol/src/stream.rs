@@ -16,4 +16,4 @@ pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCount
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 pub use rejected_rows::{AbsentValues, CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
-pub use sample_reader::{FrameKind, Measured, ReadOptions, SampleReader};
+pub use sample_reader::{FrameKind, MeasuredFrames, ReadOptions, SampleReader};

@@ -9,7 +9,7 @@ use std::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Assessment, Settings};
 use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
-use vn100_protocol::stream::{FileReport, Measured, ReadOptions, StreamCounts};
+use vn100_protocol::stream::{FileReport, MeasuredFrames, ReadOptions, StreamCounts};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]
@@ -41,7 +41,8 @@ pub(crate) fn check(input: &[u8]) {
                     accept_unchecked: options & 1 == 1,
                     line_by_line,
                     diagnostics: options & 8 == 8,
-                    measured: [Measured::First, Measured::Sentences, Measured::Packets][usize::from(options >> 4) % 3],
+                    measured: [MeasuredFrames::First, MeasuredFrames::Sentences, MeasuredFrames::Packets]
+                        [usize::from(options >> 4) % 3],
                 },
                 plain.then_some(bytes.len()),
             )

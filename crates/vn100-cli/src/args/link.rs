@@ -6,7 +6,7 @@ use clap::Args;
 use vn100_driver::OutputSettings;
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
-    stream::Measured,
+    stream::MeasuredFrames,
 };
 use vn100_sim::{Profile, Thermal, device::Firmware, fault::FaultPlan};
 
@@ -169,9 +169,9 @@ impl ChangeArgs {
     }
 
     /// What they set the sensor to send; `None` where they leave it as it is.
-    pub(crate) fn measured(&self) -> Option<Measured> {
+    pub(crate) fn measured(&self) -> Option<MeasuredFrames> {
         let name = self.set_message.as_ref()?;
-        Some(if PacketMessage::named(name).is_some() { Measured::Packets } else { Measured::Sentences })
+        Some(if PacketMessage::named(name).is_some() { MeasuredFrames::Packets } else { MeasuredFrames::Sentences })
     }
 
     /// Why what they ask for cannot be measured.

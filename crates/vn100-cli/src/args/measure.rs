@@ -13,7 +13,7 @@ use imu_noise::{Deviation, Estimator};
 use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Detrend, Goal, NoiseFigure, Settings};
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
-use vn100_protocol::stream::{Measured, ReadOptions};
+use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_report::{RosFrame, Stamps};
 
 use super::{
@@ -88,7 +88,7 @@ pub(crate) struct MeasureArgs {
 
     /// What to measure where sentences and binary packets are mixed [default: what comes first]
     #[arg(long, help_heading = "Capture", value_parser = one_of(&MEASURED))]
-    pub(crate) measure: Option<Measured>,
+    pub(crate) measure: Option<MeasuredFrames>,
 }
 
 impl MeasureArgs {
@@ -212,9 +212,9 @@ const DEVIATIONS: [(&str, &str, Deviation); 2] = [
     ("hadamard", "Hadamard deviation, insensitive to a linear drift of the rate", Deviation::Hadamard),
 ];
 
-const MEASURED: [(&str, &str, Measured); 2] = [
-    ("sentences", "Sentences such as $VNYMR", Measured::Sentences),
-    ("packets", "Binary packets, with the time of the sensor where they carry it", Measured::Packets),
+const MEASURED: [(&str, &str, MeasuredFrames); 2] = [
+    ("sentences", "Sentences such as $VNYMR", MeasuredFrames::Sentences),
+    ("packets", "Binary packets, with the time of the sensor where they carry it", MeasuredFrames::Packets),
 ];
 
 const DETRENDS: [(&str, &str, Detrend); 2] = [

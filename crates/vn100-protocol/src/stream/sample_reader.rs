@@ -27,12 +27,12 @@ pub struct ReadOptions {
     /// among them: its [report](super::CsvReport) names the first of each kind.
     pub diagnostics: bool,
     /// What is measured of a stream that carries sentences and packets.
-    pub measured: Measured,
+    pub measured: MeasuredFrames,
 }
 
 /// What is measured of a stream.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Measured {
+pub enum MeasuredFrames {
     /// What comes first.
     #[default]
     First,
@@ -63,7 +63,7 @@ pub struct SampleReader {
 /// What is known of the stream from one batch to the next, and the batches not yet sent.
 #[derive(Default)]
 struct Stream {
-    measured: Measured,
+    measured: MeasuredFrames,
     layout: Option<Arc<Layout>>,
     packets: PacketReader,
     at_ns: Option<i64>,
@@ -274,7 +274,7 @@ impl Stream {
     #[inline]
     fn put_sample(&mut self, sample: &Sample) {
         let (layout, printed) = (sample.layout, sample.print_format);
-        if self.layout.is_none() && self.measured != Measured::Packets {
+        if self.layout.is_none() && self.measured != MeasuredFrames::Packets {
             self.layout = Some(Arc::new(layout.clone()));
         }
         if self.layout.as_ref().is_none_or(|chosen| chosen.message != layout.message) {
@@ -295,7 +295,7 @@ impl Stream {
 
     #[inline]
     fn put_packet(&mut self, packet: &Packet<'_>) {
-        if self.layout.is_none() && self.measured != Measured::Sentences {
+        if self.layout.is_none() && self.measured != MeasuredFrames::Sentences {
             self.packets.begin(packet);
             self.layout = self.packets.form.as_ref().map(|form| Arc::clone(form.layout()));
         }

@@ -4,7 +4,7 @@ use bytes::Bytes;
 use proptest::{prelude::*, sample::Index};
 use vn100_protocol::{
     BinaryOutput, Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
-    stream::{Batch, Chunk, MarkKind, Measured, ReadOptions, SampleReader, StreamInput},
+    stream::{Batch, Chunk, MarkKind, MeasuredFrames, ReadOptions, SampleReader, StreamInput},
 };
 
 /// Manual UM001, revision 2.02: attitude alone.
@@ -45,11 +45,11 @@ fn sealed(mut packet: Vec<u8>) -> Vec<u8> {
     packet
 }
 
-fn reader(measured: Measured) -> SampleReader {
+fn reader(measured: MeasuredFrames) -> SampleReader {
     SampleReader::new(ReadOptions { measured, ..ReadOptions::default() })
 }
 
-fn read(measured: Measured, pieces: &[&[u8]]) -> Vec<Batch> {
+fn read(measured: MeasuredFrames, pieces: &[&[u8]]) -> Vec<Batch> {
     let mut reader = reader(measured);
     let mut batches = Vec::new();
     for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
@@ -61,7 +61,7 @@ fn read(measured: Measured, pieces: &[&[u8]]) -> Vec<Batch> {
 }
 
 /// All in one batch, but for the counts of the link, which are those of the last.
-fn whole(measured: Measured, stream: &[u8]) -> Batch {
+fn whole(measured: MeasuredFrames, stream: &[u8]) -> Batch {
     let mut batches = read(measured, &[stream]);
     let last = batches.pop().unwrap();
     let mut batch = batches.pop().unwrap();
@@ -82,7 +82,7 @@ fn values(batch: &Batch) -> Vec<(String, f64)> {
 }
 
 fn assert_values(hex: &str, expected: &[(&str, f64)]) {
-    let batch = whole(Measured::First, &bytes(hex));
+    let batch = whole(MeasuredFrames::First, &bytes(hex));
     let found = values(&batch);
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for ((name, value), (expected_name, expected)) in found.iter().zip(expected) {
@@ -120,10 +120,10 @@ fn real_packets_become_rows() {
         ("pressure", 96.903_01),
     ];
     assert_values(COMPENSATED, &compensated);
-    assert_eq!(whole(Measured::First, &bytes(COMPENSATED)).layout.unwrap().compensated, Some(true));
+    assert_eq!(whole(MeasuredFrames::First, &bytes(COMPENSATED)).layout.unwrap().compensated, Some(true));
     for hex in [INERTIAL, TIME_GROUP, SATURATION] {
         assert_values(hex, &IMU);
-        let batch = whole(Measured::First, &bytes(hex));
+        let batch = whole(MeasuredFrames::First, &bytes(hex));
         assert_eq!((batch.layout.unwrap().compensated, &batch.device_ns[..]), (Some(false), &[17_401_568_757_000][..]));
         assert!(batch.marks.is_empty());
     }
@@ -134,7 +134,7 @@ fn real_packets_become_rows() {
 
 #[test]
 fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
-    let batch = whole(Measured::First, &bytes(EVERYTHING));
+    let batch = whole(MeasuredFrames::First, &bytes(EVERYTHING));
     let layout = batch.layout.clone().unwrap();
     assert_eq!((layout.compensated, layout.channels.len()), (Some(true), 14));
     let rate = values(&batch).into_iter().find(|(name, _)| name == "gyro_x").unwrap().1;
@@ -144,17 +144,17 @@ fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
 #[test]
 fn attitude_alone_is_no_measurement() {
     for hex in [ATTITUDE, ATTITUDE_TEMPERATURE] {
-        let batch = whole(Measured::First, &bytes(hex));
+        let batch = whole(MeasuredFrames::First, &bytes(hex));
         assert_eq!((batch.link.tally.packets, batch.link.samples(), batch.layout), (1, 0, None));
     }
-    let tally = whole(Measured::First, &bytes(MISPRINT)).link.tally;
+    let tally = whole(MeasuredFrames::First, &bytes(MISPRINT)).link.tally;
     assert_eq!((tally.packets, tally.skipped_bytes), (0, 24), "the printed form has a wrong CRC");
 }
 
 #[test]
 fn exact_floats_are_exact_counts() {
     let stream: Vec<u8> = EXACT.iter().flat_map(|hex| bytes(hex)).collect();
-    let batch = whole(Measured::First, &stream);
+    let batch = whole(MeasuredFrames::First, &stream);
     let expected = [0.25, -0.5, -9.75, 0.5_f64.powi(10), -0.5_f64.powi(9), 0.5_f64.powi(8), 25.5];
     let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
     assert_eq!(found, [expected; 3].concat());
@@ -171,14 +171,14 @@ fn increments_become_rates() {
         packet.extend(value.to_le_bytes());
     }
     packet.extend([0, 0]);
-    let batch = whole(Measured::First, &sealed(packet.clone()));
+    let batch = whole(MeasuredFrames::First, &sealed(packet.clone()));
     assert_eq!(batch.layout.as_ref().unwrap().compensated, None, "what register 82 says is not known");
     let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
     let expected = [2.0, 0.0, -9.8, 0.4 * std::f64::consts::PI, -0.4 * std::f64::consts::PI, 0.0];
     assert!(found.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 2e-6), "{found:?}");
     // no time has passed
     packet[14..18].copy_from_slice(&0_f32.to_le_bytes());
-    assert_eq!(whole(Measured::First, &sealed(packet)).link.tally.measured_packets.rejected, 1);
+    assert_eq!(whole(MeasuredFrames::First, &sealed(packet)).link.tally.measured_packets.rejected, 1);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn printed_increments_are_the_same_rates() {
     let sentence = |body: &str| vn100_protocol::Check::Xor8.sentence(body).into_bytes();
     // 1.8 degrees and 0.05 m/s in 25 ms
     let good = "VNDTV,+0.025000,+001.800,-001.800,+000.000,+000.050,+000.000,-000.245";
-    let batch = whole(Measured::First, &sentence(good));
+    let batch = whole(MeasuredFrames::First, &sentence(good));
     let layout = batch.layout.as_ref().unwrap();
     assert_eq!((&*layout.message, layout.compensated), ("VNDTV", None));
     assert!(layout.channels.iter().all(|channel| channel.increment_step.is_some()));
@@ -234,7 +234,7 @@ fn numbers_that_no_sensor_measures_are_rejected_with_evidence() {
 #[test]
 fn a_packet_that_comes_twice_is_one_sample() {
     let stream: Vec<u8> = [EXACT[0], EXACT[0], EXACT[1], EXACT[0]].iter().flat_map(|hex| bytes(hex)).collect();
-    let batch = whole(Measured::First, &stream);
+    let batch = whole(MeasuredFrames::First, &stream);
     let measured = batch.link.tally.measured_packets;
     assert_eq!((measured.samples, measured.repeated), (3, 1));
     assert_eq!(batch.device_ns, [1_250_000, 2_500_000, 1_250_000], "an earlier time is no repetition");
@@ -251,7 +251,7 @@ fn saturated_axes_are_marked() {
     let end = later.len();
     let crc = crc16(&later[47..end - 2]);
     later[end - 2..].copy_from_slice(&crc.to_be_bytes());
-    let batch = whole(Measured::First, &later);
+    let batch = whole(MeasuredFrames::First, &later);
     let marks: Vec<_> = batch.marks.iter().map(|mark| (mark.before_row, mark.kind)).collect();
     assert_eq!(marks, [(1, MarkKind::Saturated(0x48))], "accel_x and gyro_x");
 }
@@ -263,11 +263,11 @@ fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
     let packet = bytes(INERTIAL);
     let both = [YMR.as_bytes(), &packet].concat();
     for (stream, measured, message) in [
-        (&both, Measured::First, "VNYMR"),
-        (&both, Measured::Packets, "BINARY"),
-        (&both, Measured::Sentences, "VNYMR"),
-        (&[&packet, YMR.as_bytes()].concat(), Measured::First, "BINARY"),
-        (&[&packet, YMR.as_bytes()].concat(), Measured::Sentences, "VNYMR"),
+        (&both, MeasuredFrames::First, "VNYMR"),
+        (&both, MeasuredFrames::Packets, "BINARY"),
+        (&both, MeasuredFrames::Sentences, "VNYMR"),
+        (&[&packet, YMR.as_bytes()].concat(), MeasuredFrames::First, "BINARY"),
+        (&[&packet, YMR.as_bytes()].concat(), MeasuredFrames::Sentences, "VNYMR"),
     ] {
         let batch = whole(measured, stream);
         assert_eq!((&*batch.layout.clone().unwrap().message, batch.rows().len()), (message, 1));
@@ -275,14 +275,14 @@ fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
         assert_eq!((link.tally.samples, link.tally.packets, link.samples()), (1, 1, 1));
         assert_eq!(link.foreign_samples, u64::from(message == "BINARY"));
     }
-    let none = whole(Measured::Packets, YMR.as_bytes());
+    let none = whole(MeasuredFrames::Packets, YMR.as_bytes());
     assert_eq!((none.layout, none.link.samples(), none.link.foreign_samples), (None, 0, 1));
 }
 
 #[test]
 fn packets_of_another_form_are_counted_only() {
     let stream = [bytes(INERTIAL), bytes(COMPENSATED), bytes(EXACT[0])].concat();
-    let batch = whole(Measured::First, &stream);
+    let batch = whole(MeasuredFrames::First, &stream);
     assert_eq!((batch.link.tally.packets, batch.link.samples()), (3, 2));
 }
 
@@ -320,7 +320,7 @@ proptest! {
         }
         let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.index(stream.len())).collect();
         cuts.sort_unstable();
-        let mut expected = read(Measured::First, &[&stream]);
+        let mut expected = read(MeasuredFrames::First, &[&stream]);
         let mut reader = SampleReader::new(ReadOptions { line_by_line, ..ReadOptions::default() });
         let (mut counts, mut device_ns, mut from) = (Vec::new(), Vec::new(), 0);
         let mut last = None;
