@@ -153,11 +153,13 @@ fn the_summary_says_where_the_rate_of_packets_is_from() {
 }
 
 #[test]
-fn packets_of_compensated_rates_are_advised_to_be_packets_of_others() {
+fn uncompensated_packets_with_an_attitude_are_measured_as_such() {
     let Some(folder) = real_captures().map(|folder| folder.join("binary")) else { return };
     let output = vn100().arg("replay").arg(folder.join("F00379")).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("--set-message BINARY`") && !text.contains("VNIMU"), "{text}");
+    assert!(!text.contains("bias-compensated") && !text.contains("VNIMU"), "{text}");
+    let (document, _) = replay(&folder.join("F00379"), &[]);
+    assert_eq!(document["source"]["compensated"], false);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use vn100_protocol::{
 
 use crate::{
     link::{CommandError, LinkHandle, LinkState},
-    output_plan::{Change, OutputPlan, OutputSettings, PlanError, plan, to_second_port},
+    output_plan::{Change, OutputPlan, OutputSettings, PlanError, plan, to_second_port, writable},
 };
 
 /// How late the last of the output may arrive after a pause: a long frame at the lowest baud rate.
@@ -188,7 +188,8 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         link.request(SensorCommand::Async(true)).await?;
     }
     let before = link.frames(frames);
-    tokio::time::sleep(SETTLE.max(period(&current))).await;
+    let new_period = Duration::try_from_secs_f64(rate_hz.recip()).unwrap_or_default();
+    tokio::time::sleep(SETTLE.max(period(&current)).max(SETTLE + new_period)).await;
     if let Some(change) = to_second_port(&written.configured.changes).filter(|_| link.frames(frames) == before) {
         pause(link, written).await?;
         write(link, vec![change], written).await?;
@@ -254,7 +255,7 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     let mut back = Vec::new();
     for Change { register, before, after } in changes.iter().rev() {
         if !link.read(*register).await?.is_some_and(|now| now.is_as_written(before)) {
-            back.push(Change { register: *register, before: after.clone(), after: before.clone() });
+            back.push(Change { register: *register, before: after.clone(), after: writable(*register, before) });
         }
     }
     write(link, back, &mut written).await
@@ -324,16 +325,24 @@ async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), Configure
 async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
     for mut change in planned {
         let changes = &mut written.configured.changes;
-        if let Some(earlier) = changes.extract_if(.., |earlier| earlier.register == change.register).next() {
-            // written again after a loss of power: the first value is the one to restore
-            change.before = earlier.before;
-        }
+        let place = changes.iter().position(|earlier| earlier.register == change.register);
+        let earlier = place.map(|place| changes[place].clone());
         // a write that is not answered may have been carried out
-        changes.push(change.clone());
+        match (place, &earlier) {
+            (Some(place), Some(earlier)) => {
+                // written again: the first value is the one to restore
+                change.before = earlier.before.clone();
+                changes[place] = change.clone();
+            }
+            _ => changes.push(change.clone()),
+        }
         let write = SensorCommand::WriteRegister { register: change.register, fields: change.after.clone() };
         let answer = link.request(write).await;
         if let Err(CommandError::Failed(RequestFailure::Device { .. })) = answer {
-            changes.pop();
+            match (place, earlier) {
+                (Some(place), Some(earlier)) => changes[place] = earlier,
+                _ => _ = changes.pop(),
+            }
         }
         answer?;
         read_back(link, &change).await?;

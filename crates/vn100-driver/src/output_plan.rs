@@ -219,12 +219,16 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
-/// Firmware 2 holds no group of fields where packets are off, and does not take that: off is the
-/// time on request then, as firmware 3 is sold.
-fn with_a_group(output: BinaryOutput) -> BinaryOutput {
-    match output.groups {
-        0 => BinaryOutput { async_mode: 0, rate_divisor: 0, groups: 1, field_words: vec![1] },
-        _ => output,
+/// What brings a register back to `fields`, as it held them: firmware 2 holds no group of fields
+/// where packets are off, and does not take that. Off is the time on request then, as firmware 3 is
+/// sold.
+pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterFields {
+    let output = RegisterContents { register, fields: fields.clone() }.value::<BinaryOutput>();
+    match output {
+        Ok(output) if output.groups == 0 => {
+            BinaryOutput { async_mode: 0, rate_divisor: 0, groups: 1, field_words: vec![1] }.fields()
+        }
+        _ => fields.clone(),
     }
 }
 
@@ -244,7 +248,7 @@ impl Output {
             protocol,
             sync: if counts { value(current)? } else { None },
             filter: value(current)?,
-            binary: current.iter().find(is_first).and_then(output).map(with_a_group),
+            binary: current.iter().find(is_first).and_then(output),
             other_packets: others.filter_map(|output| LinkLoad::of_packets(&output)).sum(),
         })
     }

@@ -152,14 +152,12 @@ impl RateAuthority {
     /// The device times of the samples show this rate.
     pub(crate) fn take_device_time(&mut self, device_hz: f64, span: &MeasuredSpan) -> RateEffect {
         let hz = self.rate.hz;
-        if span.samples == 0 || device_hz == hz {
-            self.set(device_hz, RateFrom::DeviceTime);
-            return match device_hz == hz {
-                true => RateEffect::None,
-                false => RateEffect::Rescale { from_hz: hz, to_hz: device_hz },
-            };
+        let is_same = device_hz == hz;
+        if span.samples > 0 && (!is_same || self.is_excluding()) {
+            return self.take_change(hz, device_hz, None, span);
         }
-        self.take_change(hz, device_hz, None, span)
+        self.set(device_hz, RateFrom::DeviceTime);
+        if is_same { RateEffect::None } else { RateEffect::Rescale { from_hz: hz, to_hz: device_hz } }
     }
 
     /// A connection is over after so few `samples` that their rate is not sure: it holds until a
@@ -353,6 +351,17 @@ mod tests {
 
     fn snapped(hz: f64) -> TimebaseSummary {
         summary(Some(NominalRate::Snapped(hz)), Some(1.0))
+    }
+
+    #[test]
+    fn device_times_at_the_rate_of_the_record_end_an_exclusion() {
+        let mut rate = RateAuthority::new(None);
+        assert!(matches!(rate.take_device_time(800.0, &span(0, 0)), RateEffect::Rescale { .. }));
+        assert_eq!(rate.take_device_time(800.0, &span(9, 0)), RateEffect::None);
+        assert_eq!(rate.take_device_time(200.0, &span(9, 0)), RateEffect::Exclude);
+        assert!(rate.is_excluding() && rate.hz() == 800.0);
+        assert_eq!(rate.take_device_time(800.0, &span(9, 5)), RateEffect::Resume);
+        assert!(!rate.is_excluding() && rate.other_rate_samples == 5);
     }
 
     fn by_arrival(hz: f64) -> RateAuthority {

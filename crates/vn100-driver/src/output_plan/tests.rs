@@ -239,7 +239,9 @@ fn packets_that_do_not_come_go_to_the_second_port() {
     .unwrap()
     .changes;
     let moved = to_second_port(&changes).unwrap();
-    assert_eq!((moved.before.as_str(), moved.after.as_str()), ("0,0,01,0001", "2,4,05,0001,001C"));
+    assert_eq!((moved.before.as_str(), moved.after.as_str()), ("0,0,00", "2,4,05,0001,001C"));
+    assert_eq!(writable(moved.register, &moved.before).as_str(), "0,0,01,0001");
+    assert_eq!(writable(moved.register, &moved.after), moved.after);
     assert_eq!(to_second_port(&[moved]), None);
     assert_eq!(to_second_port(&changes[..1]), None);
 }

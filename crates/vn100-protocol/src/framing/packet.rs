@@ -52,13 +52,14 @@ pub(crate) struct PacketHead {
 }
 
 impl PacketHead {
-    /// Those of a packet with at most three groups.
+    /// Those of a packet with at most three groups and at least eight bytes; another is found slowly.
     pub(crate) fn remember(&mut self, packet: &[u8]) {
         if self.length != packet.len() || self.is_of(packet).is_none() {
             let head_bits = 8 * (2 + 2 * packet[1].count_ones());
             let bytes = packet.first_chunk().map_or(0, |head| u64::from_le_bytes(*head));
             let mask = u64::MAX >> (64 - head_bits.min(64));
-            let length = if head_bits <= 64 { packet.len() } else { 0 };
+            let is_whole = head_bits <= 64 && packet.len() >= 8;
+            let length = if is_whole { packet.len() } else { 0 };
             *self = Self { bytes: bytes & mask, mask, length };
         }
     }
@@ -130,6 +131,7 @@ fn payload_length(word: u16, fields: &[PacketField; 16]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Decoder, Item, Options};
 
     fn bytes(hex: &str) -> Vec<u8> {
         let digits: Vec<_> = hex.bytes().filter(|byte| *byte != b' ').collect();
@@ -165,6 +167,23 @@ mod tests {
                 assert_eq!(classify(&packet), PacketStart::No, "byte {at}");
                 packet[at] ^= 0x10;
             }
+        }
+    }
+
+    /// The shortest packet, of seven bytes: the CRC of zeros is zero, and so is what is kept of it.
+    #[test]
+    fn zeros_behind_a_short_packet_are_no_packets() {
+        let stream = [bytes("FA 02 0002 00 8B0A"), vec![0; 40]].concat();
+        let count = |piece: usize| {
+            let (mut decoder, mut packets) = (Decoder::new(Options::default()), 0);
+            for piece in stream.chunks(piece) {
+                decoder.push(piece, |item| packets += u32::from(matches!(item, Item::Packet(_))));
+            }
+            decoder.finish(|_| ());
+            (packets, decoder.tally().skipped_bytes)
+        };
+        for piece in [1, 7, 47] {
+            assert_eq!(count(piece), (1, 40), "{piece}");
         }
     }
 

@@ -63,13 +63,16 @@ struct Run {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{channel} is {value}, beyond ±{limit}")]
 pub struct RejectedPacket {
-    /// The channel.
+    /// The channel, or the interval of increments.
     pub channel: &'static str,
     /// Its number in the unit of the channel; infinite or no number, too.
     pub value: f64,
     /// The largest magnitude it may have.
     pub limit: f64,
 }
+
+/// Of the increments of a packet, as of those in `$VNDTV`.
+const LONGEST_INTERVAL_S: f64 = 2000.0;
 
 /// A run of channels in the bytes of a packet.
 struct Found {
@@ -134,19 +137,22 @@ impl PacketForm {
         let has_angles = found.iter().any(|found| quantity(found) == Quantity::Angle);
         found.sort_by_key(|found| (quantity(found), found.numbers.processing));
         let (mut runs, mut channels) = (Vec::new(), Vec::new());
-        let mut compensated = Some(false);
-        let mut before = None;
+        let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
+        let (mut compensated, mut before) = (None, None);
         for found in found {
             let quantity = quantity(&found);
             if before == Some(quantity) || has_angles && quantity == Quantity::Quaternion {
                 continue;
             }
             before = Some(quantity);
-            compensated = match found.numbers.processing {
-                Correction::Uncompensated => compensated,
-                Correction::Compensated | Correction::Undocumented => Some(true),
-                Correction::Integrated => compensated.filter(|is_compensated| *is_compensated),
-            };
+            // of both the rates decide, which come last: it is their bias that a filter removes
+            if is_motion(quantity) {
+                compensated = match found.numbers.processing {
+                    Correction::Uncompensated => Some(false),
+                    Correction::Compensated | Correction::Undocumented => Some(true),
+                    Correction::Integrated => None,
+                };
+            }
             let first = &found.numbers.channels[0];
             runs.push(Run {
                 channels: found.numbers.channels,
@@ -157,7 +163,6 @@ impl PacketForm {
             });
             channels.extend(found.numbers.channels.iter().cloned());
         }
-        let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
         channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
             header: [0; MAX_HEADER],
             header_length: 0,
@@ -234,17 +239,32 @@ impl PacketForm {
 }
 
 impl Run {
-    /// Counts of one in this packet; no number where the interval is not positive.
+    /// Counts of one in this packet; no number where no increments have its interval.
     #[inline]
     fn counts_per_one(&self, raw: &[u8]) -> f64 {
-        let Some(at) = self.interval_at else { return self.counts };
-        let interval_s = floats(raw, &(at..at + 4)).next().filter(|interval_s| *interval_s > 0.0);
-        interval_s.map_or(f64::NAN, |interval_s| self.counts / interval_s)
+        match self.interval_s(raw) {
+            None => self.counts,
+            Some(interval_s) if interval_s > 0.0 && interval_s <= LONGEST_INTERVAL_S => self.counts / interval_s,
+            Some(_) => f64::NAN,
+        }
+    }
+
+    /// Of increments.
+    #[inline]
+    fn interval_s(&self, raw: &[u8]) -> Option<f64> {
+        self.interval_at.and_then(|at| floats(raw, &(at..at + 4)).next())
     }
 
     #[cold]
     fn rejected(&self, raw: &[u8]) -> Option<RejectedPacket> {
         let per_one = self.counts_per_one(raw);
+        if let (Some(value), true) = (self.interval_s(raw), per_one.is_nan()) {
+            return Some(RejectedPacket {
+                channel: "the interval of the increments",
+                value,
+                limit: LONGEST_INTERVAL_S,
+            });
+        }
         let mut scaled = floats(raw, &self.bytes).map(|float| float * per_one).zip(self.channels);
         let is_bad = |scaled: f64| scaled.is_nan() || scaled.abs() > self.limit_counts;
         let (scaled, channel) = scaled.find(|(scaled, _)| is_bad(*scaled))?;

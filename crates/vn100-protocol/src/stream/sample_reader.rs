@@ -344,6 +344,9 @@ impl Stream {
     /// sample's place.
     fn may_be_sample(&self, raw: &[u8]) -> bool {
         const LONG: usize = 60;
+        if self.packets.form.is_some() {
+            return false;
+        }
         let message = self.layout.as_ref().map_or("VN", |layout| &layout.message).as_bytes();
         let name = &raw[1..];
         let common = name.len().min(message.len());

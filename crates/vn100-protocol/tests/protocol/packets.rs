@@ -141,6 +141,27 @@ fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
     assert!((rate + 9.371_8e-4).abs() < 1e-7, "the compensated rate, not that of the undocumented field: {rate}");
 }
 
+/// What a logger of uncompensated measurements and attitude sends, and packets with the compensated
+/// field: a filter removes the bias of rates alone.
+#[test]
+fn attitude_and_field_do_not_make_rates_compensated() {
+    for (groups, words, compensated) in [
+        (0x14, &[0x003E, 0x003A][..], Some(false)),
+        (0x05, &[0x0009, 0x010C], Some(false)),
+        (0x04, &[0x0600], Some(true)),
+        // the acceleration compensated, the rate not, and the other way round
+        (0x04, &[0x0208], Some(false)),
+        (0x04, &[0x0404], Some(true)),
+        (0x04, &[0x0200], Some(true)),
+        (0x04, &[0x0004], Some(false)),
+        // the rate by its increments, whatever the acceleration is
+        (0x04, &[0x0244], None),
+    ] {
+        let form = PacketForm::new(groups, words).unwrap();
+        assert_eq!(form.layout().compensated, compensated, "{groups:02X} {words:04X?}");
+    }
+}
+
 #[test]
 fn attitude_alone_is_no_measurement() {
     for hex in [ATTITUDE, ATTITUDE_TEMPERATURE] {
@@ -176,9 +197,16 @@ fn increments_become_rates() {
     let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
     let expected = [2.0, 0.0, -9.8, 0.4 * std::f64::consts::PI, -0.4 * std::f64::consts::PI, 0.0];
     assert!(found.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 2e-6), "{found:?}");
-    // no time has passed
-    packet[14..18].copy_from_slice(&0_f32.to_le_bytes());
-    assert_eq!(whole(MeasuredFrames::First, &sealed(packet)).link.tally.measured_packets.rejected, 1);
+    // no interval of increments
+    for interval_s in [0.0, -0.025, f32::INFINITY, f32::NAN, 1e38] {
+        packet[14..18].copy_from_slice(&interval_s.to_le_bytes());
+        let mut reader = SampleReader::new(ReadOptions { diagnostics: true, ..ReadOptions::default() });
+        reader.push(&sealed(packet.clone()), None);
+        let [batch] = &reader.take_batches()[..] else { panic!("one batch") };
+        assert_eq!((batch.row_count(), batch.link.tally.measured_packets.rejected), (0, 1), "{interval_s}");
+        let told = batch.diagnostics[0].to_string();
+        assert!(told.contains("the interval of the increments is "), "{told}");
+    }
 }
 
 #[test]
@@ -277,6 +305,15 @@ fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
     }
     let none = whole(MeasuredFrames::Packets, YMR.as_bytes());
     assert_eq!((none.layout, none.link.samples(), none.link.foreign_samples), (None, 0, 1));
+}
+
+/// A damaged sentence between packets takes the place of no packet.
+#[test]
+fn damaged_sentences_between_packets_are_no_samples() {
+    let damaged = YMR.replace("+00.000040", "+00.000041");
+    let stream = [bytes(EXACT[0]), damaged.into_bytes(), bytes(EXACT[1])].concat();
+    let batch = whole(MeasuredFrames::First, &stream);
+    assert_eq!((batch.row_count(), batch.link.tally.rejected.total(), batch.marks.len()), (2, 1, 0));
 }
 
 #[test]
