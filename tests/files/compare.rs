@@ -355,8 +355,10 @@ fn a_plan_is_as_long_as_its_longest_want() {
     assert!((rule_s / (20.0 * 3_f64.sqrt() * 0.0035_f64.to_radians() / 2e-7) - 1.0).abs() < 1e-6);
     let attach = document["commands"]["attach"].as_str().unwrap();
     assert!(attach.contains("--skip 30min") && attach.contains("--duration"), "{attach}");
-    let text =
-        String::from_utf8(vn100().arg("plan").args(wants).args(["--rate", "200"]).output().unwrap().stdout).unwrap();
+    let text = String::from_utf8(
+        vn100().args(["plan", "--message", "BINARY+MAG", "--rate", "200"]).args(wants).output().unwrap().stdout,
+    )
+    .unwrap();
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("magnetometer is not averaged: aliasing raises its N 1.12 times, sqrt(250/200)"), "{text}");

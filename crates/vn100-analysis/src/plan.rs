@@ -1,14 +1,17 @@
 //! From what a record shall show to how the sensor is set, and how long it must rest.
 
+use std::sync::Arc;
+
 use imu_noise::{Aim, Sensor, Term, Wanted, visible_random_walk};
 use thiserror::Error;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ, PACKET_MESSAGES,
-    PacketMessage,
+    AsyncRate, AsyncType, BaudRate, Channel, Layout, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
+    PACKET_MESSAGES, PacketMessage, VNIMU,
 };
 
 use crate::{
     datasheet::Datasheet,
+    sensor::sensor_of,
     want::{Known, Want},
 };
 
@@ -54,6 +57,29 @@ impl PlannedMessage {
             Self::Packets(packets) => packets.name,
             Self::Sentences => Self::SENTENCE.header().unwrap_or_default(),
         }
+    }
+
+    /// The channels of a row.
+    fn layout(self) -> Option<Arc<Layout>> {
+        match self {
+            Self::Packets(packets) => packets.layout(),
+            Self::Sentences => Some(Arc::new(VNIMU.clone())),
+        }
+    }
+
+    /// Whether it carries axes of this sensor.
+    #[must_use]
+    pub fn holds(self, sensor: Sensor) -> bool {
+        let is_of = |channel: &Channel| sensor_of(channel.quantity) == Some(sensor);
+        self.layout().is_some_and(|layout| layout.channels.iter().any(is_of))
+    }
+
+    /// Rows at this rate between two samples of the sensor's axes.
+    fn stride(self, sensor: Sensor, rate_hz: u32) -> u64 {
+        let is_of = |channel: &&Channel| sensor_of(channel.quantity) == Some(sensor);
+        let layout = self.layout();
+        let channel = layout.as_ref().and_then(|layout| layout.channels.iter().find(is_of));
+        channel.map_or(1, |channel| channel.stride(rate_hz.into()))
     }
 
     /// Bytes of a packet, or of a sentence with its counter.
@@ -167,6 +193,14 @@ pub enum PlanningError {
         /// The highest rate that fits.
         highest_hz: Option<u32>,
     },
+    /// The message lacks the sensor of a figure.
+    #[error("{want:?} cannot be planned with {message}, which has no magnetic field: use BINARY+MAG or VNIMU")]
+    NotInMessage {
+        /// What is wanted.
+        want: String,
+        /// What is sent.
+        message: &'static str,
+    },
     /// The sensor has no such rate.
     #[error("{message} has no rate of {rate_hz} Hz: use one of {}", list(rates_hz))]
     NoSuchRate {
@@ -194,8 +228,11 @@ impl Plan {
         let packets = PlannedMessage::Packets(if has_field { with_field } else { without_field });
         let message = given.message.unwrap_or(packets);
         let (rate_hz, baud) = rate_and_baud(message, given)?;
-        let interval_s = 1.0 / f64::from(rate_hz);
-        let wants = wants.iter().map(|want| PlannedWant::new(want, interval_s, given.confidence, datasheet));
+        if let Some(want) = wants.iter().find(|want| !message.holds(want.figure.sensor)) {
+            return Err(PlanningError::NotInMessage { want: want.to_string(), message: message.name() });
+        }
+        let interval_s = |want: &Want| message.stride(want.figure.sensor, rate_hz) as f64 / f64::from(rate_hz);
+        let wants = wants.iter().map(|want| PlannedWant::new(want, interval_s(want), given.confidence, datasheet));
         let wants = wants.collect::<Result<Vec<_>, _>>()?;
         let longest = wants.iter().try_fold(0.0_f64, |longest, want| Some(longest.max(want.record_s?)));
         let white_alone = wants.iter().all(|want| want.want.figure.term == Term::White);

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use imu_noise::BoxcarWindow;
+use imu_noise::{BoxcarWindow, Sensor};
 use vn100_analysis::{
     Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, Want, axes_name, letter,
 };
@@ -195,9 +195,22 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
     writeln!(out, "{}", fill(&text, "", ""))
 }
 
+/// What becomes of the magnetic field, which is not averaged, where it is sent more slowly than it
+/// is measured.
+fn aliased_field(plan: &Plan) -> String {
+    let (measured_hz, rate_hz) = (Onboard::MAG_REFRESH_HZ, f64::from(plan.rate_hz));
+    if !plan.message.holds(Sensor::Magnetometer) || rate_hz > measured_hz {
+        return String::new();
+    }
+    let field = BoxcarWindow { length: 1, decimation: measured_hz / rate_hz };
+    format!(
+        ". The magnetometer is not averaged: aliasing raises its N {:.2} times, sqrt({measured_hz}/{rate_hz})",
+        field.white_factor()
+    )
+}
+
 fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
     let (rate_hz, baud) = (plan.rate_hz, plan.baud.bits_per_s());
-    let mag = BoxcarWindow { length: 1, decimation: (Onboard::MAG_REFRESH_HZ / f64::from(rate_hz)).max(1.0) };
     let load = plan.frame_bytes * rate_hz;
     let are_packets = matches!(plan.message, PlannedMessage::Packets(_));
     let message = match are_packets {
@@ -217,11 +230,9 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
         (
             "window",
             format!(
-                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: no aliasing and no smoothing, so N is the sensor's own. The \
-                 magnetometer is not averaged: aliasing raises its N {:.2} times, sqrt({}/{rate_hz})",
+                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: no aliasing and no smoothing, so N is the sensor's own{}",
                 plan.window,
-                mag.white_factor(),
-                Onboard::MAG_REFRESH_HZ
+                aliased_field(plan)
             ),
         ),
         (

@@ -3,6 +3,7 @@
 use vn100_analysis::noise::{
     FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, SpectralLine, Status, Term, Verdict,
 };
+use vn100_analysis::protocol::BINARY;
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
 };
@@ -43,6 +44,8 @@ pub(crate) struct SensorFindings {
 pub(crate) struct AxisFindings {
     pub(crate) name: String,
     pub(crate) unit: String,
+    /// Its sample rate.
+    pub(crate) rate_hz: f64,
     pub(crate) white: Option<Parameter>,
     /// N by the graphical method, in SI units; it includes every other term of the curve.
     pub(crate) white_by_rule: Option<f64>,
@@ -130,7 +133,7 @@ impl Findings {
         let snapshot = &record.measured.snapshot;
         let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
         Self {
-            message: message.filter(|message| message.starts_with("VN")),
+            message: message.filter(|message| message.starts_with("VN") || message == BINARY),
             compensated: snapshot.layout.as_ref().and_then(|layout| layout.compensated),
             timing: snapshot.timing,
             offset_ppm: snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm),
@@ -207,6 +210,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     AxisFindings {
         name: channel.name.clone(),
         unit: channel.unit.clone(),
+        rate_hz: channel.rate_hz,
         white: parameter(Term::White),
         white_by_rule: channel.noise.as_ref().and_then(|noise| Some(noise.classical.white.ok()?.value)),
         bias_instability: parameter(Term::BiasInstability),

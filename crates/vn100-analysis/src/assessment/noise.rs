@@ -421,7 +421,7 @@ mod tests {
     fn a_window_counts_that_is_known_and_overlaps() {
         let onboard = |window_from, length| {
             let window = BoxcarWindow { length, decimation: 4.0 };
-            Onboard { refresh_hz: 800.0, window, window_from }
+            Onboard { refresh_hz: 800.0, rate_hz: 200.0, window, window_from }
         };
         for from in [WindowFrom::Register, WindowFrom::Given] {
             assert_eq!(overlapping_window(Some(onboard(from, 20))).map(|window| window.length), Some(20));

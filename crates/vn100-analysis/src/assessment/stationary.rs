@@ -54,7 +54,8 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
     let list = list(&shakes, MOST_NAMED, |shake| peak(shake) + &also(shake));
     // one peak on one axis is in the headline already
     let peaks = if headline.ends_with(&list) { String::new() } else { format!(": {list}") };
-    let alias = alias(strongest, snapshot.timing.rate_hz);
+    let rows_hz = snapshot.timing.rate_hz;
+    let alias = alias(strongest, rows_hz / strongest.most().0.stride(rows_hz) as f64);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
     let disturbed: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
     let instead = match disturbed.is_empty() {

@@ -21,6 +21,8 @@ const IMU_REFRESH_HZ: f64 = 800.0;
 pub struct Onboard {
     /// Refreshes of the channel's sensor per second.
     pub refresh_hz: f64,
+    /// Samples of the channel per second.
+    pub rate_hz: f64,
     /// The averaging window and the decimation.
     pub window: BoxcarWindow,
     /// Where the window comes from.
@@ -90,17 +92,18 @@ impl Onboard {
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
         let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;
         let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
-        let decimation = refresh_hz / snapshot.rate_of(results);
+        let rate_hz = snapshot.rate_of(results);
+        let decimation = refresh_hz / rate_hz;
         if channel.increment_step.is_some() {
             let window = BoxcarWindow { length: decimation.round() as u32, decimation };
-            return Some(Self { refresh_hz, window, window_from: WindowFrom::Integrated });
+            return Some(Self { refresh_hz, rate_hz, window, window_from: WindowFrom::Integrated });
         }
         let window_from = match (filter, given) {
             (Some(_), _) => WindowFrom::Register,
             (None, Some(_)) => WindowFrom::Given,
             (None, None) => WindowFrom::Default,
         };
-        Some(Self { refresh_hz, window: BoxcarWindow { length, decimation }, window_from })
+        Some(Self { refresh_hz, rate_hz, window: BoxcarWindow { length, decimation }, window_from })
     }
 }
 
@@ -133,7 +136,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
                 sensors.push(sensor);
             }
         }
-        if let Some((headline, details)) = decimation(&sensors, &onboard, snapshot.timing.rate_hz) {
+        if let Some((headline, details)) = decimation(&sensors, &onboard) {
             let channels = names(&|_, _, assessed| assessed.onboard == Some(onboard));
             warnings.push(Warning::new(WarningKind::DecimatedStream, channels, headline, details));
         }
@@ -222,8 +225,8 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
 
 /// What averaging and decimation on board do to white noise, and what to do about it; `None` where
 /// that is less than is known of the factor.
-fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<(String, Text)> {
-    let Onboard { refresh_hz, window, window_from } = *onboard;
+fn decimation(sensors: &[&str], onboard: &Onboard) -> Option<(String, Text)> {
+    let Onboard { refresh_hz, rate_hz, window, window_from } = *onboard;
     let averages = match window.length {
         0 | 1 => "does not average them".into(),
         length => format!("averages {length} samples"),

@@ -67,6 +67,12 @@ fn plans_of_sentences_have_their_rates_and_the_magnetic_field_has_its_packets() 
     }
     let field = plan("mag N ±5%", None, None).unwrap();
     assert_eq!((field.message.name(), field.rate_hz, field.window, field.frame_bytes), ("BINARY+MAG", 160, 5, 60));
+    // above 250 Hz its samples are farther apart than the rows
+    let lengths = [400, 800].map(|hz| plan("mag N ±5%", None, Some(hz)).unwrap().wants[0].record_s.unwrap());
+    assert_eq!(lengths[0], lengths[1], "200 Hz both");
+    let without = PlannedMessage::named("BINARY");
+    let error = plan("mag N ±5%", without, None).unwrap_err().to_string();
+    assert!(error.contains("BINARY, which has no magnetic field"), "{error}");
     for name in ["BINARY", "binary+mag", "VNIMU"] {
         assert!(PlannedMessage::named(name).is_some_and(|message| message.name().eq_ignore_ascii_case(name)));
     }

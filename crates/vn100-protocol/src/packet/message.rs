@@ -1,7 +1,11 @@
 //! The packets that this project asks a sensor for, by name.
 
+use alloc::sync::Arc;
+
+use super::form::PacketForm;
 use crate::{
     link_budget::LinkLoad,
+    message::layout::Layout,
     register::{BaudRate, BinaryOutput},
 };
 
@@ -70,6 +74,12 @@ impl PacketMessage {
         (output.groups, &*output.field_words) == (self.groups, self.words)
     }
 
+    /// What is measured of it.
+    #[must_use]
+    pub fn layout(&self) -> Option<Arc<Layout>> {
+        PacketForm::new(self.groups, self.words).map(|form| Arc::clone(form.layout()))
+    }
+
     /// Bytes of a packet.
     #[must_use]
     pub fn packet_length(&self) -> usize {
@@ -84,7 +94,7 @@ mod tests {
     #[test]
     fn every_message_is_measured_with_its_device_time() {
         for message in PACKET_MESSAGES {
-            let form = crate::PacketForm::new(message.groups, message.words).unwrap();
+            let form = PacketForm::new(message.groups, message.words).unwrap();
             assert_eq!(form.layout().compensated, Some(false));
             assert_eq!(PacketMessage::named(&message.name.to_lowercase()), Some(message));
         }

@@ -292,14 +292,13 @@ fn values<const N: usize>(
     values?.try_into().ok()
 }
 
-/// The variance of a sample by the white noise of its axis, N² times the rate, on the diagonal;
+/// The variance of a sample by the white noise of its axis, N² times its rate, on the diagonal;
 /// unknown unless N is estimated on all three.
 fn covariance(record: &Record<'_>, quantity: Quantity) -> [f64; 9] {
-    let rate_hz = record.measured.snapshot.timing.rate_hz;
     let variances: Option<Vec<f64>> = (record.of(quantity).into_iter())
         .map(|channel| {
             let white = channel.noise.as_ref()?.parameter(Term::White)?;
-            Some(white.value.filter(|_| white.status == Status::Estimated)?.powi(2) * rate_hz)
+            Some(white.value.filter(|_| white.status == Status::Estimated)?.powi(2) * channel.rate_hz)
         })
         .collect();
     match variances.as_deref() {

@@ -3,6 +3,7 @@
 use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
 use vn100_analysis::{
     LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
+    uncompensated_message,
 };
 
 use super::listed;
@@ -24,7 +25,7 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
         return vec![format!("The sensor was moved: nothing is compared with {sheet}.")];
     }
     let mut sentences = verdicts(findings, sheet);
-    sentences.extend(findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.timing.rate_hz)));
+    sentences.extend(findings.sensors.iter().filter_map(decimation));
     if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated) {
         sentences.push(
             "In-run bias stability of the gyroscope cannot be compared: the message carries bias-compensated rates. The minimum of such a curve is often ten times lower than the data \
@@ -61,7 +62,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
     sentences
 }
 
-fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
+fn decimation(sensor: &SensorFindings) -> Option<String> {
     let onboard = sensor.onboard?;
     let factor = onboard.window.white_factor();
     if (factor - 1.0).abs() < 0.02 && !onboard.window.overlaps() {
@@ -103,7 +104,7 @@ fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
         "The {} samples at {} Hz, {averages} ({known}) and outputs {} Hz: {effect}.{own}",
         sensor.name,
         trimmed(onboard.refresh_hz, 1),
-        trimmed(rate_hz, 3),
+        trimmed(onboard.rate_hz, 3),
     ))
 }
 
@@ -183,11 +184,13 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         advice.push("Record the sensor at rest.".into());
     }
     let is_ours = findings.message.is_some();
-    if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated)
-    {
+    let is_compensated =
+        findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated);
+    if let (Some(message), true) = (&findings.message, is_compensated) {
+        let uncompensated = uncompensated_message(message);
         advice.push(format!(
-            "Use the uncompensated message VNIMU (`{}`): only it shows B and K of the gyroscope; it also carries temperature and pressure.",
-            words(&Remedy::MeasureWith(Setting::Message("VNIMU")))
+            "Use the uncompensated message {uncompensated} (`{}`): only it shows B and K of the gyroscope; it also carries the temperature.",
+            words(&Remedy::MeasureWith(Setting::Message(uncompensated)))
         ));
     }
     let window = findings.sensors.iter().filter_map(|sensor| sensor.onboard).find(|onboard| {

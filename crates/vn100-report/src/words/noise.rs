@@ -13,8 +13,7 @@ use crate::{
 };
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
-    let mut sentences: Vec<String> =
-        findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.timing.rate_hz)).collect();
+    let mut sentences: Vec<String> = findings.sensors.iter().flat_map(of_sensor).collect();
     if findings.motion.is_some() {
         sentences.insert(0, Motion::MEANING.into());
     }
@@ -24,8 +23,8 @@ pub(super) fn noise(findings: &Findings) -> Vec<String> {
     sentences
 }
 
-fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
-    let mut sentences: Vec<String> = sensor.axes.iter().map(|axis| white(sensor.sensor, axis, rate_hz)).collect();
+fn of_sensor(sensor: &SensorFindings) -> Vec<String> {
+    let mut sentences: Vec<String> = sensor.axes.iter().map(|axis| white(sensor.sensor, axis)).collect();
     if sensor.long_taus == LongTauValidity::Sensor {
         let slow = [
             (
@@ -54,7 +53,7 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
 }
 
 /// N in SI units and in the one that data sheets print.
-fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
+fn white(sensor: Sensor, axis: &AxisFindings) -> String {
     let units = conventions(sensor, Term::White);
     let name = parameter_names(sensor, Term::White).name;
     let printed = match sensor {
@@ -71,14 +70,14 @@ fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
             let one = axis.std.map_or_else(String::new, |std| {
                 let unit = pretty_unit(&axis.unit);
                 // what white noise of that density alone would give a sample: more, where it was fitted to long times only
-                let alone = value * rate_hz.sqrt();
+                let alone = value * axis.rate_hz.sqrt();
                 let share = match digits(alone, 3) {
                     alone_in_digits if alone < 1.01 * std => format!(" (white noise alone: {alone_in_digits})"),
                     _ => String::new(),
                 };
                 format!(
                     "; standard deviation of one {} Hz sample: {} {unit}{share}",
-                    trimmed(rate_hz, 3),
+                    trimmed(axis.rate_hz, 3),
                     digits(std, 3)
                 )
             });

@@ -20,6 +20,7 @@ fn axis(name: &str) -> AxisFindings {
     AxisFindings {
         name: name.into(),
         unit: "rad/s".into(),
+        rate_hz: 40.0,
         white: Some(estimated(1e-4)),
         white_by_rule: Some(1.1e-4),
         bias_instability: Some(estimated(2e-5)),
@@ -47,7 +48,7 @@ fn flawless() -> Findings {
         sensor: Sensor::Gyroscope,
         name: "gyroscope",
         long_taus: LongTauValidity::Sensor,
-        onboard: Some(Onboard { refresh_hz: 800.0, window, window_from: WindowFrom::Register }),
+        onboard: Some(Onboard { refresh_hz: 800.0, rate_hz: 40.0, window, window_from: WindowFrom::Register }),
         axes: vec![axis("gyro_x"), axis("gyro_y")],
     };
     Findings {
