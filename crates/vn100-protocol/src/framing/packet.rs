@@ -52,7 +52,8 @@ pub(crate) struct PacketHead {
 }
 
 impl PacketHead {
-    /// Those of a packet with at most three groups and at least eight bytes; another is found slowly.
+    /// Those of a packet with at most three groups and at least eight bytes; others are found more
+    /// slowly.
     pub(crate) fn remember(&mut self, packet: &[u8]) {
         if self.length != packet.len() || self.is_of(packet).is_none() {
             let head_bits = 8 * (2 + 2 * packet[1].count_ones());
