@@ -45,6 +45,8 @@ pub struct Snapshot {
     pub outages: Outages,
     /// Samples with an axis at the end of its range, as the sensor says.
     pub saturation: Saturation,
+    /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.
+    pub restarts: u64,
     /// How the deviations are estimated.
     pub estimator: Estimator,
     /// Data time excluded at the beginning.

@@ -30,7 +30,8 @@ const MIN_COMPARED: Duration = Duration::from_secs(60);
 /// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
 /// intervals shows one, else that mean: it is right as long as two samples follow each other
 /// anywhere among them. An interval of n periods is n - 1 missing samples. A time that goes back is
-/// a restart of the sensor, and any other interval another clock: [`GapEvent::UnknownGap`]. As many
+/// a restart of the sensor, [`GapEvent::Restart`], and any other interval another clock,
+/// [`GapEvent::UnknownGap`]. As many
 /// equal intervals of another length are another rate.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
@@ -162,7 +163,7 @@ impl DeviceClock {
     fn judge(&mut self, stamped: Stamped, period_ns: f64) {
         let Some(interval_ns) = stamped.device_ns.checked_sub(self.last_ns) else {
             self.backwards += 1;
-            return self.begin_anew(stamped);
+            return self.begin_anew(stamped, GapEvent::Restart);
         };
         // nearly every sample; without the rounding of a quotient
         if (interval_ns as f64 - period_ns).abs() <= TOLERANCE * period_ns {
@@ -174,7 +175,7 @@ impl DeviceClock {
         let periods = quotient.round();
         let is_whole = (quotient - periods).abs() <= TOLERANCE && (2.0..=MAX_PERIODS).contains(&periods);
         if self.is_other_rate(interval_ns, period_ns) {
-            return self.begin_anew(stamped);
+            return self.begin_anew(stamped, GapEvent::UnknownGap);
         }
         if is_whole {
             let missing = periods as u64 - 1;
@@ -184,18 +185,18 @@ impl DeviceClock {
             self.events.push_back(GapEvent::Missing(missing));
             self.add_sample(stamped);
         } else {
-            self.begin_anew(stamped);
+            self.begin_anew(stamped, GapEvent::UnknownGap);
         }
     }
 
-    /// The sample follows the one before by an unknown time.
-    fn begin_anew(&mut self, stamped: Stamped) {
+    /// The sample follows the one before by an unknown time, for this reason.
+    fn begin_anew(&mut self, stamped: Stamped, reason: GapEvent) {
         self.index = 0;
         (self.last_at, self.compared_from) = (None, None);
         if let Some(envelope) = &mut self.envelope {
             envelope.restart();
         }
-        self.events.push_back(GapEvent::UnknownGap);
+        self.events.push_back(reason);
         self.add_sample(stamped);
     }
 
@@ -246,7 +247,7 @@ fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::gap_event::GapEvent::{DeviceTimeInUse, Missing, Samples, UnknownGap};
+    use super::super::gap_event::GapEvent::{DeviceTimeInUse, Missing, Restart, Samples, UnknownGap};
     use super::*;
 
     const TICK: u64 = 1_250_000;
@@ -284,7 +285,7 @@ mod tests {
         let running = (100..140).map(|tick| tick * TICK);
         let restarted = (1..50).map(|tick| tick * TICK);
         let used = DeviceTimeInUse { rate_hz: 800.0 };
-        assert_eq!(events(running.clone().chain(restarted)), [used.clone(), Samples(40), UnknownGap, Samples(49)]);
+        assert_eq!(events(running.clone().chain(restarted)), [used.clone(), Samples(40), Restart, Samples(49)]);
         let later = (100_140..100_150).map(|tick| tick * TICK);
         assert_eq!(events(running.clone().chain(later)), [used.clone(), Samples(40), Missing(100_000), Samples(10)]);
         let off = (0..9).map(|tick| 140 * TICK + TICK / 2 + tick * TICK);

@@ -1,4 +1,4 @@
-//! The time base of a stream: which samples are missing, by counters or arrival times.
+//! The time base of a stream: which samples are missing, by counters, arrival times or device time.
 
 use std::time::Duration;
 
@@ -13,8 +13,8 @@ use super::sample_counter::{CounterSummary, SampleCounter};
 /// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`], once neither its
 /// counter nor its arrival leaves in doubt whether samples are missing before it. A counter that
 /// counts is exact, and decides; arrival times show the rate all the same. Where the counter ends
-/// arrival times decide from there on. No stamp is an error: stamps that are no time base are
-/// [refused](GapEvent::Refused).
+/// arrival times decide from there on. Device times decide alone. No stamp is an error: stamps that
+/// are no time base are [refused](GapEvent::Refused).
 ///
 /// ```
 /// use std::time::Duration;

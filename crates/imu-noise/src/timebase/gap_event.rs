@@ -12,9 +12,12 @@ pub enum GapEvent {
     Samples(u64),
     /// So many samples, at least 1, were dropped here.
     Missing(u64),
-    /// An unknown number of samples may have been dropped here: the counter, or the clock of the
-    /// sensor, restarted.
+    /// An unknown number of samples may have been dropped here: the counter restarted, or the times
+    /// of the sensor show no whole number of samples.
     UnknownGap,
+    /// The clock of the sensor started anew here, and an unknown number of samples may have been
+    /// dropped.
+    Restart,
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,
     /// From here on the device times of the samples decide what is missing, and show this rate.
@@ -117,7 +120,8 @@ impl fmt::Display for Refusal {
 pub struct TimebaseSummary {
     /// Samples pushed.
     pub samples: u64,
-    /// Stamps more than 10 ms before the one before. A clock set back counts once.
+    /// Stamps more than 10 ms before the one before; a clock set back counts once. By device time:
+    /// restarts of the sensor.
     pub backwards: u64,
     /// Nominal rate, the last one if it changed; `None` until it is known and after a refusal.
     pub nominal: Option<NominalRate>,
@@ -127,9 +131,9 @@ pub struct TimebaseSummary {
     pub offset_ppm: Option<f64>,
     /// Why the stamps are no time base.
     pub refusal: Option<Refusal>,
-    /// Samples missing, by arrival times.
+    /// Samples missing, by arrival times, or by device time where samples carry it.
     pub missing: u64,
-    /// Gaps, by arrival times.
+    /// Gaps, by the same.
     pub gaps: u64,
     /// Times between samples; `None` below two samples and without a nominal rate.
     pub arrivals: Option<Arrivals>,

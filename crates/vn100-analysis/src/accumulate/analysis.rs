@@ -256,6 +256,7 @@ impl Analysis {
             link: self.link,
             outages: self.outages,
             saturation: self.record.saturation.clone(),
+            restarts: self.record.gaps.restarts,
             estimator: settings.estimator,
             deviation: settings.deviation,
             detrended: settings.detrend,

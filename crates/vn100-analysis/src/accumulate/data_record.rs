@@ -171,6 +171,10 @@ impl DataRecord {
             GapEvent::Samples(_) => {}
             GapEvent::Missing(missing) => self.push_gap(missing, false),
             GapEvent::UnknownGap => self.push_unknown_gap(),
+            GapEvent::Restart => {
+                self.gaps.restarts += 1;
+                self.push_unknown_gap();
+            }
             GapEvent::CounterInUse => self.gaps.use_evidence(MissingFrom::Counter),
             GapEvent::DeviceTimeInUse { rate_hz } => {
                 self.gaps.use_evidence(MissingFrom::DeviceTime);

@@ -10,6 +10,8 @@ use crate::snapshot::MissingFrom;
 pub(crate) struct Gaps {
     pub(super) missing: u64,
     pub(super) gaps: u64,
+    /// Times the sensor restarted, by its own clock.
+    pub(super) restarts: u64,
     /// Of the missing, those counted by rejected rows.
     by_rejected: u64,
     /// Rejected rows since the last good one: they count once a good one follows.
@@ -55,6 +57,7 @@ impl Gaps {
         }
         self.missing += next.missing;
         self.gaps += next.gaps;
+        self.restarts += next.restarts;
         self.by_rejected += next.by_rejected;
     }
 

@@ -26,7 +26,7 @@ static OUTPUT_RATES: [f64; OUTPUT_RATES_HZ.len()] = {
     rates
 };
 
-/// Those of its binary outputs with a whole number of packets a second, or of seconds a packet.
+/// Those of its binary outputs with a whole number of packets a second.
 static PACKET_RATES: [f64; 18] =
     [800.0, 400.0, 200.0, 160.0, 100.0, 80.0, 50.0, 40.0, 32.0, 25.0, 20.0, 16.0, 10.0, 8.0, 5.0, 4.0, 2.0, 1.0];
 

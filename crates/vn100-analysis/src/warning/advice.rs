@@ -184,6 +184,12 @@ impl Advice {
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing.missing_from);
         }
+        if snapshot.restarts > 0 {
+            let headline = format!("the sensor restarted {}", counted(snapshot.restarts, "time"));
+            let details = "Its own time stepped backwards. No averaging window spans that place; how many samples were dropped there is \
+                           unknown.";
+            self.warn(WarningKind::StampsBackwards, headline, details);
+        }
         self.on_absent_values(snapshot);
         if timing.missing > 0 {
             let headline = format!(
@@ -253,23 +259,16 @@ impl Advice {
     fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], missing_from: MissingFrom) {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
-        if summary.refusal.is_none() && summary.backwards > 0 {
-            let (headline, details) = match missing_from {
-                MissingFrom::DeviceTime => (
-                    format!("the sensor restarted {}", counted(summary.backwards, "time")),
-                    "Its own time stepped backwards. No averaging window spans that place; how many samples were dropped there is unknown.",
-                ),
-                _ => (
-                    format!("time stamps step backwards {}", counted(summary.backwards, "time")),
-                    "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place are not detected.",
-                ),
-            };
+        let has_stamps = missing_from != MissingFrom::DeviceTime;
+        if has_stamps && summary.refusal.is_none() && summary.backwards > 0 {
+            let headline = format!("time stamps step backwards {}", counted(summary.backwards, "time"));
+            let details = "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place are \
+                           not detected.";
             self.warn(WarningKind::StampsBackwards, headline, details);
         }
         self.on_rate(summary, rates_hz);
         // by device time no gap depends on when its packets arrive
-        let decides = missing_from != MissingFrom::DeviceTime;
-        let is_bunched = |arrivals: &Arrivals| decides && arrivals.share_together > BUNCHED_SHARE;
+        let is_bunched = |arrivals: &Arrivals| has_stamps && arrivals.share_together > BUNCHED_SHARE;
         if let Some(arrivals) = summary.arrivals.filter(is_bunched) {
             let headline = format!(
                 "{:.0} % of the lines arrive together with the one before, {:.1} at a time",

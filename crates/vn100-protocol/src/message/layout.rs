@@ -32,7 +32,7 @@ pub struct Channel {
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,
     /// How often in a second the sensor measures it anew, where rows repeat it in between; `None`
-    /// for what is new in every row, and where no device time shows which row is a refresh.
+    /// for what is new in every row, and in sentences.
     pub refresh_hz: Option<u32>,
     /// Of a mean over the whole interval before its row, which the sensor has integrated so that no
     /// noise is aliased: the smallest step of an increment, in units times seconds, 0 for floats.

@@ -181,11 +181,11 @@ pub enum Diagnostic {
     Sent(Box<[u8]>),
     /// The sensor answered, or reported an error.
     Reply(Box<[u8]>),
-    /// A sentence was rejected.
+    /// A sentence or a packet was rejected.
     Refused {
         /// Why, in words.
         reason: String,
-        /// Where its `$` stands, in bytes from the beginning of the stream.
+        /// Where it begins, in bytes from the beginning of the stream.
         offset: u64,
         /// Its bytes, as far as they were taken for a part of it.
         raw: Box<[u8]>,
