@@ -177,7 +177,8 @@ impl Info {
         )?;
         let check = self.checksum_bits.map_or(String::new(), |bits| format!(", {bits}-bit checksum"));
         let count = if self.count == Some(true) { ", counted" } else { "" };
-        writeln!(out, "  sends      {}{check}{count}", self.sends)?;
+        let sends = format!("{}{check}{count}", self.sends);
+        writeln!(out, "{}", fill(&sends, "  sends      ", "             "))?;
         if let Some(line) = &self.line {
             let speed = self.baud.map_or("serial server".into(), |baud| format!("{baud} baud"));
             let share = 100.0 * line.bytes_per_s / f64::from(line.bytes_per_s_at_most);
