@@ -182,6 +182,10 @@ impl DataRecord {
                 self.apply(effect);
             }
             GapEvent::Rate(nominal) => {
+                if self.rate.is_excluding() && nominal.hz() == self.rate.hz() {
+                    let effect = self.rate.take_change(nominal.hz(), nominal.hz(), None, &self.span);
+                    self.apply(effect);
+                }
                 self.rate.take_nominal(nominal, self.replies.rate_hz());
                 self.gaps.use_evidence(MissingFrom::Arrival);
             }
@@ -307,7 +311,7 @@ impl DataRecord {
 
 #[cfg(test)]
 mod tests {
-    use imu_noise::{NominalRate, RecordShape, Refusal};
+    use imu_noise::{GapDetector, NominalRate, RecordShape, Refusal};
     use vn100_protocol::{PrintFormat, VNYMR};
 
     use super::*;
@@ -400,6 +404,20 @@ mod tests {
         rows(&mut record, 6);
         assert_eq!((counts(&record), record.timing().excluded), ((10, 0, 0, 2), 5));
         assert_eq!(record.rate.other_rate_samples, 5);
+    }
+
+    #[test]
+    fn a_connection_at_the_rate_of_the_record_ends_an_exclusion() {
+        let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
+        rows(&mut record, 4);
+        record.end_connection(None);
+        let until = Box::new(GapDetector::new(&[20.0, 40.0], Some(40.0)).summary().unwrap());
+        event(&mut record, GapEvent::RateChanged { from_hz: 40.0, to_hz: 20.0, until });
+        rows(&mut record, 5);
+        record.end_connection(None);
+        event(&mut record, GapEvent::Rate(NominalRate::Known(40.0)));
+        rows(&mut record, 6);
+        assert_eq!((counts(&record).0, record.timing().excluded, record.rate.other_rate_samples), (10, 5, 5));
     }
 
     #[test]
