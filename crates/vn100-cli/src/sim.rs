@@ -69,6 +69,7 @@ pub(crate) fn device(args: &SimSensorArgs) -> Device {
         profile: args.truth(),
         seed: args.seed,
         firmware: args.firmware,
+        clock_error_ppm: args.clock_ppm,
         ..DeviceConfig::default()
     })
 }

@@ -112,6 +112,10 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, value_name = "VERSION", value_parser = firmware, default_value = "3.1")]
     pub(crate) firmware: Firmware,
 
+    /// Error of the emulated sensor's clock in parts per million; above zero it runs fast
+    #[arg(long, value_name = "PPM", value_parser = clock_ppm, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub(crate) clock_ppm: f64,
+
     /// Temperature of the emulated sensor and the bias that follows it, as in
     /// "gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900": deg/s and mg per degC, s, degC; also
     /// heating, warm-up, age
@@ -122,6 +126,12 @@ pub(crate) struct SimSensorArgs {
     /// power-up
     #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
+}
+
+/// A clock that is off by more is no quartz, and the lines of one that stands still never come.
+fn clock_ppm(text: &str) -> Result<f64, String> {
+    let ppm = text.parse::<f64>().ok().filter(|ppm| ppm.abs() <= 10_000.0);
+    ppm.ok_or_else(|| "use a number from -10000 to 10000".into())
 }
 
 fn firmware(version: &str) -> Result<Firmware, String> {

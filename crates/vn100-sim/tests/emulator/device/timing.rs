@@ -213,3 +213,24 @@ fn a_fast_clock_sends_early() {
     let interval = (starts[4000] - starts[0]).as_secs_f64() / 4000.0;
     assert!((interval / 0.025 - 0.999).abs() < 1e-6, "{interval}");
 }
+
+#[test]
+fn packets_carry_the_time_of_a_fast_clock() {
+    let mut bench = Bench::quiet_with(DeviceConfig { clock_error_ppm: 1000.0, ..DeviceConfig::default() });
+    bench.set("06,0");
+    bench.set("75,1,8,05,0001,001C");
+    bench.send("$VNASY,1*XX\r\n");
+    let sent = sent_until(&mut bench.device, bench.now + Duration::from_secs(20));
+    let is_start = |four: &[SentByte]| four.iter().map(|byte| byte.byte).eq([0xFA, 0x05, 0x01, 0x00]);
+    let packets: Vec<(u64, Duration)> = (sent.windows(4).enumerate())
+        .filter(|(_, four)| is_start(four))
+        .filter_map(|(place, _)| {
+            let time: Vec<u8> = sent.get(place + 6..place + 14)?.iter().map(|byte| byte.byte).collect();
+            Some((u64::from_le_bytes(time.try_into().ok()?), sent[place].at))
+        })
+        .collect();
+    let (first, last) = (packets[1], packets[packets.len() - 2]);
+    let (by_sensor, by_host) = ((last.0 - first.0) as f64 * 1e-9, (last.1 - first.1).as_secs_f64());
+    assert!(packets.len() > 1900, "{}", packets.len());
+    assert!((by_sensor / by_host - 1.001).abs() < 1e-5, "{by_sensor} {by_host}");
+}
