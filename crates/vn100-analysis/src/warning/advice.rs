@@ -86,6 +86,13 @@ impl Advice {
             };
             self.warn(WarningKind::OtherMessages, headline, details);
         }
+        if tally.split_packets > 0 {
+            let headline = format!("{} of split packets skipped", counted(tally.split_packets, "part"));
+            let details = Text::from("Firmware 3 splits packets that are too long, and they are not read. Packets of fewer fields come with `")
+                .remedy(Remedy::Configure(Setting::Message("BINARY")))
+                .then("`.");
+            self.warn(WarningKind::OtherMessages, headline, details);
+        }
         if findings.repeated_lines > 0 {
             let headline = format!(
                 "{} of {} repeat an earlier one exactly",

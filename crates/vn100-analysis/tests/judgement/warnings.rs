@@ -139,6 +139,8 @@ fn packets_that_are_not_measured_are_counted_with_the_way_to_measure_them() {
     assert!(beside.starts_with("199 binary packets excluded, VNIMU measured"), "{beside}");
     link.tally.measured_packets = MeasuredPackets { samples: 150, rejected: 30, repeated: 19 };
     assert_eq!(excluded(link), "", "all of them have been measured");
+    link.tally.split_packets = 3;
+    assert!(excluded(link).starts_with("3 parts of split packets skipped"));
 }
 
 #[test]

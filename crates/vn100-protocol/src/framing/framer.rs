@@ -9,7 +9,7 @@
 //! The search after a false start continues one byte behind it, or behind all that was taken for a
 //! sentence: neither `$` nor 0xFA can be in there.
 
-use memchr::{memchr_iter, memchr2};
+use memchr::{memchr_iter, memchr3};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
@@ -96,17 +96,26 @@ impl Framer {
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Frame<'a>>) {
         let mut at = self.take_line_end(input);
-        while let Some(skipped) = memchr2(b'$', packet::START, &input[at..]) {
+        while let Some(skipped) = memchr3(b'$', packet::START, packet::SPLIT_START, &input[at..]) {
             self.skip(skipped);
             at += skipped;
             let candidate = &input[at..];
-            let found = if candidate[0] == b'$' {
-                self.sentence(candidate, end_of_input)
-            } else {
-                self.packet(candidate, end_of_input)
+            let found = match candidate[0] {
+                b'$' => self.sentence(candidate, end_of_input),
+                packet::START => self.packet(candidate, end_of_input),
+                _ => match packet::classify_part(candidate) {
+                    PacketStart::Packet(length) => Found::Part(length),
+                    PacketStart::Incomplete => Found::Incomplete,
+                    PacketStart::No => Found::Nothing,
+                },
             };
             match found {
                 Found::Frame(length, frame) => return (at + length, Some(frame)),
+                Found::Part(length) => {
+                    self.tally.split_packets += 1;
+                    self.skip(length);
+                    at += length;
+                }
                 Found::Incomplete if !end_of_input => return (at, None),
                 Found::Incomplete | Found::Nothing => {
                     self.skip(1);
@@ -233,6 +242,8 @@ impl Framer {
 
 enum Found<'a> {
     Frame(usize, Frame<'a>),
+    /// Of a split packet, with its length.
+    Part(usize),
     Incomplete,
     Nothing,
 }

@@ -16,6 +16,9 @@ use crate::{
 /// The byte a packet begins with.
 pub(crate) const START: u8 = 0xFA;
 
+/// The byte with which a part of a packet begins that firmware 3 has split.
+pub(crate) const SPLIT_START: u8 = 0xFB;
+
 /// The longest packet a VN-100 can send: every field of every group it has.
 pub const MAX_PACKET: usize = 627;
 
@@ -107,6 +110,30 @@ pub(crate) fn classify(input: &[u8]) -> PacketStart {
     }
 }
 
+/// Classifies `input`, which begins with 0xFB, as a part of a split packet:
+///
+/// ```text
+/// FB | type 0 | message | parts and number, four bits each | length u16 LE | payload | CRC-16
+/// ```
+pub(crate) fn classify_part(input: &[u8]) -> PacketStart {
+    const HEAD: usize = 6;
+    let has_type = input.get(1).is_none_or(|kind| *kind == 0);
+    let is_part = input.get(3).is_none_or(|place| place >> 4 >= 2 && place & 0xF <= place >> 4);
+    if !has_type || !is_part {
+        return PacketStart::No;
+    }
+    let Some([.., low, high]) = input.first_chunk::<HEAD>() else { return PacketStart::Incomplete };
+    let length = HEAD + usize::from(u16::from_le_bytes([*low, *high])) + 2;
+    if length > MAX_PACKET {
+        return PacketStart::No;
+    }
+    match input.get(1..length) {
+        None => PacketStart::Incomplete,
+        Some(checked) if crc16(checked) == 0 => PacketStart::Packet(length),
+        Some(_) => PacketStart::No,
+    }
+}
+
 /// The bytes of a packet with these groups and a word of fields for each; `None` where one is
 /// unknown, or their numbers do not go together.
 pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
@@ -186,6 +213,34 @@ mod tests {
         for piece in [1, 7, 47] {
             assert_eq!(count(piece), (1, 40), "{piece}");
         }
+    }
+
+    /// No public capture has one: two parts of a packet as the makers' library takes them.
+    #[test]
+    fn parts_of_split_packets_are_counted_and_skipped() {
+        let part = |number: u8| {
+            let mut part = vec![SPLIT_START, 0, 7, 0x20 | number, 5, 0, b'$', START, 1, 2, 3];
+            part.extend(crc16(&part[1..]).to_be_bytes());
+            part
+        };
+        let mut damaged = part(1);
+        damaged[8] ^= 1;
+        let stream = [part(0), bytes(RECORDED[0]), part(1), damaged.clone(), bytes(RECORDED[1])].concat();
+        for piece in 1..stream.len() {
+            let (mut decoder, mut packets) = (Decoder::new(Options::default()), 0);
+            for piece in stream.chunks(piece) {
+                decoder.push(piece, |item| packets += u32::from(matches!(item, Item::Packet(_))));
+            }
+            decoder.finish(|_| ());
+            let tally = decoder.tally();
+            let others = stream.len() as u64 - tally.packet_bytes - tally.rejected_sentence_bytes;
+            assert_eq!((packets, tally.split_packets, tally.skipped_bytes), (2, 2, others), "{piece}");
+        }
+        for other in [&[SPLIT_START, 1][..], &[SPLIT_START, 0, 0, 0x10], &[SPLIT_START, 0, 0, 0x23], &damaged] {
+            assert_eq!(classify_part(other), PacketStart::No, "{other:02X?}");
+        }
+        assert_eq!(classify_part(&[SPLIT_START, 0, 0, 0x21, 0xFF, 0xFF]), PacketStart::No, "too long");
+        assert_eq!(classify_part(&part(0)[..9]), PacketStart::Incomplete);
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub struct Tally {
     pub packets: u64,
     /// Of these, those that are samples, good or not.
     pub measured_packets: MeasuredPackets,
+    /// Parts of packets that firmware 3 has split; they are not read, and their bytes are skipped.
+    pub split_packets: u64,
     /// Rejected sentences.
     pub rejected: RejectedCounts,
 }
@@ -83,6 +85,7 @@ impl Tally {
         self.other += next.other;
         self.unchecked_sentences += next.unchecked_sentences;
         self.packets += next.packets;
+        self.split_packets += next.split_packets;
         self.measured_packets.samples += next.measured_packets.samples;
         self.measured_packets.rejected += next.measured_packets.rejected;
         self.measured_packets.repeated += next.measured_packets.repeated;
