@@ -124,5 +124,6 @@ pub use infer::temperature::{
 pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{
-    Arrivals, CounterSummary, GapDetector, GapEvent, NominalRate, OtherCounter, Refusal, TimebaseSummary,
+    Arrivals, ClockAfterOutage, CounterSummary, GapDetector, GapEvent, NominalRate, OtherCounter, Refusal,
+    TimebaseSummary,
 };

@@ -61,6 +61,7 @@ mod sample_counter;
 #[cfg(test)]
 mod tests;
 
+pub use device_clock::ClockAfterOutage;
 pub use gap_detector::GapDetector;
 pub use gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
 pub use interval_statistics::Arrivals;

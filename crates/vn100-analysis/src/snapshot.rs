@@ -47,6 +47,8 @@ pub struct Snapshot {
     pub saturation: Saturation,
     /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.
     pub restarts: u64,
+    /// Packets excluded as their time fits neither neighbour: damage that the CRC did not show.
+    pub false_times: u64,
     /// How the deviations are estimated.
     pub estimator: Estimator,
     /// Data time excluded at the beginning.

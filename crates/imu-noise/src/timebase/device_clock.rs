@@ -25,14 +25,22 @@ const MAX_PERIODS: f64 = 4_294_967_296.0;
 /// Below, arrival times say nothing of the offset of two clocks.
 const MIN_COMPARED: Duration = Duration::from_secs(60);
 
+/// So far the time that passes over an outage may differ by the clocks of sensor and host: samples
+/// may wait that long in the host, and the clocks may differ by that part.
+const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
+const CLOCK_DIFFERENCE: f64 = 1e-3;
+
 /// Judges the device times of a stream's samples; streaming, in bounded memory.
 ///
 /// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
 /// intervals shows one, else that mean: it is right as long as two samples follow each other
 /// anywhere among them. An interval of n periods is n - 1 missing samples. A time that goes back is
 /// a restart of the sensor, [`GapEvent::Restart`], and any other interval another clock,
-/// [`GapEvent::UnknownGap`]. As many
-/// equal intervals of another length are another rate.
+/// [`GapEvent::UnknownGap`]. As many equal intervals of another length are another rate.
+///
+/// A sample after any other interval than one period is in doubt until the next one: if that
+/// follows the sample before by two periods, the time in between was false,
+/// [`GapEvent::FalseTime`].
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
     first_ns: u64,
@@ -41,6 +49,10 @@ pub(super) struct DeviceClock {
     /// The first samples; empty once the period is known.
     held: Vec<Stamped>,
     period_ns: Option<f64>,
+    /// The last sample, if its interval is not one period.
+    in_doubt: Option<Stamped>,
+    /// Whether the next sample is the first one after an outage: its arrival shows no interval.
+    after_outage: bool,
     /// Of the last sample, in periods since the sensor started to send.
     index: u64,
     /// Ticks of the last intervals that are not the period, and how many of them came.
@@ -54,6 +66,17 @@ pub(super) struct DeviceClock {
     missing: u64,
     gaps: u64,
     pub(super) events: VecDeque<GapEvent>,
+}
+
+/// What the first sample after an outage shows of the sensor's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockAfterOutage {
+    /// It ran on: its next interval shows how many samples are missing.
+    RunsOn,
+    /// It began anew.
+    Restarted,
+    /// Nothing: there is no device time, or no arrival time to confirm it, or these differ.
+    Unknown,
 }
 
 /// A sample, by both clocks.
@@ -71,6 +94,8 @@ impl DeviceClock {
             last_at: None,
             held: Vec::new(),
             period_ns: None,
+            in_doubt: None,
+            after_outage: false,
             index: 0,
             other: (0, 0),
             envelope: None,
@@ -92,7 +117,7 @@ impl DeviceClock {
         self.samples += 1;
         let stamped = Stamped { device_ns, at };
         match self.period_ns {
-            Some(period_ns) => self.judge(stamped, period_ns),
+            Some(period_ns) => self.take(stamped, period_ns),
             None => {
                 self.held.push(stamped);
                 if self.held.len() == RUN {
@@ -100,12 +125,27 @@ impl DeviceClock {
                 }
             }
         }
-        self.last_ns = device_ns;
     }
 
     /// No sample follows: decides on those held.
     pub(super) fn finish(&mut self) {
         self.learn_period();
+        self.decide();
+    }
+
+    /// Whether the clock runs on over an outage, after which this sample is the first. To be asked
+    /// of a clock that has finished.
+    pub(super) fn after_outage(&mut self, device_ns: u64, at: Duration) -> ClockAfterOutage {
+        let Some(interval_ns) = device_ns.checked_sub(self.last_ns) else { return ClockAfterOutage::Restarted };
+        let known = self.period_ns.filter(|_| self.samples >= RUN as u64);
+        let (Some(period_ns), Some(last)) = (known, self.last_at) else {
+            return ClockAfterOutage::Unknown;
+        };
+        let (interval, passed) = (Duration::from_nanos(interval_ns), at.saturating_sub(last));
+        let difference = passed.abs_diff(interval);
+        self.after_outage = whole_periods(interval_ns, period_ns).is_some()
+            && difference <= LATEST_ARRIVAL + interval.mul_f64(CLOCK_DIFFERENCE);
+        if self.after_outage { ClockAfterOutage::RunsOn } else { ClockAfterOutage::Unknown }
     }
 
     pub(super) fn counter(&self) -> Option<CounterSummary> {
@@ -145,18 +185,47 @@ impl DeviceClock {
             self.envelope = Some(Envelope::new(period_ns * 1e-9));
             self.events.push_back(GapEvent::DeviceTimeInUse { rate_hz: 1e9 / period_ns });
         }
-        self.last_ns = first.device_ns;
         self.add_sample(*first);
         for stamped in &held[1..] {
             match self.period_ns {
-                Some(period_ns) => self.judge(*stamped, period_ns),
+                Some(period_ns) => self.take(*stamped, period_ns),
                 // no interval is one
                 None => {
                     self.events.push_back(GapEvent::UnknownGap);
                     self.add_sample(*stamped);
                 }
             }
-            self.last_ns = stamped.device_ns;
+        }
+    }
+
+    fn take(&mut self, stamped: Stamped, period_ns: f64) {
+        let periods_after = |earlier_ns: u64, periods: f64| {
+            let interval_ns = stamped.device_ns.wrapping_sub(earlier_ns).cast_signed() as f64;
+            (interval_ns - periods * period_ns).abs() <= TOLERANCE * period_ns
+        };
+        // nearly every sample
+        if self.in_doubt.is_none() && periods_after(self.last_ns, 1.0) {
+            self.other.1 = 0;
+            self.index += 1;
+            return self.add_sample(stamped);
+        }
+        if let Some(doubtful) = self.in_doubt.take() {
+            if periods_after(self.last_ns, 2.0) && !periods_after(doubtful.device_ns, 1.0) {
+                self.events.push_back(GapEvent::FalseTime);
+                self.add_missing(1);
+                self.index += 1;
+                return self.add_sample(stamped);
+            }
+            self.judge(doubtful, period_ns);
+            return self.take(stamped, self.period_ns.unwrap_or(period_ns));
+        }
+        self.in_doubt = Some(stamped);
+    }
+
+    /// Decides on the sample in doubt.
+    fn decide(&mut self) {
+        if let (Some(doubtful), Some(period_ns)) = (self.in_doubt.take(), self.period_ns) {
+            self.judge(doubtful, period_ns);
         }
     }
 
@@ -165,27 +234,23 @@ impl DeviceClock {
             self.backwards += 1;
             return self.begin_anew(stamped, GapEvent::Restart);
         };
-        // nearly every sample; without the rounding of a quotient
-        if (interval_ns as f64 - period_ns).abs() <= TOLERANCE * period_ns {
-            self.other.1 = 0;
-            self.index += 1;
-            return self.add_sample(stamped);
-        }
-        let quotient = interval_ns as f64 / period_ns;
-        let periods = quotient.round();
-        let is_whole = (quotient - periods).abs() <= TOLERANCE && (2.0..=MAX_PERIODS).contains(&periods);
         if self.is_other_rate(interval_ns, period_ns) {
             return self.begin_anew(stamped, GapEvent::UnknownGap);
         }
-        if is_whole {
-            let missing = periods as u64 - 1;
-            self.index += 1 + missing;
+        let Some(periods) = whole_periods(interval_ns, period_ns) else {
+            return self.begin_anew(stamped, GapEvent::UnknownGap);
+        };
+        self.add_missing(periods - 1);
+        self.index += 1;
+        self.add_sample(stamped);
+    }
+
+    fn add_missing(&mut self, missing: u64) {
+        if missing > 0 {
+            self.index += missing;
             self.missing += missing;
             self.gaps += 1;
             self.events.push_back(GapEvent::Missing(missing));
-            self.add_sample(stamped);
-        } else {
-            self.begin_anew(stamped, GapEvent::UnknownGap);
         }
     }
 
@@ -216,11 +281,13 @@ impl DeviceClock {
     }
 
     fn add_sample(&mut self, stamped: Stamped) {
+        self.last_ns = stamped.device_ns;
         if let Some(at) = stamped.at {
             if let Some(envelope) = &mut self.envelope {
                 envelope.push(self.index, at.as_secs_f64());
             }
-            let since_last = self.last_at.map(|last| at.saturating_sub(last).as_micros() as u64);
+            let last_at = self.last_at.filter(|_| !std::mem::take(&mut self.after_outage));
+            let since_last = last_at.map(|last| at.saturating_sub(last).as_micros() as u64);
             self.intervals.push(since_last);
             self.intervals.resolve(1);
             self.last_at = Some(at);
@@ -231,6 +298,14 @@ impl DeviceClock {
             _ => self.events.push_back(GapEvent::Samples(1)),
         }
     }
+}
+
+/// How many periods the interval has, at least one; `None` if it is no whole number.
+fn whole_periods(interval_ns: u64, period_ns: f64) -> Option<u64> {
+    let quotient = interval_ns as f64 / period_ns;
+    let periods = quotient.round();
+    let is_whole = (quotient - periods).abs() <= TOLERANCE && (1.0..=MAX_PERIODS).contains(&periods);
+    is_whole.then_some(periods as u64)
 }
 
 /// Of intervals in nanoseconds that are not zero; `None` without any.
@@ -247,7 +322,7 @@ fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::gap_event::GapEvent::{DeviceTimeInUse, Missing, Restart, Samples, UnknownGap};
+    use super::super::gap_event::GapEvent::{DeviceTimeInUse, FalseTime, Missing, Restart, Samples, UnknownGap};
     use super::*;
 
     const TICK: u64 = 1_250_000;
@@ -290,6 +365,57 @@ mod tests {
         assert_eq!(events(running.clone().chain(later)), [used.clone(), Samples(40), Missing(100_000), Samples(10)]);
         let off = (0..9).map(|tick| 140 * TICK + TICK / 2 + tick * TICK);
         assert_eq!(events(running.chain(off)), [used, Samples(40), UnknownGap, Samples(9)]);
+    }
+
+    #[test]
+    fn a_time_that_neither_neighbour_confirms_is_false() {
+        let used = DeviceTimeInUse { rate_hz: 800.0 };
+        for false_ns in [0, 97 * TICK, 99 * TICK + TICK / 2, 102 * TICK, u64::MAX] {
+            let times = (0..200).map(|tick| if tick == 100 { false_ns } else { tick * TICK });
+            let expected = [used.clone(), Samples(100), FalseTime, Missing(1), Samples(99)];
+            assert_eq!(events(times), expected, "{false_ns}");
+        }
+        // the last sample has no neighbour behind it
+        let expected = [used.clone(), Samples(100), Missing(400), Samples(1)];
+        assert_eq!(events((0..100).chain([500]).map(|tick| tick * TICK)), expected);
+        let two = (0..200).map(|tick| if (100..102).contains(&tick) { 5 } else { tick * TICK });
+        let found = events(two);
+        let samples: u64 = found.iter().map(|event| if let Samples(samples) = event { *samples } else { 0 }).sum();
+        assert_eq!(samples, 200, "{found:?}");
+    }
+
+    #[test]
+    fn a_clock_runs_on_over_an_outage_if_the_host_agrees() {
+        let clock = |samples: u64| {
+            let mut clock = DeviceClock::new();
+            for tick in 0..samples {
+                clock.push(tick * TICK, Some(Duration::from_nanos(tick * TICK)));
+            }
+            clock.finish();
+            clock.events.clear();
+            clock
+        };
+        for (after_s, passed_s, expected) in [
+            (10, 10.4, ClockAfterOutage::RunsOn),
+            (10, 11.0, ClockAfterOutage::Unknown),
+            (10, 9.0, ClockAfterOutage::Unknown),
+            (86_400, 86_440.0, ClockAfterOutage::RunsOn),
+        ] {
+            let next_ns = 99 * TICK + after_s * 1_000_000_000;
+            let at = Duration::from_nanos(99 * TICK) + Duration::from_secs_f64(passed_s);
+            let mut clock = clock(100);
+            assert_eq!(clock.after_outage(next_ns, at), expected, "{after_s} s, {passed_s} s");
+            if expected == ClockAfterOutage::RunsOn {
+                clock.push(next_ns, Some(at));
+                clock.push(next_ns + TICK, Some(at));
+                assert_eq!(clock.events, [Missing(after_s * 800 - 1), Samples(2)]);
+                assert_eq!(clock.summary().unwrap().arrivals.unwrap().max_us, 1250, "an outage is no interval");
+            }
+        }
+        let second = Duration::from_secs(1);
+        assert_eq!(clock(100).after_outage(7 * TICK, second), ClockAfterOutage::Restarted);
+        assert_eq!(clock(100).after_outage(1_124_100_000, second), ClockAfterOutage::Unknown, "no whole period");
+        assert_eq!(clock(9).after_outage(800 * TICK, second), ClockAfterOutage::Unknown, "too few for a period");
     }
 
     #[test]

@@ -3,14 +3,15 @@
 use std::time::Duration;
 
 use super::arrival_times::ArrivalTimes;
-use super::device_clock::DeviceClock;
+use super::device_clock::{ClockAfterOutage, DeviceClock};
 use super::gap_event::{GapEvent, TimebaseSummary};
 use super::sample_counter::{CounterSummary, SampleCounter};
 
 /// Finds the gaps of one stream, sample by sample; streaming, in bounded memory, without a clock of
 /// its own.
 ///
-/// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`], once neither its
+/// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`] or as a
+/// [`GapEvent::FalseTime`], once neither its
 /// counter nor its arrival leaves in doubt whether samples are missing before it. A counter that
 /// counts is exact, and decides; arrival times show the rate all the same. Where the counter ends
 /// arrival times decide from there on. Device times decide alone. No stamp is an error: stamps that
@@ -95,6 +96,22 @@ impl GapDetector {
     /// After the first sample the one or the other way of adding holds for the stream.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
         self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
+    }
+
+    /// Whether the samples carry device times.
+    #[must_use]
+    pub const fn has_device_time(&self) -> bool {
+        self.device_clock.is_some()
+    }
+
+    /// What the first sample after an outage shows of the sensor's clock, if that comes with this
+    /// device time in nanoseconds and arrival. Unless it [runs on](ClockAfterOutage::RunsOn) a new
+    /// detector is for the samples from there on. To be asked after [`finish`](Self::finish).
+    pub fn after_outage(&mut self, device_ns: Option<u64>, at: Duration) -> ClockAfterOutage {
+        match (&mut self.device_clock, device_ns) {
+            (Some(clock), Some(device_ns)) => clock.after_outage(device_ns, at),
+            _ => ClockAfterOutage::Unknown,
+        }
     }
 
     /// No sample follows: decides on those still held, for [`poll`](Self::poll) to report.

@@ -18,6 +18,9 @@ pub enum GapEvent {
     /// The clock of the sensor started anew here, and an unknown number of samples may have been
     /// dropped.
     Restart,
+    /// The next sample has a time that neither neighbour confirms: the packet was damaged in a way
+    /// that its checksum does not show. It is no sample; where it was, one is missing.
+    FalseTime,
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,
     /// From here on the device times of the samples decide what is missing, and show this rate.

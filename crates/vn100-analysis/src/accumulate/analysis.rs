@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::{CounterSummary, GapDetector, NominalRate, TimebaseSummary};
+use imu_noise::{ClockAfterOutage, CounterSummary, GapDetector, NominalRate, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
@@ -40,6 +40,8 @@ pub struct Analysis {
     counter_before: Option<CounterSummary>,
     link: StreamCounts,
     outages: Outages,
+    /// The link was lost, and no row came since.
+    is_interrupted: bool,
     last_row_ns: Option<i64>,
 }
 
@@ -53,6 +55,7 @@ impl Analysis {
             counter_before: None,
             link: StreamCounts::default(),
             outages: Outages::default(),
+            is_interrupted: false,
             last_row_ns: None,
         }
     }
@@ -128,6 +131,9 @@ impl Analysis {
     /// Takes the batch of one read.
     pub fn absorb(&mut self, batch: &Batch) {
         self.link = batch.link;
+        if self.is_interrupted && !batch.counts.is_empty() {
+            self.judge_outage(batch);
+        }
         self.last_row_ns = batch.arrivals.last().map(|arrival| arrival.at_ns).or(self.last_row_ns);
         batch.registers.iter().for_each(|reply| self.push_reply(reply));
         if let Some(layout) = &batch.layout {
@@ -156,16 +162,42 @@ impl Analysis {
         }
     }
 
-    /// How many samples are dropped while the link is down is unknown: no window spans that, and
-    /// arrival times start anew.
+    /// How many samples are dropped while the link is down only the sensor's own time shows, with
+    /// the first row behind it.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
         // each row is before one outage
         self.outages.take(event, self.last_row_ns.take());
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
-            let ended = self.pending.take().and_then(|pending| pending.detector.summary());
-            self.record.end_connection(ended);
+            self.record.mark_break();
+            self.push_marks();
+            self.is_interrupted = self.pending.as_ref().is_some_and(|pending| pending.detector.has_device_time());
+            if !self.is_interrupted {
+                self.end_connection(false);
+            }
         }
+    }
+
+    /// Unless the sensor's clock ran on, how many samples are missing before this batch is unknown:
+    /// no window spans that, and its arrival times and device times start anew.
+    fn judge_outage(&mut self, batch: &Batch) {
+        self.is_interrupted = false;
+        let device_ns = batch.device_ns.first().copied();
+        let at_ns = batch.arrivals.first().map(|arrival| arrival.at_ns);
+        let clock = match (&mut self.pending, at_ns) {
+            (Some(pending), Some(at_ns)) => pending.after_outage(device_ns, at_ns),
+            _ => ClockAfterOutage::Unknown,
+        };
+        if clock != ClockAfterOutage::RunsOn {
+            let marks = self.pending.as_mut().map(PendingRows::take_marks).unwrap_or_default();
+            self.end_connection(clock == ClockAfterOutage::Restarted);
+            marks.into_iter().for_each(|mark| self.record.push_mark(mark));
+        }
+    }
+
+    fn end_connection(&mut self, has_restarted: bool) {
+        let ended = self.pending.take().and_then(|pending| pending.detector.summary());
+        self.record.end_connection(ended, has_restarted);
     }
 
     /// The stream is over: decides on the rows that are pending.
@@ -257,6 +289,7 @@ impl Analysis {
             outages: self.outages,
             saturation: self.record.saturation.clone(),
             restarts: self.record.gaps.restarts,
+            false_times: self.record.gaps.false_times,
             estimator: settings.estimator,
             deviation: settings.deviation,
             detrended: settings.detrend,
@@ -323,6 +356,12 @@ impl Analysis {
             _ => {}
         }
         self.record.apply(effect);
+    }
+
+    /// Those behind the last row.
+    fn push_marks(&mut self) {
+        let marks = self.pending.as_mut().map(PendingRows::take_marks).unwrap_or_default();
+        marks.into_iter().for_each(|mark| self.record.push_mark(mark));
     }
 
     fn push_resolved(&mut self) {

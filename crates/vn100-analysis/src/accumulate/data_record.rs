@@ -175,6 +175,7 @@ impl DataRecord {
                 self.gaps.restarts += 1;
                 self.push_unknown_gap();
             }
+            GapEvent::FalseTime => self.gaps.false_times += 1,
             GapEvent::CounterInUse => self.gaps.use_evidence(MissingFrom::Counter),
             GapEvent::DeviceTimeInUse { rate_hz } => {
                 self.gaps.use_evidence(MissingFrom::DeviceTime);
@@ -234,11 +235,17 @@ impl DataRecord {
         }
     }
 
-    /// `ended` summarises the arrival times.
-    pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
+    /// The link is lost.
+    pub(crate) fn mark_break(&mut self) {
         if !self.rate.is_excluding() {
             self.replies.mark_break(self.span.samples);
         }
+    }
+
+    /// Nothing of the time before an outage is known to hold after it. `ended` summarises the
+    /// arrival times before.
+    pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>, has_restarted: bool) {
+        self.gaps.restarts += u64::from(has_restarted);
         self.rate.end_connection(ended);
         self.gaps.end_detection();
         if !self.is_complete(Duration::ZERO) {
@@ -383,7 +390,7 @@ mod tests {
         event(&mut record, GapEvent::CounterInUse);
         event(&mut record, GapEvent::Refused(Refusal::NoTimePasses { samples: 9 }));
         assert_eq!(record.timing().missing_from, MissingFrom::Counter);
-        record.end_connection(None);
+        record.end_connection(None, false);
         record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 1);
         assert_eq!(counts(&record), (7, 1, 1, 2), "rejected rows count again behind the break");
@@ -410,11 +417,11 @@ mod tests {
     fn a_connection_at_the_rate_of_the_record_ends_an_exclusion() {
         let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
         rows(&mut record, 4);
-        record.end_connection(None);
+        record.end_connection(None, false);
         let until = Box::new(GapDetector::new(&[20.0, 40.0], Some(40.0)).summary().unwrap());
         event(&mut record, GapEvent::RateChanged { from_hz: 40.0, to_hz: 20.0, until });
         rows(&mut record, 5);
-        record.end_connection(None);
+        record.end_connection(None, false);
         event(&mut record, GapEvent::Rate(NominalRate::Known(40.0)));
         rows(&mut record, 6);
         assert_eq!((counts(&record).0, record.timing().excluded, record.rate.other_rate_samples), (10, 5, 5));
@@ -441,7 +448,7 @@ mod tests {
             let duration = Some(Duration::from_millis(duration_ms));
             let mut record = record(Settings { duration, ..Settings::default() });
             rows(&mut record, 3);
-            record.end_connection(None);
+            record.end_connection(None, false);
             rows(&mut record, 3);
             assert_eq!(record.timing().segments, segments, "{duration_ms} ms");
         }

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_noise::{GapDetector, GapEvent};
+use imu_noise::{ClockAfterOutage, GapDetector, GapEvent};
 use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::rows::Rows;
@@ -93,6 +93,12 @@ impl PendingRows {
         if self.certain == 0 {
             match self.detector.poll()? {
                 GapEvent::Samples(rows) => self.certain = rows,
+                GapEvent::FalseTime => {
+                    // marks before it come before the next row
+                    self.resolved_in_all += 1;
+                    self.resolved += 1;
+                    return Some(Resolved::Event(GapEvent::FalseTime));
+                }
                 event => return Some(Resolved::Event(event)),
             }
         }
@@ -111,6 +117,17 @@ impl PendingRows {
         // rows that are certain are held, so that the number fits
         self.resolved += rows as usize;
         Some(Resolved::Rows(Rows::new(&self.counts, self.width, &self.absent).at(from..self.resolved)))
+    }
+
+    /// The marks that no row follows.
+    pub(crate) fn take_marks(&mut self) -> Vec<MarkKind> {
+        self.marks.drain(..).map(|(_, mark)| mark).collect()
+    }
+
+    /// What the first row after an outage shows of the sensor's clock.
+    pub(crate) fn after_outage(&mut self, device_ns: Option<u64>, at_ns: i64) -> ClockAfterOutage {
+        let at = self.since_origin(at_ns);
+        self.detector.after_outage(device_ns, at)
     }
 
     /// How long rows have come by their stamps if none came out, else zero. The last stamp counts

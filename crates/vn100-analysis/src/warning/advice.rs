@@ -140,6 +140,14 @@ impl Advice {
             );
             self.warn(WarningKind::RejectedLines, headline, details);
         }
+        if snapshot.false_times > 0 {
+            let headline =
+                format!("{} of {} rejected: false time", snapshot.false_times, counted(tally.packets, "packet"));
+            let details = format!(
+                "{evidence} They have a right CRC, which one in 65 536 damaged packets has, but a time that fits neither neighbour."
+            );
+            self.warn(WarningKind::RejectedLines, headline, details);
+        }
         if packets.repeated > 0 {
             let headline =
                 format!("{} of {} repeat the one before", packets.repeated, counted(tally.packets, "packet"));

@@ -135,6 +135,63 @@ fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
     assert_eq!(analysis.snapshot().timing.segments, 3);
 }
 
+/// Rows with these times of the sensor at 800 Hz, in ticks, that arrive as they are measured; the
+/// clock of the host began `host_ticks` before that of the sensor.
+fn by_device_time(ticks: impl IntoIterator<Item = u64>, host_ticks: u64) -> Batch {
+    const TICK_NS: u64 = 1_250_000;
+    let ticks: Vec<u64> = ticks.into_iter().collect();
+    let mut batch = batches(&vec![Good(1); ticks.len()], usize::MAX).remove(0);
+    batch.device_ns = ticks.iter().map(|tick| tick * TICK_NS).collect();
+    let at_ns = |tick: &u64| i64::try_from((tick + host_ticks) * TICK_NS).unwrap();
+    batch.arrivals =
+        ticks.iter().enumerate().map(|(from_row, tick)| Arrival { from_row, at_ns: at_ns(tick) }).collect();
+    batch
+}
+
+#[test]
+fn the_time_of_the_sensor_shows_how_many_samples_an_outage_cost() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let over = |next: Batch| {
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&by_device_time(0..1000, 9000));
+        analysis.take_link_event(&down);
+        // what stands between the connections is no sample
+        let mark = Mark { before_row: 0, kind: MarkKind::Rejected };
+        analysis.absorb(&Batch { layout: next.layout.clone(), marks: vec![mark], ..Batch::default() });
+        analysis.absorb(&next);
+        analysis.finish();
+        let snapshot = analysis.snapshot();
+        let timing = snapshot.timing;
+        assert_eq!((timing.rate_hz, timing.rate_from), (800.0, RateFrom::DeviceTime));
+        (timing.samples, timing.missing, timing.segments, snapshot.restarts)
+    };
+    assert_eq!(over(by_device_time(3000..4000, 9000)), (2000, 2000, 2, 0));
+    assert_eq!(over(by_device_time(1000..2000, 9000)), (2000, 0, 1, 0), "nothing was lost");
+    // the power was lost too: the clock starts anew; or another sensor, whose time is another
+    let by_restart = over(by_device_time(5..1000, 12_000));
+    assert_eq!((by_restart.0, by_restart.2, by_restart.3), (1995, 2, 1));
+    let by_another = over(by_device_time(70_000..71_000, 12_000));
+    assert_eq!((by_another.0, by_another.2, by_another.3), (2000, 2, 0));
+}
+
+#[test]
+fn a_packet_with_a_false_time_is_no_sample() {
+    let mut analysis = Analysis::new(Settings::default());
+    let ticks = (0..2000).map(|tick| if tick == 700 { 1 << 30 } else { tick });
+    let mut batch = by_device_time(ticks, 0);
+    let width = batch.counts.len() / 2000;
+    batch.counts[700 * width..701 * width].fill(30_000);
+    analysis.absorb(&batch);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.segments, snapshot.restarts), (1999, 1, 2, 0));
+    assert_eq!(snapshot.false_times, 1);
+    assert!(snapshot.channels.iter().all(|channel| channel.moments.max_counts() == Some(1)), "its values do not count");
+    let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RejectedLines).unwrap();
+    assert!(warning.to_string().contains("false time"), "{warning}");
+}
+
 #[test]
 fn the_time_without_a_link_is_reported_where_the_events_contain_it() {
     let down = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Down { cause: "unplugged".into() } };
