@@ -80,6 +80,52 @@ fn a_server_that_disconnects_is_reconnected_and_the_measurement_continues() {
 }
 
 #[test]
+fn a_server_that_goes_for_good_is_given_up_with_the_result_so_far() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let serving = thread::spawn(move || {
+        let (mut stream, _) = server.accept().unwrap();
+        stream.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..100 * 122]).unwrap();
+        stream.shutdown(Shutdown::Write).unwrap();
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    let options = ["--rate", "40", "--duration", "20s", "--give-up", "1s", "--json"];
+    let output = run(vn100().args(["attach", &source]).args(options));
+    serving.join().unwrap();
+    let document = document(&output);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!((&document["end_reason"], &document["timing"]["samples"]), (&"gave-up".into(), &100.into()));
+    assert!(document["link"]["down_s"].as_f64().is_some_and(|down_s| (0.9..3.0).contains(&down_s)));
+    let warnings = document["warnings"].as_array().unwrap();
+    let early = warnings.iter().find(|warning| warning["kind"] == "ended-early").unwrap();
+    assert_eq!(early["severity"], "problem");
+    let text = early["text"].as_str().unwrap();
+    assert!(
+        text.starts_with("no sample came for 1 s after 2.5 s of data of the 20 s asked for. The link is "),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_wall_time_ends_a_stream_that_stalls_and_a_stop_before_the_duration_fails() {
+    let log = fs::read(replay_log(CLEAN)).unwrap();
+    let attach = |options: &[&str]| {
+        let output = with_stdin(vn100().args(["attach", "-", "--json"]).args(options), &log);
+        (document(&output), output.status.code().unwrap())
+    };
+    let (whole, code) = attach(&["--wall", "1h", "--give-up", "1h", "-d", "50s"]);
+    assert_eq!((&whole["end_reason"], code), (&"duration".into(), 0));
+    let (short, code) = attach(&["-d", "2min"]);
+    assert_eq!((&short["end_reason"], code), (&"end-of-input".into(), 1));
+    assert!(short["source"]["error"].as_str().unwrap().ends_with("after 1 min of data of the 2 min asked for"));
+    // a capture has no more: its result is complete
+    let (file, code) = replay(&replay_log(CLEAN), &["-d", "2min"]);
+    assert_eq!((&file["source"]["error"], code), (&Value::Null, 0));
+    let early = file["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "ended-early");
+    assert_eq!(early.unwrap()["severity"], "note");
+}
+
+#[test]
 fn several_sources_get_a_result_each() {
     let log = fs::read(replay_log(CLEAN)).unwrap();
     let output = with_stdin(vn100().args(["attach", "-", "/nowhere/ttyUSB7", "tcp://nothing", "--json"]), &log);

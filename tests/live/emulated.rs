@@ -18,10 +18,11 @@ fn assert_conserved(document: &Value) {
     assert_eq!(n("/link/frames"), told, "{}", document["link"]);
 }
 
-/// What two documents say, but for where it came from.
+/// What two documents say, but for where it came from, and why that ended.
 fn assert_same_but_source(mut a: Value, mut b: Value) {
-    a["source"] = Value::Null;
-    b["source"] = Value::Null;
+    for document in [&mut a, &mut b] {
+        (document["source"], document["end_reason"]) = (Value::Null, Value::Null);
+    }
     assert_eq!(a, b);
 }
 

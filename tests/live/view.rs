@@ -329,7 +329,10 @@ fn what_is_shown_is_saved_beside_other_files() {
     session.assert_left_well();
     let file = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let saved: serde_json::Value = serde_json::from_str(&file("vn100-clean-minute-vnymr-2400.json")).unwrap();
-    assert_eq!(saved, replay(&log, &[]).0, "nothing of the result is left out");
+    // at the end of the capture the replay in the view has not ended
+    let (mut replayed, _) = replay(&log, &[]);
+    replayed["end_reason"] = serde_json::Value::Null;
+    assert_eq!(saved, replayed, "nothing of the result is left out");
     let svg = file("vn100-clean-minute-vnymr-2400-2.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("gyro_x"));
 }

@@ -6,13 +6,14 @@ use vn100_report::{Code, all_codes};
 
 /// Where the variants of each key are, and the name of their type; of a type that embeds another
 /// one, that as well.
-const TYPES: [(&str, &[(&str, &str)]); 7] = [
+const TYPES: [(&str, &[(&str, &str)]); 8] = [
     ("verdict", &[("imu-noise/src/infer/verdict.rs", "Verdict")]),
     ("status", &[("imu-noise/src/infer/noise_model/parameter.rs", "Status")]),
     ("grade", &[("imu-noise/src/infer/verdict.rs", "Grade")]),
     ("rate_from", &[("vn100-analysis/src/snapshot.rs", "RateFrom")]),
     ("missing_from", &[("vn100-analysis/src/snapshot.rs", "MissingFrom")]),
     ("window_from", &[("vn100-analysis/src/assessment/stream.rs", "WindowFrom")]),
+    ("end_reason", &[("vn100-analysis/src/source_facts.rs", "EndKind")]),
     (
         "temperature.reason",
         &[

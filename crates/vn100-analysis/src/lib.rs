@@ -65,7 +65,8 @@ pub use snapshot::{
     Snapshot, Timing,
 };
 pub use source_facts::{
-    FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, SourceFacts,
+    EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    SourceFacts,
 };
 pub use want::{Known, Want, WantError};
 pub use warning::{Severity, Warning, WarningKind};

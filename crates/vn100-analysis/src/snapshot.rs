@@ -146,15 +146,17 @@ impl Snapshot {
 }
 
 /// The times in which a link that had received samples was down.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// In seconds, from the last row before each loss to the reconnect; `None` where the times of
-    /// the events contradict each other.
-    pub down_s: Option<f64>,
+    /// In nanoseconds, from the last row before each loss to the reconnect; `None` where the times
+    /// of the events contradict each other.
+    pub down_ns: Option<i64>,
     /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
     pub since_ns: Option<i64>,
+    /// When it was closed for good while it was down; `None` as long as it is not.
+    pub closed_ns: Option<i64>,
 }
 
 impl Outages {
@@ -163,27 +165,39 @@ impl Outages {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
                 if self.times == 0 {
-                    self.down_s = Some(0.0);
+                    self.down_ns = Some(0);
                 }
                 self.times += 1;
                 // a clock may have been set back
                 self.since_ns = last_row_ns.filter(|ns| *ns <= event.at_ns).or(Some(event.at_ns));
             }
             LinkEventKind::Up { .. } => {
-                if let Some(since_ns) = self.since_ns.take() {
-                    // the stamps of a recording may go back
-                    let down_ns = event.at_ns.checked_sub(since_ns).filter(|ns| *ns >= 0);
-                    self.down_s = self.down_s.zip(down_ns).map(|(sum_s, ns)| sum_s + ns as f64 * 1e-9);
-                }
+                self.down_ns = self.down_until(event.at_ns);
+                (self.since_ns, self.closed_ns) = (None, None);
             }
+            LinkEventKind::Closed => self.closed_ns = Some(event.at_ns),
             _ => {}
         }
     }
 
-    /// The time in seconds without it; `None` where that is not known, as while it is down.
+    /// The sum with the outage that ends then, if there is one.
+    fn down_until(&self, at_ns: i64) -> Option<i64> {
+        let Some(since_ns) = self.since_ns else { return self.down_ns };
+        // the stamps of a recording may go back
+        let last_ns = at_ns.checked_sub(since_ns).filter(|ns| *ns >= 0)?;
+        self.down_ns?.checked_add(last_ns)
+    }
+
+    /// The time in seconds without it, to a millisecond; `None` where that is not known, as while
+    /// it is down.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
-        self.down_s.filter(|_| self.since_ns.is_none())
+        let down_ns = match (self.since_ns, self.closed_ns) {
+            (Some(_), Some(closed_ns)) => self.down_until(closed_ns),
+            (Some(_), None) => None,
+            (None, _) => self.down_ns,
+        };
+        down_ns.map(|ns| (ns as f64 * 1e-6).round() / 1e3)
     }
 }
 

@@ -34,6 +34,52 @@ pub struct SourceFacts {
     pub playback: Option<PlaybackFacts>,
     /// Whether no more samples come.
     pub ended: bool,
+    /// Why the measurement ended; `None` until it has.
+    pub end: Option<EndKind>,
+}
+
+/// Why a measurement ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndKind {
+    /// All data was read.
+    EndOfInput,
+    /// The data time asked for has passed.
+    Duration,
+    /// All goals are met, or one is out of reach.
+    Goals,
+    /// The user stopped it, or a signal did.
+    Stopped,
+    /// The source was lost for longer than it was waited for.
+    GaveUp,
+    /// The time by the clock that it could take was over.
+    WallTime,
+    /// Reading failed.
+    SourceFailed,
+    /// The sensor sent another message.
+    OtherMessage,
+    /// The sensor sent at another rate.
+    OtherRate,
+    /// The sensor sent, and never a measurement.
+    NoMeasurement,
+    /// The source was not opened.
+    NotStarted,
+}
+
+impl EndKind {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::EndOfInput,
+        Self::Duration,
+        Self::Goals,
+        Self::Stopped,
+        Self::GaveUp,
+        Self::WallTime,
+        Self::SourceFailed,
+        Self::OtherMessage,
+        Self::OtherRate,
+        Self::NoMeasurement,
+        Self::NotStarted,
+    ];
 }
 
 /// A file as it is stored, compressed or not.

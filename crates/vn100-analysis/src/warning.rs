@@ -11,6 +11,8 @@ use crate::remedy::{RemedyWords, Text};
 pub enum WarningKind {
     /// The recording that was made meanwhile is not whole.
     RecordingFailed,
+    /// The measurement ended before what was asked for was measured.
+    EndedEarly,
     /// Bytes arrive, and no sample is among them.
     NoValidLines,
     /// Valid sentences of another message are excluded.
@@ -91,8 +93,9 @@ pub enum WarningKind {
 
 impl WarningKind {
     /// All of them.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 40] = [
         Self::RecordingFailed,
+        Self::EndedEarly,
         Self::NoValidLines,
         Self::OtherMessages,
         Self::LinkBudget,
@@ -138,6 +141,7 @@ impl WarningKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::RecordingFailed => "recording-failed",
+            Self::EndedEarly => "ended-early",
             Self::NoValidLines => "no-valid-lines",
             Self::OtherMessages => "other-messages",
             Self::LinkBudget => "link-budget",
@@ -180,11 +184,12 @@ impl WarningKind {
     }
 
     /// What it means for the result; where the sensor was moved, [`WarningKind::NotStationary`] is
-    /// a problem.
+    /// a problem, and of a capture [`WarningKind::EndedEarly`] a note.
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
             Self::RecordingFailed
+            | Self::EndedEarly
             | Self::NoValidLines
             | Self::LinkBudget
             | Self::AnotherSensor

@@ -95,6 +95,7 @@ fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
         LinkEventKind::UnsolicitedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
         LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
         LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
+        LinkEventKind::Closed => json!({ "event": "closed" }),
     };
     object.to_string().into_bytes()
 }
@@ -121,6 +122,7 @@ fn link_from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
         }
         "output-resumed" => LinkEventKind::OutputResumed,
         "output-paused" => LinkEventKind::OutputPaused,
+        "closed" => LinkEventKind::Closed,
         _ => return None,
     };
     Some(LinkEvent { at_ns, kind })
@@ -150,6 +152,7 @@ mod tests {
             ),
             (LinkEventKind::OutputResumed, r#"{"event":"output-resumed"}"#),
             (LinkEventKind::OutputPaused, r#"{"event":"output-paused"}"#),
+            (LinkEventKind::Closed, r#"{"event":"closed"}"#),
         ];
         for (kind, object) in objects {
             assert_eq!(link_to_json(&kind), object.as_bytes());

@@ -20,7 +20,7 @@ use vn100_sim::Message;
 use duration::{duration, length};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 use link::baud_rate;
-pub(crate) use link::{ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
+pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use measure::confidence;
 pub(crate) use measure::{
     CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section, is_page,
@@ -156,6 +156,9 @@ pub(crate) struct AttachArgs {
     pub(crate) measure: MeasureArgs,
 
     #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+
+    #[command(flatten)]
     pub(crate) result: ResultArgs,
 }
 
@@ -187,6 +190,9 @@ pub(crate) struct RecordArgs {
 
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
+
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
 }
 
 impl From<RecordArgs> for AttachArgs {
@@ -199,6 +205,7 @@ impl From<RecordArgs> for AttachArgs {
             record: vec![args.output],
             recording: args.recording,
             measure: MeasureArgs { duration: args.duration, ..MeasureArgs::default() },
+            limits: args.limits,
             result: ResultArgs::default(),
         }
     }

@@ -159,6 +159,7 @@ impl Job {
                 resume: args.recording.resume,
                 excluded_note: words::excluded_note,
             }),
+            limits: args.limits.limits(),
             stop,
         };
         (Session::live(spec), emulated)

@@ -22,23 +22,29 @@ use crate::{
 /// A task of the measurement panicked.
 pub(crate) const FAULT: &str = "internal error: the measurement stopped";
 
+/// The result of a live source, evaluated.
 pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
-    let evaluation = Arc::clone(evaluation);
-    // it is slow: other sources are measured meanwhile
-    Ok(task::spawn_blocking(move || evaluation.complete(measured(result))).await?)
+    complete(result, evaluation, true).await
 }
 
 /// The result of a replay, evaluated; one that was interrupted says so.
 pub(crate) async fn evaluated_replay(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
     let is_stopped = matches!(*result.end, EndReason::Stopped);
-    let mut measured = evaluated(result, evaluation).await?;
+    let mut measured = complete(result, evaluation, false).await?;
     if is_stopped {
         measured.note_interrupted();
     }
     Ok(measured)
 }
 
-fn measured(result: SessionResult) -> Measured {
+async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, is_live: bool) -> Result<Measured> {
+    let evaluation = Arc::clone(evaluation);
+    // it is slow: other sources are measured meanwhile
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, is_live))).await?)
+}
+
+fn measured(result: SessionResult, is_live: bool) -> Measured {
+    let early = words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
     let error = words::end(&facts.name, &end, &snapshot);
     let (failed, cut_short) = match *end {
@@ -54,6 +60,7 @@ fn measured(result: SessionResult) -> Measured {
         _ => {}
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
+    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, is_live));
     if let Some(text) = missing_times(&measured) {
         measured.note_failure(text);
     }

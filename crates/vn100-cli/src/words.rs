@@ -5,9 +5,10 @@ use std::time::Duration;
 use vn100_analysis::{RateChange, Remedy, Setting, Snapshot};
 use vn100_capture::{BagError, MapHint, OpenError};
 use vn100_pipeline::{
-    CommandRefusal, EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, SessionEvent, SetupError, StartError,
+    CommandRefusal, EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, SessionEvent, SessionResult, SetupError,
+    Shortfall, StartError,
 };
-use vn100_report::numbers::plain::time;
+use vn100_report::numbers::plain::{tau, time};
 
 use crate::{exit::about, sensor::describe};
 
@@ -89,7 +90,43 @@ pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option
         | EndReason::DurationReached
         | EndReason::GoalsDecided
         | EndReason::Stopped
-        | EndReason::NoMeasurement => None,
+        | EndReason::NoMeasurement
+        | EndReason::GaveUp { .. }
+        | EndReason::WallTime(_) => None,
+    }
+}
+
+/// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
+/// it is not.
+pub(crate) fn ended_early(result: &SessionResult) -> Option<(String, String)> {
+    let (data, wanted) = match &result.shortfall {
+        Some(Shortfall { wanted, measured }) => (*measured, format!(" of the {} asked for", seconds(*wanted))),
+        None => (Duration::from_secs_f64(result.snapshot.timing.duration_s()), String::new()),
+    };
+    let why = match &*result.end {
+        // nothing of it was measured
+        EndReason::NotStarted(_) => return None,
+        EndReason::GaveUp { after, .. } => format!("no sample came for {}", seconds(*after)),
+        // what is unmet is said by itself
+        EndReason::WallTime(_) if result.shortfall.is_none() && !result.unmet.is_empty() => return None,
+        EndReason::WallTime(wall) => format!("the wall time of {} is over", seconds(*wall)),
+        _ if result.shortfall.is_none() => return None,
+        EndReason::Stopped => "it was stopped".into(),
+        EndReason::SourceEnded => "the data ended".into(),
+        _ => "the measurement ended".into(),
+    };
+    let details = match &*result.end {
+        EndReason::GaveUp { cause: Some(cause), .. } => format!("The link is down: {cause}"),
+        _ => String::new(),
+    };
+    Some((format!("{why} after {} of data{wanted}", seconds(data)), details))
+}
+
+/// To a tenth of a second where that is worth reading.
+fn seconds(duration: Duration) -> String {
+    match duration.as_secs_f64() {
+        whole @ 60.0.. => time(whole),
+        part => format!("{} s", tau((part * 10.0).round() / 10.0)),
     }
 }
 

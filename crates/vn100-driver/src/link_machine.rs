@@ -267,6 +267,18 @@ impl LinkMachine {
         self.context.reader.frames()
     }
 
+    /// Whether the sensor was connected, and is not.
+    fn is_lost(&self) -> bool {
+        match &self.phase {
+            Phase::Connected { connected, .. } => connected.is_restarting(),
+            Phase::RestoringOutput { .. } | Phase::Closed => false,
+            Phase::Closing { error } => error.is_some() && self.context.was_connected,
+            Phase::Opening | Phase::Scanning(_) | Phase::Identifying { .. } | Phase::BackingOff { .. } => {
+                self.context.was_connected
+            }
+        }
+    }
+
     /// Whether commands can be sent.
     fn is_open(&self) -> bool {
         !matches!(self.phase, Phase::Opening | Phase::Closing { .. } | Phase::BackingOff { .. } | Phase::Closed)
@@ -405,6 +417,9 @@ impl LinkMachine {
     fn handle_stop(&mut self, now: Duration) {
         if mem::replace(&mut self.is_stopped, true) {
             return;
+        }
+        if self.is_lost() {
+            self.context.emit(now, LinkEventKind::Closed);
         }
         let on = match &self.phase {
             Phase::Opening | Phase::BackingOff { .. } => return self.end(None),

@@ -4,7 +4,7 @@ use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
 use vn100_analysis::noise::Refusal;
 use vn100_analysis::protocol::stream::MessageName;
-use vn100_analysis::{Assessment, RateChange, Snapshot, SourceFacts, UnmetGoal};
+use vn100_analysis::{Assessment, EndKind, RateChange, Snapshot, SourceFacts, UnmetGoal};
 use vn100_capture::{OpenError, RecordError, RecordingState};
 
 use crate::{live_source::LiveError, sensor_setup::SetupError};
@@ -37,6 +37,44 @@ pub enum EndReason {
     OtherRate(RateChange),
     /// The sensor sends, and never sent a measurement.
     NoMeasurement,
+    /// No sample has come for as long as one was to be waited for.
+    GaveUp {
+        /// How long that was.
+        after: Duration,
+        /// Why the link is down, where it is and that is known.
+        cause: Option<String>,
+    },
+    /// The session has taken as long by the clock as it was allowed to.
+    WallTime(Duration),
+}
+
+/// A measurement that ended before the data time asked for had passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shortfall {
+    /// The data time asked for.
+    pub wanted: Duration,
+    /// The data time that has passed.
+    pub measured: Duration,
+}
+
+impl EndReason {
+    /// The same as a code.
+    #[must_use]
+    pub const fn kind(&self) -> EndKind {
+        match self {
+            Self::NotStarted(_) => EndKind::NotStarted,
+            Self::SourceEnded => EndKind::EndOfInput,
+            Self::DurationReached => EndKind::Duration,
+            Self::GoalsDecided => EndKind::Goals,
+            Self::Stopped => EndKind::Stopped,
+            Self::SourceFailed(_) => EndKind::SourceFailed,
+            Self::OtherMessages { .. } => EndKind::OtherMessage,
+            Self::OtherRate(_) => EndKind::OtherRate,
+            Self::NoMeasurement => EndKind::NoMeasurement,
+            Self::GaveUp { .. } => EndKind::GaveUp,
+            Self::WallTime(_) => EndKind::WallTime,
+        }
+    }
 }
 
 /// Why a source could not be opened.
@@ -80,6 +118,8 @@ impl fmt::Display for EndReason {
             Self::Stopped | Self::NoMeasurement => f.write_str("stopped"),
             Self::OtherMessages { .. } => f.write_str("the sensor sends another message"),
             Self::OtherRate(_) => f.write_str("the sensor sends at another rate"),
+            Self::GaveUp { .. } => f.write_str("the sensor was lost"),
+            Self::WallTime(_) => f.write_str("wall time over"),
         }
     }
 }
@@ -95,6 +135,8 @@ pub struct SessionResult {
     pub assessment: Assessment,
     /// Why it ended.
     pub end: Arc<EndReason>,
+    /// The data time that it lacks of what was asked for; `None` where it has all, or none was.
+    pub shortfall: Option<Shortfall>,
     /// Goals that were not met.
     pub unmet: Vec<UnmetGoal>,
     /// Data time at the beginning that was excluded by command; zero for nothing.
@@ -126,6 +168,8 @@ mod tests {
             (EndReason::SourceFailed(io::Error::other("unplugged")), "unplugged"),
             (other, "the sensor sends another message"),
             (EndReason::OtherRate(change), "the sensor sends at another rate"),
+            (EndReason::GaveUp { after: Duration::ZERO, cause: None }, "the sensor was lost"),
+            (EndReason::WallTime(Duration::ZERO), "wall time over"),
         ] {
             assert_eq!(reason.to_string(), text);
         }

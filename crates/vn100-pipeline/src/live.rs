@@ -2,6 +2,7 @@
 
 use std::{collections::BTreeMap, error::Error, time::Duration};
 
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, protocol::Register};
 use vn100_capture::Recorder;
@@ -17,6 +18,7 @@ use crate::{
     session::{not_started, read_options, result},
     session_event::SessionEvent,
     state::Stage,
+    wall_limits::{Deadlines, WallLimits},
 };
 
 /// How often register 54 is read where the temperature is asked for.
@@ -40,6 +42,8 @@ pub struct LiveSpec {
     pub conditions: BTreeMap<String, String>,
     /// The recording; `None` for none.
     pub recording: Option<RecordingSpec>,
+    /// What ends it by the clock.
+    pub limits: WallLimits,
     /// Ends the session.
     pub stop: CancellationToken,
 }
@@ -51,6 +55,7 @@ impl LiveSpec {
 }
 
 pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> SessionResult {
+    let start = Instant::now();
     let unusable = Err(Box::from("the source is in use"));
     let mut source = match std::mem::replace(&mut spec.source, unusable) {
         Ok(source) => source,
@@ -74,7 +79,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
                 // it is found where it is now, and without power where it was
                 source.options.baud = None;
             }
-            let result = measure_and_record(&source, keep, recorder, &spec, &mut channels).await;
+            let result = measure_and_record(&source, keep, recorder, &spec, start, &mut channels).await;
             let is_restored = setup.undo(&source, known_serial.as_deref(), &channels).await;
             SessionResult { is_restored, ..result }
         }
@@ -102,6 +107,7 @@ async fn measure_and_record(
     keep: Vec<Change>,
     recorder: Option<Recorder>,
     spec: &LiveSpec,
+    start: Instant,
     channels: &mut Channels,
 ) -> SessionResult {
     let options = LinkOptions {
@@ -117,7 +123,8 @@ async fn measure_and_record(
         Ok(opened) => opened,
         Err(error) => return not_measured(error.into(), recorder, spec, channels).await,
     };
-    let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state) };
+    let deadlines = Deadlines::new(spec.limits, start);
+    let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state), deadlines };
     let settings = spec.settings.clone();
     let excluded = Excluded::default();
     let measured = measure(Measurement { events, settings, excluded, origin, ends_as_recorded: false }, channels).await;

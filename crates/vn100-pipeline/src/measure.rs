@@ -33,11 +33,12 @@ use vn100_driver::{LinkHandle, LinkState};
 use crate::{
     assessor::GoalCheck,
     command::{Command, CommandRefusal},
-    end_reason::EndReason,
+    end_reason::{EndReason, Shortfall},
     excluded::Excluded,
     pace::{Due, Pace, PaceStart},
     session_event::SessionEvent,
     state::{SourceState, Stage},
+    wall_limits::Deadlines,
     watchdog::StreamWatchdog,
 };
 
@@ -86,7 +87,7 @@ pub(crate) struct Measurement {
 
 pub(crate) enum Origin {
     /// Its stream is watched; its end follows the stop.
-    Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>> },
+    Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
     /// Its end follows the stop.
     Capture { stored_bytes_read: Arc<AtomicU64> },
     /// Its samples are delayed. It lasts until the stop: it can go back from its end.
@@ -110,6 +111,7 @@ pub(crate) struct Ending {
     pub(crate) reason: EndReason,
     pub(crate) report: Option<FileReport>,
     pub(crate) excluded: Excluded,
+    pub(crate) shortfall: Option<Shortfall>,
 }
 
 pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
@@ -125,6 +127,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
         excluded,
         pace: None,
         watchdog: None,
+        deadlines: None,
         link: None,
         stored_bytes_read: None,
         seconds: 0,
@@ -134,7 +137,11 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     };
     let (mut link, mut recording) = (None, None);
     match origin {
-        Origin::Live { link: handle, recording: state } => {
+        Origin::Live { link: handle, recording: state, mut deadlines } => {
+            if handle.is_none() {
+                deadlines.note_connected(Instant::now());
+            }
+            source.deadlines = Some(deadlines);
             link = handle.as_ref().map(LinkHandle::state);
             recording = state;
             source.watchdog = Some(StreamWatchdog::default());
@@ -165,10 +172,15 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                 source.end.get_or_insert((EndReason::Stopped, None));
                 return source.finish(channels);
             }
-            () = changed(&mut link) => channels.state.send_modify(|state| state.link = latest(&mut link)),
+            () = changed(&mut link) => {
+                let now = latest(&mut link);
+                source.note_link(now.as_ref());
+                channels.state.send_modify(|state| state.link = now);
+            }
             () = changed(&mut recording) => channels.state.send_modify(|state| state.recording = latest(&mut recording)),
             _ = ticks.tick(), if source.has_changed && source.is_watched(channels) => source.publish(channels),
             _ = looks.tick(), if source.watchdog.is_some() => source.watch(channels),
+            () = passed(source.wall_at()), if !stop.is_cancelled() => source.end_by_wall_time(channels),
             event = next_due(&mut events, &mut pending, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
@@ -181,7 +193,17 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                     source.stand_at_end(channels);
                 }
             }
+            // behind the events: a sample that waits was not late
+            () = passed(source.give_up_at()), if !stop.is_cancelled() => source.give_up(channels),
         }
+    }
+}
+
+/// Waits until that time; for ever where there is none.
+async fn passed(time: Option<Instant>) {
+    match time {
+        Some(time) => sleep_until(time).await,
+        None => future::pending().await,
     }
 }
 
@@ -235,6 +257,8 @@ struct Measuring {
     excluded: Excluded,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
+    /// Of a live source.
+    deadlines: Option<Deadlines>,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
     /// Of the latest snapshot.
@@ -307,6 +331,11 @@ impl Measuring {
 
     fn absorb(&mut self, batch: &Batch) {
         self.analysis.absorb(batch);
+        if let Some(deadlines) = &mut self.deadlines
+            && batch.row_count() > 0
+        {
+            deadlines.note_sample(Instant::now());
+        }
         if let Some(pace) = &mut self.pace {
             pace.advance(batch.row_count() as u64, Instant::now());
         }
@@ -428,6 +457,41 @@ impl Measuring {
         }
     }
 
+    fn note_link(&mut self, state: Option<&LinkState>) {
+        if let Some(deadlines) = &mut self.deadlines
+            && state.and_then(LinkState::up).is_some()
+        {
+            deadlines.note_connected(Instant::now());
+        }
+    }
+
+    fn wall_at(&self) -> Option<Instant> {
+        self.deadlines.as_ref()?.wall_at()
+    }
+
+    fn give_up_at(&self) -> Option<Instant> {
+        self.deadlines.as_ref()?.give_up_at()
+    }
+
+    fn end_by_wall_time(&mut self, channels: &Channels) {
+        let wall = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.wall);
+        self.end_stream(EndReason::WallTime(wall.unwrap_or_default()), channels);
+    }
+
+    fn give_up(&mut self, channels: &Channels) {
+        let after = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.give_up).unwrap_or_default();
+        let cause = match &channels.state.borrow().link {
+            Some(LinkState::Down { cause, .. }) => Some(cause.clone()),
+            _ => None,
+        };
+        self.end_stream(EndReason::GaveUp { after, cause }, channels);
+    }
+
+    fn end_stream(&mut self, reason: EndReason, channels: &Channels) {
+        self.stream_ended = Some(reason);
+        channels.stop.cancel();
+    }
+
     fn watch(&mut self, channels: &Channels) {
         let Some(watchdog) = &mut self.watchdog else { return };
         let state = channels.state.borrow().clone();
@@ -437,8 +501,7 @@ impl Measuring {
         }
         let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
         if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
-            self.stream_ended = Some(ended.reason(&state.snapshot));
-            channels.stop.cancel();
+            self.end_stream(ended.reason(&state.snapshot), channels);
         }
     }
 
@@ -457,7 +520,11 @@ impl Measuring {
         self.show(Arc::clone(&snapshot), channels);
         let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
-        let reason = match (reason, self.stream_ended, snapshot.rate_change) {
+        let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
+        let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
+        // what came before the link was closed may have been enough
+        let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
+        let reason = match (reason, stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
             (_, Some(ended), _) => ended,
             (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
@@ -465,7 +532,11 @@ impl Measuring {
             }
             (reason, ..) => reason,
         };
-        MeasurementEnd::Ended(Ending { snapshot, reason, report, excluded: self.excluded })
+        let has_all =
+            self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
+        let wanted = self.analysis.settings().duration.filter(|_| !has_all);
+        let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
+        MeasurementEnd::Ended(Ending { snapshot, reason, report, excluded: self.excluded, shortfall })
     }
 }
 

@@ -183,7 +183,8 @@ async fn measure_capture(
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            MeasurementEnd::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), report: None, excluded })
+            let reason = EndReason::SourceFailed(error);
+            MeasurementEnd::Ended(Ending { snapshot, reason, report: None, excluded, shortfall: None })
         }
     }
 }

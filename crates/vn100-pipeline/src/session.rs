@@ -139,7 +139,7 @@ impl Channels {
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { snapshot, reason, report, excluded } = ending;
+    let Ending { snapshot, reason, report, excluded, shortfall } = ending;
     let (csv, bag) = match report {
         Some(FileReport::Csv(csv)) => (Some(csv), None),
         Some(FileReport::Bag(bag)) => (None, Some(bag)),
@@ -152,7 +152,8 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
         .or_else(|| csv.as_ref().and_then(start_of_rows));
     SessionResult {
-        facts: SourceFacts { csv, bag, recording, ..facts },
+        facts: SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts },
+        shortfall,
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         snapshot,
         assessment,
@@ -194,7 +195,7 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    result(Ending { snapshot, reason, report: None, excluded }, &[], channels)
+    result(Ending { snapshot, reason, report: None, excluded, shortfall: None }, &[], channels)
 }
 
 /// So that a result that ends between two reads is the same however they were cut.

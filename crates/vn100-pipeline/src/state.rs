@@ -81,8 +81,11 @@ impl SourceState {
     /// The error is `None`: it is for the face to put into words.
     #[must_use]
     pub fn facts(&self) -> SourceFacts {
-        let ended = matches!(self.stage, Stage::Ended(_));
-        self.facts_at(ended)
+        let end = match &self.stage {
+            Stage::Ended(reason) => Some(reason.kind()),
+            _ => None,
+        };
+        SourceFacts { end, ..self.facts_at(end.is_some()) }
     }
 
     /// How a replayed recording ended is read ahead, and counts only once that was reached.

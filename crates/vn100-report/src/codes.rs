@@ -2,7 +2,7 @@
 //! documentation has them as a table.
 
 use vn100_analysis::noise::{Grade, NoCoefficient, Status, Verdict};
-use vn100_analysis::{AxisTemperature, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
+use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
 
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,9 @@ pub fn all_codes() -> Vec<Code> {
     let missing = MissingFrom::ALL.map(code_of_missing).into_iter();
     let windows = WindowFrom::ALL.map(code_of_window).into_iter();
     let no_coefficients = WhyNoCoefficient::ALL.map(code_of_no_coefficient).into_iter();
-    verdicts.chain(statuses).chain(grades).chain(rates).chain(missing).chain(windows).chain(no_coefficients).collect()
+    let ends = EndKind::ALL.map(code_of_end).into_iter();
+    let origins = rates.chain(missing).chain(windows).chain(no_coefficients);
+    verdicts.chain(statuses).chain(grades).chain(origins).chain(ends).collect()
 }
 
 /// What is known of a temperature coefficient.
@@ -204,4 +206,27 @@ pub fn code_of_window(from: WindowFrom) -> Code {
             of("default", "factory default", "unknown: the factory default, which may have been changed")
         }
     }
+}
+
+/// Why a measurement ended.
+#[must_use]
+pub(crate) const fn code_of_end(end: EndKind) -> Code {
+    let (name, word, meaning) = match end {
+        EndKind::EndOfInput => ("end-of-input", "end of the data", "all data was read"),
+        EndKind::Duration => ("duration", "duration reached", "the data time asked for has passed"),
+        EndKind::Goals => ("goals", "goals decided", "all goals are met, or one is out of reach"),
+        EndKind::Stopped => ("stopped", "stopped", "the user stopped it, or a signal did"),
+        EndKind::GaveUp => ("gave-up", "sensor lost", "no sample came for as long as one was to be waited for"),
+        EndKind::WallTime => ("wall-time", "wall time over", "it had taken as long by the clock as it was allowed to"),
+        EndKind::SourceFailed => {
+            ("source-failed", "source failed", "reading failed; the result holds what came before")
+        }
+        EndKind::OtherMessage => {
+            ("other-message", "other message", "the sensor sent another message than the measured one")
+        }
+        EndKind::OtherRate => ("other-rate", "other rate", "the sensor sent at another rate than that of the record"),
+        EndKind::NoMeasurement => ("no-measurement", "no measurement", "the sensor sent, and never a measurement"),
+        EndKind::NotStarted => ("not-started", "not started", "the source was not opened; nothing was measured"),
+    };
+    code("end_reason", name, word, meaning)
 }

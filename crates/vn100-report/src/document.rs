@@ -17,7 +17,7 @@ use vn100_analysis::protocol::{Quantity, RejectedCounts};
 use vn100_analysis::{Detrend, RemedyWords, Snapshot};
 
 use crate::{
-    codes::{code_of_missing, code_of_rate},
+    codes::{code_of_end, code_of_missing, code_of_rate},
     measured::Measured,
     temperature::detrend_name,
     units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
@@ -39,6 +39,8 @@ pub struct Document {
     link: Link,
     channels: Vec<Channel>,
     norms: Vec<NormValues>,
+    /// `None` while the measurement is under way.
+    end_reason: Option<&'static str>,
     warnings: Vec<Warning>,
 }
 
@@ -200,6 +202,7 @@ impl Document {
             link: link(snapshot),
             channels: channels.map(|(place, values)| channel(place, values, measured, ended)).collect(),
             norms: norm_values(snapshot),
+            end_reason: facts.end.map(|end| code_of_end(end).code),
             warnings: (measured.warnings().into_iter())
                 .map(|w| Warning {
                     kind: w.kind.name(),

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use vn100_analysis::noise::{Claim, Verdict};
 use vn100_analysis::protocol::{Quantity, Register};
 use vn100_analysis::{
-    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Snapshot,
-    SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
+    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Severity,
+    Snapshot, SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
@@ -112,6 +112,18 @@ impl Measured {
         let warning = Warning::new(WarningKind::RecordingFailed, Vec::new(), text, "");
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
+    }
+
+    /// The measurement ended before what was asked for: a warning; of a live source a problem, and
+    /// the measurement has failed; of a capture, which has no more, a note.
+    pub fn note_ended_early(&mut self, text: String, details: String, is_live: bool) {
+        let mut warning = Warning::new(WarningKind::EndedEarly, Vec::new(), text.clone(), details);
+        if is_live {
+            self.note_failure(format!("{}: {text}", self.facts.name));
+        } else {
+            warning.severity = Severity::Note;
+        }
+        Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
     }
 
     /// A result cut short by a fault that is no error of the source: the measurement has failed.
@@ -407,6 +419,21 @@ mod tests {
         assert_eq!(measured.completion, Completion::NotMet);
         let [unmet] = &measured.unmet[..] else { panic!("{:?}", measured.unmet) };
         assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5 % was reached: "), "{unmet}");
+    }
+
+    #[test]
+    fn an_early_end_fails_a_live_source_and_is_a_note_of_a_capture() {
+        for (is_live, completion, severity) in
+            [(true, Completion::Failed, Severity::Problem), (false, Completion::Complete, Severity::Note)]
+        {
+            let mut measured = Measured::so_far(facts(None), nothing(), Assessment::new(&nothing(), 0.95));
+            measured.note_ended_early("it was stopped after 3 s of 9 s".into(), "The link is down".into(), is_live);
+            let [warning] = &measured.snapshot.warnings[..] else { panic!() };
+            assert_eq!((measured.completion, warning.severity), (completion, severity));
+            assert_eq!(warning.to_string(), "ended-early: it was stopped after 3 s of 9 s. The link is down");
+            let error = is_live.then_some("a.csv: it was stopped after 3 s of 9 s");
+            assert_eq!(measured.facts.error.as_deref(), error);
+        }
     }
 
     #[test]

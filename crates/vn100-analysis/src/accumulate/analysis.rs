@@ -248,6 +248,12 @@ impl Analysis {
         self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { passed })
     }
 
+    /// Data time passed, that of samples missing or excluded included.
+    #[must_use]
+    pub fn data_time(&self) -> Duration {
+        self.record.span.data_time(self.record.rate.hz())
+    }
+
     /// Whole seconds of data time passed, those missing or excluded included.
     #[must_use]
     pub fn seconds(&self) -> u64 {
@@ -256,7 +262,7 @@ impl Analysis {
 
     /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does; gives its data time.
     pub fn end_warm_up(&mut self) -> Duration {
-        let so_far = self.record.span.data_time(self.record.rate.hz());
+        let so_far = self.data_time();
         self.record.end_warm_up();
         so_far
     }
@@ -264,7 +270,7 @@ impl Analysis {
     /// Begins anew: data time, and what was asked for in it, counts from here; the samples so far
     /// are excluded. What the link carried still counts. Gives the data time that has passed.
     pub fn start_over(&mut self) -> Duration {
-        let so_far = self.record.span.data_time(self.record.rate.hz());
+        let so_far = self.data_time();
         self.record.start_over();
         so_far
     }

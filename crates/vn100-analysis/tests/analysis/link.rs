@@ -209,6 +209,12 @@ fn the_time_without_a_link_is_reported_where_the_events_contain_it() {
     assert_eq!(told(&twice), (2, Some(3.0)));
     assert_eq!(told(&twice[..4]), (2, None), "it has not come back");
     assert_eq!(told(&[up(0), down(9 * second), up(second)]), (1, None), "the clock was set back");
+    let closed = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Closed };
+    let lost = [up(0), down(second), up(3 * second), down(7 * second), closed(12_177_902_500)];
+    assert_eq!(told(&lost), (2, Some(7.178)), "the last outage lasted until the end");
+    let resumed = [&lost[..], &[down(12_177_902_500), up(14 * second)]].concat();
+    assert_eq!(told(&resumed), (2, Some(9.0)), "it lasted until the recording was resumed");
+    assert_eq!(told(&[up(0), closed(second)]), (0, None), "it was not lost");
 
     // a link that falls silent is given up later
     let mut analysis = Analysis::new(Settings::default());

@@ -36,7 +36,16 @@ fn reasons_are_named() {
 #[test]
 fn warnings_are_named() {
     use WarningKind::*;
-    let link = [RecordingFailed, NoValidLines, OtherMessages, LinkBudget, DeviceErrors, AnotherSensor, UncheckedLines];
+    let link = [
+        RecordingFailed,
+        EndedEarly,
+        NoValidLines,
+        OtherMessages,
+        LinkBudget,
+        DeviceErrors,
+        AnotherSensor,
+        UncheckedLines,
+    ];
     let time =
         [RateAssumed, RateChanged, RateOffNominal, StampsBackwards, StampsRefused, BunchedArrival, RepeatedLines];
     let values = [

@@ -1,16 +1,17 @@
 //! Options of every command that talks to a live sensor.
 
-use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
+use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr, time::Duration};
 
 use clap::Args;
 use vn100_driver::OutputSettings;
+use vn100_pipeline::WallLimits;
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
     stream::MeasuredFrames,
 };
 use vn100_sim::{Profile, Thermal, device::Firmware, fault::FaultPlan};
 
-use super::LogArgs;
+use super::{LogArgs, duration::length};
 
 /// Where a live stream comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -207,6 +208,27 @@ pub(crate) struct RecordingArgs {
     /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) meta: Option<PathBuf>,
+}
+
+/// What ends a live measurement by the clock.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Targets and limits")]
+pub(crate) struct LimitArgs {
+    /// End with exit 1 when no sample has come for this long by the clock, for example 10min
+    /// [default: reconnect for ever]
+    #[arg(long, value_name = "T", value_parser = length)]
+    pub(crate) give_up: Option<Duration>,
+
+    /// End this long after the start by the clock, whatever came, for example 9h; with exit 1 if
+    /// --duration has not passed, or neither it nor --until is given
+    #[arg(long, value_name = "T", value_parser = length)]
+    pub(crate) wall: Option<Duration>,
+}
+
+impl LimitArgs {
+    pub(crate) const fn limits(self) -> WallLimits {
+        WallLimits { give_up: self.give_up, wall: self.wall }
+    }
 }
 
 /// Of sentences or packets.

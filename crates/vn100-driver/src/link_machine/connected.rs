@@ -133,6 +133,11 @@ impl Connected {
         requests.into_iter().flatten().fold(self.next_silence_check(), Duration::min)
     }
 
+    /// Whether the sensor has reported a restart, and has sent no output since.
+    pub(super) const fn is_restarting(&self) -> bool {
+        self.is_restarting
+    }
+
     /// The port has followed the sensor to another baud rate.
     pub(super) fn handle_baud_set(&mut self, context: &mut LinkContext, baud: u32) {
         self.up.baud = Some(baud);

@@ -5,11 +5,12 @@
 mod support;
 
 mod settings;
+mod wall_limits;
 
 use std::{
     collections::BTreeMap,
     io,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -18,12 +19,12 @@ use support::{LINE, OTHER_LINE, Sensor};
 use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{LinkStatus, Settings};
+use vn100_analysis::{EndKind, LinkStatus, Settings};
 use vn100_capture::{CaptureOptions, Event, RecordError, RecordingReader};
 use vn100_driver::{ConfigureError, LinkState, OutputSettings};
 use vn100_pipeline::{
-    Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, Session, SessionEvent,
-    SessionResult, SetupError, SourceState, Stage, StartError,
+    Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session,
+    SessionEvent, SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
 };
 use vn100_protocol::stream::ReadOptions;
 
@@ -44,6 +45,7 @@ fn spec(mut source: LiveSource) -> LiveSpec {
         output: None,
         conditions: BTreeMap::new(),
         recording: None,
+        limits: WallLimits::default(),
         stop: CancellationToken::new(),
     }
 }
@@ -59,6 +61,20 @@ fn duration(seconds: u64) -> Settings {
 fn recording(folder: &TempDir) -> Option<RecordingSpec> {
     let path = folder.path().join("bench.mcap");
     Some(RecordingSpec { path, resume: false, excluded_note: |time| format!("without {} s", time.as_secs()) })
+}
+
+fn replay_of(path: PathBuf) -> ReplaySpec {
+    ReplaySpec {
+        path,
+        capture: CaptureOptions::default(),
+        is_one_of_several: false,
+        read: ReadOptions::default(),
+        settings: Settings::default(),
+        speed: None,
+        each_second: false,
+        observer: None,
+        stop: CancellationToken::new(),
+    }
 }
 
 /// Why the recording ended, as it says itself.
@@ -173,18 +189,7 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     assert!(recording.ended && recording.error.is_none() && recording.bytes >= 120 * LINE.len() as u64);
     assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
     assert_eq!(reason(&recording.path), "end of the source, or duration reached");
-    let spec = vn100_pipeline::ReplaySpec {
-        path: recording.path,
-        capture: CaptureOptions::default(),
-        is_one_of_several: false,
-        read: ReadOptions::default(),
-        settings: Settings::default(),
-        speed: None,
-        each_second: false,
-        observer: None,
-        stop: CancellationToken::new(),
-    };
-    let replay = Session::replay(spec).result.await.unwrap();
+    let replay = Session::replay(replay_of(recording.path)).result.await.unwrap();
     assert!(matches!(*replay.end, EndReason::DurationReached));
     assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
     assert!(replay.facts.recording.unwrap().started_ns.is_some());

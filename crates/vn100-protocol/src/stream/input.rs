@@ -76,4 +76,6 @@ pub enum LinkEventKind {
     OutputResumed,
     /// The async output was paused again when the link was stopped, as it had been found.
     OutputPaused,
+    /// The link was closed for good while it was lost: until then it was down.
+    Closed,
 }

@@ -1,12 +1,12 @@
 //! The codes of documents: verdicts, statuses, grades, and where rate, losses and window come from.
 
 use vn100_analysis::noise::{Grade, Status, Verdict};
-use vn100_analysis::{MissingFrom, RateFrom, Remedy, Setting, WhyNoCoefficient, WindowFrom};
+use vn100_analysis::{EndKind, MissingFrom, RateFrom, Remedy, Setting, WhyNoCoefficient, WindowFrom};
 
 use super::{Explanation, advice, plain};
 use crate::codes::{
-    Code, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status, code_of_verdict,
-    code_of_window,
+    Code, code_of_end, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status,
+    code_of_verdict, code_of_window,
 };
 
 /// The group of verdicts on figures of a data sheet.
@@ -29,6 +29,7 @@ pub(super) fn explanations() -> Vec<Explanation> {
     all.extend(WhyNoCoefficient::ALL.map(|why| {
         entry("No temperature coefficient (temperature.reason)", code_of_no_coefficient(why), NO_COEFFICIENT)
     }));
+    all.extend(EndKind::ALL.map(|end| entry("Why a measurement ended (end_reason)", code_of_end(end), of_end(end))));
     all
 }
 
@@ -198,3 +199,32 @@ const NO_COEFFICIENT: Words = (
     &[Remedy::ReadTemperature],
     "",
 );
+
+const fn of_end(end: EndKind) -> Words {
+    const WHOLE: &str = "The result holds all that was to be measured.";
+    const PART: &str = "The result holds what came before, and its intervals are valid for that.";
+    match end {
+        EndKind::EndOfInput | EndKind::Duration | EndKind::Goals => (WHOLE, "Nothing.", &[], ""),
+        EndKind::Stopped | EndKind::WallTime => (PART, "Measure longer where the record is too short.", &[], ""),
+        EndKind::GaveUp => (
+            PART,
+            "Check cable, adapter, hub and supply of the sensor, and the power saving of the computer. A recording can be resumed.",
+            &[],
+            "",
+        ),
+        EndKind::SourceFailed => (PART, "Read the error: it names what failed.", &[], ""),
+        EndKind::OtherMessage | EndKind::OtherRate => (
+            PART,
+            "The sensor has lost settings that were not saved, as by a restart: set them again ({}), and save them.",
+            &[Remedy::Configure(Setting::Message("VNIMU"))],
+            "",
+        ),
+        EndKind::NoMeasurement => (
+            "There is no result.",
+            "Set a message that is measured: {}.",
+            &[Remedy::Configure(Setting::Message("VNIMU"))],
+            "",
+        ),
+        EndKind::NotStarted => ("There is no result.", "Read the error: it names what failed.", &[], ""),
+    }
+}

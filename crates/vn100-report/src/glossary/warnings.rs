@@ -49,6 +49,12 @@ const fn words(kind: WarningKind) -> Words {
             "Free the disk or record elsewhere, and leave the file in its place.",
             &[],
         ),
+        Kind::EndedEarly => (
+            "The measurement ended before the data time asked for had passed, or because the sensor was lost for good.",
+            "The record is shorter than planned: long averaging times are missing, and the intervals are wider.",
+            "The end reason says why. Check cable, adapter and supply of the sensor, and measure again or resume the recording.",
+            &[],
+        ),
         Kind::NoValidLines => (
             "Bytes arrived, but no sample of a message that is measured.",
             "There is no result.",

@@ -35,6 +35,7 @@ impl Aspect {
         use WarningKind as Kind;
         match kind {
             Kind::RecordingFailed
+            | Kind::EndedEarly
             | Kind::NoValidLines
             | Kind::OtherMessages
             | Kind::LinkBudget
@@ -135,7 +136,9 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
             .filter(|warning| Aspect::of(warning.kind) == aspect && warning.kind != WarningKind::DecimatedStream)
             .collect();
         let severity = found.iter().map(|warning| warning.severity).min();
-        let is_shown = |warning: &&&Warning| aspect == Aspect::Message || warning.severity < Severity::Note;
+        let is_shown = |warning: &&&Warning| {
+            aspect == Aspect::Message || warning.kind == WarningKind::EndedEarly || warning.severity < Severity::Note
+        };
         let mut findings: Vec<(String, Vec<usize>)> = (found.iter().filter(is_shown))
             .map(|warning| (warning.headline.clone(), actions(warning, notes)))
             .collect();

@@ -62,6 +62,16 @@ fn what_was_read_and_not_reported_when_the_port_is_closed_is_counted() {
 }
 
 #[test]
+fn a_stop_of_a_lost_link_says_until_when_it_was_down() {
+    for (index, is_lost) in [(0, false), (1, false), (3, false), (6, true)] {
+        let mut bench = phases().remove(index);
+        let name = bench.phase();
+        bench.stop();
+        assert_eq!(bench.count(|kind| *kind == LinkEventKind::Closed), usize::from(is_lost), "{name}");
+    }
+}
+
+#[test]
 fn an_overrun_in_pending_inputs_is_kept() {
     let mut bench = Bench::new(LinkOptions::default());
     let overrun = LinkEvent { at_ns: 0, kind: LinkEventKind::Overrun { bytes: 9 } };

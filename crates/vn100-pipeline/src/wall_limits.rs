@@ -1,0 +1,85 @@
+//! How long a live session may take by the clock. Pure: the time is an argument.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// What ends a live session by the clock; nothing by default.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct WallLimits {
+    /// How long no sample may come once the sensor was there.
+    pub give_up: Option<Duration>,
+    /// How long the session may take from its start.
+    pub wall: Option<Duration>,
+}
+
+/// The limits of a session that has begun.
+#[derive(Debug)]
+pub(crate) struct Deadlines {
+    pub(crate) limits: WallLimits,
+    start: Instant,
+    /// When the latest sample came, or else when the sensor was first there.
+    last_sign: Option<Instant>,
+}
+
+impl Deadlines {
+    pub(crate) const fn new(limits: WallLimits, start: Instant) -> Self {
+        Self { limits, start, last_sign: None }
+    }
+
+    /// The sensor is there: from now on its samples are waited for.
+    pub(crate) fn note_connected(&mut self, now: Instant) {
+        self.last_sign.get_or_insert(now);
+    }
+
+    pub(crate) fn note_sample(&mut self, now: Instant) {
+        self.last_sign = Some(now);
+    }
+
+    /// When the session is over, whatever comes.
+    pub(crate) fn wall_at(&self) -> Option<Instant> {
+        self.start.checked_add(self.limits.wall?)
+    }
+
+    /// When the sensor is given up unless a sample comes before.
+    pub(crate) fn give_up_at(&self) -> Option<Instant> {
+        self.last_sign?.checked_add(self.limits.give_up?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn every_sample_postpones_giving_up_and_nothing_the_wall_time() {
+        let start = Instant::now();
+        let limits = WallLimits { give_up: Some(5 * SECOND), wall: Some(60 * SECOND) };
+        let mut deadlines = Deadlines::new(limits, start);
+        assert_eq!((deadlines.give_up_at(), deadlines.wall_at()), (None, Some(start + 60 * SECOND)));
+        deadlines.note_connected(start + 2 * SECOND);
+        deadlines.note_connected(start + 3 * SECOND);
+        assert_eq!(deadlines.give_up_at(), Some(start + 7 * SECOND), "since it was first there");
+        deadlines.note_sample(start + 6 * SECOND);
+        deadlines.note_connected(start + 9 * SECOND);
+        assert_eq!(deadlines.give_up_at(), Some(start + 11 * SECOND), "a connection is no sample");
+        assert_eq!(deadlines.wall_at(), Some(start + 60 * SECOND));
+    }
+
+    #[test]
+    fn without_limits_nothing_ends() {
+        let mut deadlines = Deadlines::new(WallLimits::default(), Instant::now());
+        deadlines.note_sample(Instant::now());
+        assert_eq!((deadlines.give_up_at(), deadlines.wall_at()), (None, None));
+    }
+
+    #[test]
+    fn a_time_that_no_clock_reaches_is_no_limit() {
+        let limits = WallLimits { give_up: Some(Duration::MAX), wall: Some(Duration::MAX) };
+        let mut deadlines = Deadlines::new(limits, Instant::now());
+        deadlines.note_sample(Instant::now());
+        assert_eq!((deadlines.give_up_at(), deadlines.wall_at()), (None, None));
+    }
+}

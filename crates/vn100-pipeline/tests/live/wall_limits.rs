@@ -1,0 +1,107 @@
+//! Sessions that nobody watches: they end by the clock.
+
+use super::*;
+
+fn limits(give_up_s: Option<u64>, wall_s: Option<u64>) -> WallLimits {
+    let duration = |seconds: Option<u64>| seconds.map(Duration::from_secs);
+    WallLimits { give_up: duration(give_up_s), wall: duration(wall_s) }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_is_lost_for_good_is_given_up() {
+    let sensor = sensor();
+    let spec = LiveSpec { limits: limits(Some(5), None), settings: duration(20), ..of(&sensor) };
+    let mut session = Session::live(spec);
+    until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
+    let began = time::Instant::now();
+    sensor.world().plugged = false;
+    let (result, _) = ended(session).await;
+    let EndReason::GaveUp { after, cause: Some(_) } = &*result.end else { panic!("{:?}", result.end) };
+    assert_eq!(*after, Duration::from_secs(5));
+    let waited_s = began.elapsed().as_secs_f64();
+    assert!((4.9..5.2).contains(&waited_s), "{waited_s}");
+    let shortfall = result.shortfall.unwrap();
+    assert_eq!(shortfall.wanted, Duration::from_secs(20));
+    assert_eq!(shortfall.measured.as_secs_f64(), result.snapshot.timing.duration_s());
+    let outages = result.snapshot.outages;
+    assert_eq!((outages.times, outages.seconds()), (1, Some(5.0)), "the outage at the end is told");
+    assert_eq!(result.facts.end, Some(EndKind::GaveUp));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_comes_back_in_time_is_measured_on() {
+    let sensor = sensor();
+    let spec = LiveSpec { limits: limits(Some(5), Some(60)), settings: duration(10), ..of(&sensor) };
+    let mut session = Session::live(spec);
+    for samples in [80, 160] {
+        until(&mut session, |state| state.snapshot.timing.samples >= samples).await;
+        sensor.world().plugged = false;
+        time::sleep(Duration::from_secs(3)).await;
+        sensor.world().plugged = true;
+    }
+    let (result, _) = ended(session).await;
+    assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+    assert_eq!((result.shortfall, result.facts.end), (None, Some(EndKind::Duration)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_wall_time_is_over_whatever_comes() {
+    for plugged in [true, false] {
+        let sensor = sensor();
+        let mut session = Session::live(LiveSpec { limits: limits(None, Some(7)), ..of(&sensor) });
+        let began = time::Instant::now();
+        until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
+        sensor.world().plugged = plugged;
+        let (result, _) = ended(session).await;
+        let EndReason::WallTime(wall) = &*result.end else { panic!("{:?}", result.end) };
+        assert_eq!((*wall, result.shortfall), (Duration::from_secs(7), None), "no duration was asked for");
+        assert!((7.0..7.1).contains(&began.elapsed().as_secs_f64()));
+        assert!(result.snapshot.timing.samples >= 80);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_before_the_duration_leaves_a_shortfall() {
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { settings: duration(20), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, _) = ended(session).await;
+    assert_eq!(result.facts.end, Some(EndKind::Stopped));
+    assert_eq!(result.shortfall.unwrap().wanted, Duration::from_secs(20));
+}
+
+/// It never says anything, and never ends.
+struct Mute(std::sync::mpsc::Receiver<()>);
+
+impl io::Read for Mute {
+    fn read(&mut self, _buffer: &mut [u8]) -> io::Result<usize> {
+        // ends when its sender is dropped, with the test
+        let _ = self.0.recv();
+        Ok(0)
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stream_that_brings_nothing_is_given_up() {
+    let (_alive, mute) = std::sync::mpsc::channel();
+    let source = LiveSource::stream(Mute(mute));
+    let (result, _) = ended(Session::live(LiveSpec { limits: limits(Some(5), None), ..spec(source) })).await;
+    assert!(matches!(*result.end, EndReason::GaveUp { cause: None, .. }), "{:?}", result.end);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_replays_with_the_outage_at_its_end() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let spec = LiveSpec { limits: limits(Some(5), None), recording: recording(&folder), ..of(&sensor) };
+    let mut session = Session::live(spec);
+    until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
+    sensor.world().plugged = false;
+    let (live, _) = ended(session).await;
+    let path = live.recording.unwrap().path;
+    assert_eq!(reason(&path), "the sensor was lost");
+    let replay = Session::replay(replay_of(path)).result.await.unwrap();
+    assert_eq!(replay.snapshot.outages.seconds(), live.snapshot.outages.seconds());
+    assert_eq!(replay.facts.end, Some(EndKind::EndOfInput));
+}
