@@ -196,7 +196,13 @@ mod tests {
     use super::*;
 
     fn down(cause: &str, needs_help: bool) -> LinkState {
-        LinkState::Down { was_up: true, cause: cause.into(), needs_help, retry_in: Duration::from_millis(50) }
+        LinkState::Down {
+            was_up: true,
+            cause: cause.into(),
+            needs_help,
+            retry_in: Duration::from_millis(50),
+            attempts: 0,
+        }
     }
 
     fn connected() -> Up {
@@ -222,6 +228,7 @@ mod tests {
             cause: "it is in use by minicom".into(),
             needs_help: true,
             retry_in: Duration::from_secs(5),
+            attempts: 4,
         };
         assert!(!is_news(Some(&busy), &later));
     }

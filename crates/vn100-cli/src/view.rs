@@ -32,7 +32,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
-use draw::{Regions, Scene, draw};
+use draw::{Regions, Scene, draw, is_too_small};
 use ratatui::{
     buffer::Buffer,
     crossterm::event::{Event, KeyEventKind},
@@ -251,6 +251,7 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
                 Ok(buffer) => last_screen = Some(buffer),
                 Err(_) => return Ended::TerminalGone,
             }
+            state.is_too_small = regions.is_too_small;
             // from its end: a terminal that takes its time gets its time
             drawn_at = Some(Instant::now());
             dirty = false;
@@ -267,8 +268,10 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
                 dirty |= request.is_some() || !matches!(event.kind, ratatui::crossterm::event::MouseEventKind::Moved);
                 request
             }
-            Ok(Some(Event::Resize(..))) => {
+            Ok(Some(Event::Resize(width, height))) => {
                 dirty = true;
+                // a key may come before the picture does
+                state.is_too_small = is_too_small((width, height));
                 None
             }
             Ok(_) => None,
@@ -294,7 +297,7 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
                 state.message = saved;
             }
             Some(ViewRequest::Control(command)) => {
-                if let Some(source) = monitors.get(state.source) {
+                if let Some(source) = monitors.get_mut(state.source) {
                     state.message = source.command(command);
                 }
             }

@@ -72,6 +72,8 @@ pub enum LinkState {
         needs_help: bool,
         /// The delay before the next attempt.
         retry_in: Duration,
+        /// Attempts since the sensor was connected last, or since the link began; all failed.
+        attempts: u32,
     },
     /// The link has ended; the last event says why.
     Closed {

@@ -140,8 +140,6 @@ enum Phase {
 pub(crate) struct LinkMachine {
     phase: Phase,
     context: LinkContext,
-    /// How often the port was to be opened.
-    attempts: u32,
     is_stopped: bool,
     /// Whether an output that was found paused is paused again.
     is_pause_restored: bool,
@@ -153,7 +151,6 @@ impl LinkMachine {
         let mut machine = Self {
             phase: Phase::Closed,
             context: LinkContext::new(name, has_baud, options),
-            attempts: 0,
             is_stopped: false,
             is_pause_restored: false,
         };
@@ -286,7 +283,7 @@ impl LinkMachine {
 
     fn open(&mut self) {
         self.phase = Phase::Opening;
-        self.attempts += 1;
+        self.context.attempts += 1;
         self.context.publish(LinkState::Opening);
         let baud = self.baud_rates().first().copied().flatten().unwrap_or_default();
         self.context.port_actions.push_back(PortAction::Open { baud });
@@ -455,6 +452,7 @@ impl LinkMachine {
             cause: self.text(&error),
             needs_help: error.needs_help(),
             retry_in,
+            attempts: self.context.attempts,
         });
         self.phase = Phase::BackingOff { until: now + retry_in };
     }
@@ -467,9 +465,9 @@ impl LinkMachine {
             LinkError::OtherSensor { .. } => false,
             LinkError::Open(error) => was_connected && error.is_passing(),
             LinkError::NoSensor { tried, bytes, echoes: 0, .. } if tried.len() > 1 && *bytes > 0 => {
-                was_connected || self.attempts < FIRST_ATTEMPTS_GARBLED
+                was_connected || self.context.attempts < FIRST_ATTEMPTS_GARBLED
             }
-            LinkError::NoSensor { .. } => was_connected || self.attempts < FIRST_ATTEMPTS,
+            LinkError::NoSensor { .. } => was_connected || self.context.attempts < FIRST_ATTEMPTS,
             _ => was_connected,
         }
     }

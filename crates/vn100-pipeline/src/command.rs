@@ -19,6 +19,8 @@ pub enum Command {
     Slower,
     /// Continue the playback at this part of the capture, 0 to 1; else at the nearer end.
     GoTo(f64),
+    /// Continue the playback so much of the capture, -1 to 1, from where it is or is about to be.
+    Seek(f64),
 }
 
 /// Why a command had no effect.

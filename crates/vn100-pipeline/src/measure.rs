@@ -386,10 +386,15 @@ impl Measuring {
             (Command::TogglePause | Command::Step, Some(_)) if is_over => {
                 channels.report(SessionEvent::Refused(CommandRefusal::AtEnd));
             }
-            (Command::GoTo(part), Some(pace)) => {
+            (Command::GoTo(_) | Command::Seek(_), Some(pace)) => {
                 let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
                     channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
                     return None;
+                };
+                let part = match command {
+                    Command::Seek(part) => part + pace.destination() as f64 / total.max(1) as f64,
+                    Command::GoTo(part) => part,
+                    _ => return None,
                 };
                 let place = (part.clamp(0.0, 1.0) * total as f64).round() as u64;
                 if place < pace.playback(None).samples {

@@ -135,6 +135,11 @@ impl Pace {
         self.since = (now, self.samples);
     }
 
+    /// Samples replayed once it is where it was told to go.
+    pub(crate) fn destination(&self) -> u64 {
+        self.samples.max(self.run_to)
+    }
+
     /// As fast as possible until so many samples are replayed.
     pub(crate) fn run_to(&mut self, samples: u64, now: Instant) {
         self.run_to = samples;

@@ -167,6 +167,7 @@ mod tests {
             cause: "unplugged".into(),
             needs_help: false,
             retry_in: Duration::from_millis(50),
+            attempts: 3,
         };
         let probing = LinkState::Probing { port: "/dev/imu".into(), baud: Some(9600) };
         for (link, status, port, baud, cause) in [

@@ -271,6 +271,26 @@ async fn it_goes_to_a_place_before_or_behind() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn steps_in_quick_succession_add_up() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Times(1.0));
+    counted(&mut session).await;
+    command(&session, Command::TogglePause).await;
+    command(&session, Command::GoTo(0.25)).await;
+    until(&mut session, |playback, _| playback.samples == 200).await;
+    for _ in 0..5 {
+        command(&session, Command::Seek(0.1)).await;
+    }
+    until(&mut session, |playback, _| playback.samples == 600).await;
+    for _ in 0..3 {
+        command(&session, Command::Seek(-0.1)).await;
+    }
+    until(&mut session, |playback, _| playback.samples == 360).await;
+    time::sleep(Duration::from_secs(5)).await;
+    assert_eq!(session.state.borrow().playback.unwrap().samples, 360);
+}
+
+#[tokio::test(start_paused = true)]
 async fn from_its_end_it_goes_back_and_pauses() {
     let file = capture(SAMPLES);
     let mut session = paced(&file, Speed::Max);

@@ -79,6 +79,10 @@ impl ArrivalTimes {
         if self.samples == 1 { self.begin_clock(at, 0.0) } else { self.push_stamp(at) }
     }
 
+    pub(super) fn restart_intervals(&mut self) {
+        self.intervals.restart();
+    }
+
     /// No sample follows.
     pub(super) fn finish(&mut self) {
         let behind = std::mem::take(&mut self.behind).len();

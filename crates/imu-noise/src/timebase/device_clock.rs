@@ -127,6 +127,10 @@ impl DeviceClock {
         }
     }
 
+    pub(super) fn restart_intervals(&mut self) {
+        self.intervals.restart();
+    }
+
     /// No sample follows: decides on those held.
     pub(super) fn finish(&mut self) {
         self.learn_period();

@@ -114,6 +114,16 @@ impl GapDetector {
         }
     }
 
+    /// Begins the statistics of the intervals between arrivals anew; the time base continues.
+    pub fn restart_intervals(&mut self) {
+        if let Some(clock) = &mut self.device_clock {
+            clock.restart_intervals();
+        }
+        if let Some(arrivals) = &mut self.arrivals {
+            arrivals.restart_intervals();
+        }
+    }
+
     /// No sample follows: decides on those still held, for [`poll`](Self::poll) to report.
     pub fn finish(&mut self) {
         if let Some(clock) = &mut self.device_clock {

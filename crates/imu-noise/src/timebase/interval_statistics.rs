@@ -56,6 +56,15 @@ impl IntervalStatistics {
         }
     }
 
+    /// Forgets all intervals so far, those of pending samples too.
+    pub(super) fn restart(&mut self) {
+        if let Some(histogram) = &mut self.histogram {
+            histogram.reset();
+        }
+        (self.min_us, self.max_us) = (u64::MAX, 0);
+        self.pending_us.iter_mut().for_each(|interval_us| *interval_us = None);
+    }
+
     pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
         let intervals = self.histogram.as_ref().filter(|histogram| !histogram.is_empty())?;
         // The middle of a bucket, unless it lies outside of all intervals.

@@ -241,6 +241,29 @@ fn a_refusal_is_reported_at_its_place() {
 }
 
 #[test]
+fn intervals_begin_anew_and_the_time_base_continues() {
+    let mut detector = GapDetector::new(&[40.0], None);
+    let mut at = Duration::ZERO;
+    let mut push = |detector: &mut GapDetector, interval_ms: u64, samples: u32| {
+        for _ in 0..samples {
+            at += Duration::from_millis(interval_ms);
+            detector.push(at, None);
+        }
+        while detector.poll().is_some() {}
+    };
+    push(&mut detector, 25, 200);
+    push(&mut detector, 31, 1);
+    push(&mut detector, 25, 100);
+    let max_us = |detector: &GapDetector| detector.summary().unwrap().arrivals.map(|arrivals| arrivals.max_us);
+    assert_eq!(max_us(&detector), Some(31_000));
+    detector.restart_intervals();
+    assert_eq!(max_us(&detector), None);
+    push(&mut detector, 25, 100);
+    assert_eq!(max_us(&detector), Some(25_000));
+    assert_eq!(detector.summary().unwrap().nominal, Some(NominalRate::Snapped(40.0)));
+}
+
+#[test]
 fn even_intervals_are_exact_and_the_longest_always_is() {
     for interval_us in [5000, 24_990, 25_000, 25_007, 1_000_003] {
         let mut timebase = GapDetector::new(&RATES_HZ, Some(1e6 / interval_us as f64));

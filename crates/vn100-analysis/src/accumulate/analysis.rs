@@ -272,6 +272,9 @@ impl Analysis {
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.start_over();
+        if let Some(pending) = &mut self.pending {
+            pending.detector.restart_intervals();
+        }
         so_far
     }
 

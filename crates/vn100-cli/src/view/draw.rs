@@ -32,6 +32,7 @@ pub(crate) struct Regions {
     /// Rows of the channels, by their places.
     pub(crate) channels: Vec<(u16, usize)>,
     pub(crate) progress: Rect,
+    pub(crate) is_too_small: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -63,7 +64,8 @@ const ALL_PANELS: (u16, u16) = (110, 34);
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     let area = frame.area();
     let mut regions = Regions::default();
-    if area.width < LEAST.0 || area.height < LEAST.1 {
+    if is_too_small((area.width, area.height)) {
+        regions.is_too_small = true;
         too_small(frame, area, scene);
     } else if let Some(page) = scene.state.help {
         keys::draw_help(frame, area, scene, page);
@@ -155,6 +157,11 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, reg
         regions.sensors.push((tab(text, style(place == state.sensor)), place));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
+}
+
+/// Whether nothing but the size is shown.
+pub(crate) fn is_too_small((width, height): (u16, u16)) -> bool {
+    width < LEAST.0 || height < LEAST.1
 }
 
 fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {

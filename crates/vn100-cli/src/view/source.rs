@@ -36,7 +36,7 @@ pub(crate) struct SourceView {
     pub(crate) warnings: Vec<Warning>,
     /// Against the data sheet, by channel; `None` without one for the sensor.
     pub(crate) verdicts: Option<Verdicts>,
-    /// Since the command began.
+    /// Since the command began, or the measurement was started over.
     pub(crate) elapsed: Duration,
     /// `None` for live sources.
     pub(crate) playback: Option<Playback>,
@@ -116,6 +116,18 @@ impl SourceView {
         QUANTITIES.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
     }
 
+    /// Why there is no measurement to steer; `None` while there is one.
+    pub(crate) fn no_measurement(&self) -> Option<&'static str> {
+        match &self.phase {
+            SourcePhase::Measuring if self.playback.is_some_and(|playback| playback.at_end) => {
+                Some("the replay is at its end: go back first, with [ or g")
+            }
+            SourcePhase::Measuring => None,
+            SourcePhase::Preparing => Some("the measurement has not begun"),
+            SourcePhase::Ended(_) => Some("the measurement has ended: q prints its result"),
+        }
+    }
+
     /// The part of the capture that was replayed, 0 to 1.
     pub(crate) fn progress(&self) -> Option<f64> {
         let Playback { samples, total, .. } = self.playback?;
@@ -139,6 +151,8 @@ impl SourceView {
 pub(crate) struct SourceMonitor {
     state: watch::Receiver<SourceState>,
     commands: mpsc::Sender<Command>,
+    /// When the measurement began, or began anew, since the command did.
+    began: Duration,
     pub(crate) shown: SourceView,
 }
 
@@ -148,11 +162,12 @@ impl SourceMonitor {
         let now = state.borrow().clone();
         let name = printable(now.name());
         let shown = SourceView::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
-        Self { state, commands, shown }
+        Self { state, commands, began: Duration::ZERO, shown }
     }
 
     /// Takes what is new; whether anything was.
     pub(crate) fn look(&mut self, elapsed: Duration, evaluation: &Evaluation) -> bool {
+        let elapsed = elapsed.saturating_sub(self.began);
         let state = self.state.borrow_and_update().clone();
         let shown = &mut self.shown;
         let is_new_second = elapsed.as_secs() != shown.elapsed.as_secs();
@@ -184,12 +199,17 @@ impl SourceMonitor {
     }
 
     /// Sends a command to the session; the answer for the user, if there is one.
-    pub(crate) fn command(&self, command: Command) -> Option<String> {
+    pub(crate) fn command(&mut self, command: Command) -> Option<String> {
         if !matches!(self.state.borrow().stage, Stage::Measuring) {
             return Some("no measurement is running there".into());
         }
-        // pressing the key again will succeed
-        self.commands.try_send(command).err().map(|_| "not possible now, try again".into())
+        if self.commands.try_send(command).is_err() {
+            return Some("the source is busy: press the key again".into());
+        }
+        if command == Command::StartOver && self.shown.no_measurement().is_none() {
+            self.began += self.shown.elapsed;
+        }
+        None
     }
 }
 

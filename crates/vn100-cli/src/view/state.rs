@@ -87,6 +87,8 @@ pub(crate) struct ViewState {
     pub(crate) help: Option<usize>,
     pub(crate) question: Option<Question>,
     pub(crate) warning: usize,
+    /// Nothing but the size is shown: keys change nothing that cannot be seen.
+    pub(crate) is_too_small: bool,
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
 }
@@ -136,6 +138,8 @@ impl ViewState {
             KeyCode::Char('c') if control => return Some(ViewRequest::Quit { keep_screen: false }),
             KeyCode::Char('z') if control => return Some(ViewRequest::Suspend),
             _ if control => return None,
+            KeyCode::Char('q') if self.is_too_small => return Some(ViewRequest::Quit { keep_screen: false }),
+            _ if self.is_too_small => return None,
             _ => {}
         }
         if let Some(question) = self.question.take() {
@@ -143,12 +147,20 @@ impl ViewState {
         }
         if let Some(page) = self.help.take() {
             match key.code {
-                KeyCode::Right | KeyCode::Down | KeyCode::Tab | KeyCode::Char('?' | ' ' | 'l' | 'j') => {
+                KeyCode::Right
+                | KeyCode::Down
+                | KeyCode::PageDown
+                | KeyCode::Tab
+                | KeyCode::Char('?' | ' ' | 'l' | 'j') => {
                     self.help = Some(page + 1);
                     return None;
                 }
-                KeyCode::Left | KeyCode::Up | KeyCode::BackTab | KeyCode::Char('h' | 'k') => {
+                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab | KeyCode::Char('h' | 'k') => {
                     self.help = Some(page.saturating_sub(1));
+                    return None;
+                }
+                KeyCode::Home => {
+                    self.help = Some(0);
                     return None;
                 }
                 // any other key closes it; those that end the program also do that
@@ -165,12 +177,20 @@ impl ViewState {
             KeyCode::Char('o') if sources.len() > 1 => self.overview = !self.overview,
             KeyCode::Char('n') => self.source = (self.source + 1) % sources.len().max(1),
             KeyCode::Char('p') => self.source = (self.source + sources.len().max(1) - 1) % sources.len().max(1),
-            KeyCode::Char('w') => self.question = Some(Question::EndWarmUp),
-            KeyCode::Char('r') => self.question = Some(Question::StartOver),
+            KeyCode::Char('w') => self.ask(Question::EndWarmUp, sources),
+            KeyCode::Char('r') => self.ask(Question::StartOver, sources),
             _ if self.overview => self.key_of_overview(key.code, sources.len()),
             code => return self.key_of_source(code, sources.get(self.source)?),
         }
         None
+    }
+
+    /// Asks before what cannot be undone; where it has no effect, says why.
+    fn ask(&mut self, question: Question, sources: &[SourceView]) {
+        match sources.get(self.source).and_then(SourceView::no_measurement) {
+            Some(why) => self.message = Some(why.into()),
+            None => self.question = Some(question),
+        }
     }
 
     fn key_of_overview(&mut self, code: KeyCode, sources: usize) {
@@ -215,8 +235,8 @@ impl ViewState {
             KeyCode::Char('>') => return of_capture(Command::Faster),
             KeyCode::Char('<') => return of_capture(Command::Slower),
             KeyCode::Char('g' | '%') if replays => self.question = Some(Question::GoTo(String::new())),
-            KeyCode::Char(']') => return of_capture(Command::GoTo(source.progress()? + 0.1)),
-            KeyCode::Char('[') => return of_capture(Command::GoTo(source.progress()? - 0.1)),
+            KeyCode::Char(']') => return of_capture(Command::Seek(0.1)),
+            KeyCode::Char('[') => return of_capture(Command::Seek(-0.1)),
             _ => {}
         }
         None
@@ -306,7 +326,7 @@ pub(crate) fn mouse(
 ) -> Option<ViewRequest> {
     let at = Position::new(event.column, event.row);
     let source = sources.get(state.source)?;
-    if state.help.is_some() || state.question.is_some() {
+    if state.is_too_small || state.help.is_some() || state.question.is_some() {
         return None;
     }
     match event.kind {

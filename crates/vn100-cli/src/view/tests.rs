@@ -222,8 +222,13 @@ fn waiting_says_for_what_and_why_it_may_fail() {
 #[test]
 fn a_link_that_is_lost_or_silent() {
     let cause = "the port is gone: unplugged".to_owned();
-    let down =
-        LinkState::Down { was_up: true, cause, needs_help: false, retry_in: std::time::Duration::from_millis(1000) };
+    let down = LinkState::Down {
+        was_up: true,
+        cause,
+        needs_help: false,
+        retry_in: std::time::Duration::from_millis(1000),
+        attempts: 4,
+    };
     check("unplugged", &one(), &[SourceView { link: Some(down), ..measured() }]);
     let LinkState::Up(up) = up() else { panic!("not up") };
     check("silent", &one(), &[SourceView { link: Some(LinkState::Silent(up)), ..measured() }]);

@@ -59,7 +59,7 @@ impl Connected {
     /// The sensor is connected at this baud rate.
     pub(super) fn new(context: &mut LinkContext, now: Duration, baud: Option<u32>) -> Self {
         context.last_baud = baud;
-        context.was_connected = true;
+        (context.was_connected, context.attempts) = (true, 0);
         let up = Up {
             port: context.port.name.clone(),
             baud,

@@ -25,6 +25,8 @@ pub(super) struct LinkContext {
     /// The baud rate at which the sensor was connected last, or to which it was set before.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
+    /// How often the port was to be opened since the sensor was connected last.
+    pub(super) attempts: u32,
     /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
     pub(super) reconnect_delay: Duration,
     /// The port, as it was opened last.
@@ -58,6 +60,7 @@ impl LinkContext {
             has_baud,
             last_baud: baud_set(&options.desired_settings),
             was_connected: false,
+            attempts: 0,
             reconnect_delay: FIRST_DELAY,
             port: OpenPort::default(),
             requests: Requests::new(options.listen_only, options.poll_temperature),

@@ -37,8 +37,13 @@ fn good_is_green_and_broken_vermilion() {
     let state = one();
     let show = |source: SourceView| drawn(&state, &[source], theme(Colours::True), SIZE).0;
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
-    let down =
-        LinkState::Down { was_up: true, cause: String::new(), needs_help: false, retry_in: std::time::Duration::ZERO };
+    let down = LinkState::Down {
+        was_up: true,
+        cause: String::new(),
+        needs_help: false,
+        retry_in: std::time::Duration::ZERO,
+        attempts: 0,
+    };
     assert_eq!(
         style_of(&show(SourceView { link: Some(down), ..measured() }), "DISCONNECTED").0,
         Color::Rgb(213, 94, 0)

@@ -139,8 +139,53 @@ fn a_capture_is_led_anywhere() {
     assert_eq!(pressed("g45\n", &sources).1, control(Command::GoTo(0.45)));
     assert_eq!(pressed("%4x5\x087.5\n", &sources).1, control(Command::GoTo(0.475)));
     assert_eq!(pressed("g\n", &sources), (one(), None), "no number");
-    assert_eq!(pressed("]", &sources).1, control(Command::GoTo(0.35)));
+    assert_eq!(pressed("]", &sources).1, control(Command::Seek(0.1)));
+    assert_eq!(pressed("[", &sources).1, control(Command::Seek(-0.1)));
     assert_eq!(pressed(" ", &[measured()]).1, None, "a live source does not wait");
+}
+
+#[test]
+fn at_the_end_of_a_capture_what_has_no_effect_says_why() {
+    let mut source = replayed();
+    source.playback = source.playback.map(|playback| Playback { at_end: true, ..playback });
+    for keys in ["w", "r"] {
+        let (state, request) = pressed(keys, std::slice::from_ref(&source));
+        assert!(request.is_none() && state.question.is_none());
+        assert!(state.message.unwrap().contains("go back first"), "{keys}");
+    }
+}
+
+#[test]
+fn on_a_screen_that_is_too_small_only_quitting_acts() {
+    let (_, regions) = drawn(&one(), &[measured()], PLAIN, (50, 12));
+    assert!(regions.is_too_small);
+    let before = ViewState { is_too_small: true, ..one() };
+    for key in "sruwfeo!?=-.<>g]Q\t\n12axyz".chars() {
+        let mut state = before.clone();
+        let request = press(&mut state, &[measured()], &key.to_string());
+        assert_eq!((state, request), (before.clone(), None), "{key:?}");
+    }
+    let quit = Some(ViewRequest::Quit { keep_screen: false });
+    assert_eq!(press(&mut before.clone(), &[measured()], "q"), quit);
+    let scroll = MouseEvent { kind: MouseEventKind::ScrollUp, column: 3, row: 3, modifiers: KeyModifiers::NONE };
+    let mut state = before.clone();
+    assert_eq!((mouse(scroll, &mut state, &regions, &[measured()]), state), (None, before));
+}
+
+#[test]
+fn a_page_down_turns_the_page_of_the_help() {
+    let mut state = one();
+    for (code, page) in [
+        (KeyCode::Char('?'), Some(0)),
+        (KeyCode::PageDown, Some(1)),
+        (KeyCode::PageUp, Some(0)),
+        (KeyCode::PageDown, Some(1)),
+        (KeyCode::Home, Some(0)),
+        (KeyCode::Esc, None),
+    ] {
+        state.key(KeyEvent::new(code, KeyModifiers::NONE), &[measured()]);
+        assert_eq!(state.help, page, "{code:?}");
+    }
 }
 
 #[test]
