@@ -48,8 +48,10 @@ impl Goal {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Of the axes meant; `None` where the figure is not estimated.
-    fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
+    /// Half the width of the interval over the value, by axis; `None` where the figure is not
+    /// estimated, and empty without a channel.
+    #[must_use]
+    pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
             .filter(|(channel, _)| self.figure.concerns(channel))
             .map(|(channel, assessed)| {

@@ -25,7 +25,7 @@ use crate::{
     result::{FAULT, ResultWriter, all_of, evaluated, print_state},
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
-    view::{self, MessageQueue, SourceMonitor, View},
+    view::{self, Goals, MessageQueue, SourceMonitor, View},
     words::{self, remedy_words},
 };
 
@@ -88,7 +88,7 @@ async fn attach_all(
                 unrecorded.push(stop.clone());
             }
             let (session, emulated) = job.session(source, number, recording, stop.clone());
-            monitors.push(SourceMonitor::of(&session));
+            monitors.push(SourceMonitor::of(&session, Goals::of(&job.settings)));
             task::spawn(attach_one(session, emulated, Arc::clone(&job), stop))
         })
         .collect();

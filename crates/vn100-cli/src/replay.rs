@@ -24,7 +24,7 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_state},
     user_files::evaluation,
-    view::{self, MessageQueue, SourceMonitor, View},
+    view::{self, Goals, MessageQueue, SourceMonitor, View},
     words::{self, remedy_words},
 };
 
@@ -75,7 +75,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
-    let monitors = sessions.iter().map(SourceMonitor::of).collect();
+    let monitors = sessions.iter().map(|session| SourceMonitor::of(session, Goals::of(&files.settings()))).collect();
     let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
     let all_stop = stop.clone();

@@ -8,16 +8,21 @@ mod allan;
 mod channels;
 mod curve;
 mod draw;
+mod faults;
+mod goals;
 mod health;
 mod keys;
 mod parameters;
 mod save;
+mod sheet;
 mod source;
 mod state;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod theme;
+mod units;
+mod waiting;
 mod warnings;
 
 use std::{
@@ -48,6 +53,7 @@ use vn100_report::{Evaluation, printable};
 
 use crate::exit::{print, report};
 
+pub(crate) use goals::Goals;
 pub(crate) use source::SourceMonitor;
 pub(crate) use terminal::{give_back, is_there};
 

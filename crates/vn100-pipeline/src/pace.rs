@@ -135,7 +135,7 @@ impl Pace {
         self.since = (now, self.samples);
     }
 
-    /// Samples replayed once it is where it was told to go.
+    /// Samples replayed once it is where it is to go.
     pub(crate) fn destination(&self) -> u64 {
         self.samples.max(self.run_to)
     }

@@ -23,6 +23,7 @@ use super::{
     curve::{AllanCurve, AllanPlot, LogAxis, next_octave},
     draw::{Regions, Scene, framed},
     parameters,
+    sheet::SHEET,
     source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
@@ -37,7 +38,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
     let Some(group) = scene.state.group(source) else { return };
     let plot = AllanPlot::new(scene.state, source, &group);
     let deviation = deviation_name(source.snapshot.deviation);
-    let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit);
+    let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit.name);
     let title = scene.theme.spelled(title);
     let inner = framed(frame, area, scene, Panel::Allan, title);
     let mut read_out = read_out(scene, &plot);
@@ -68,6 +69,9 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
         let text = if whole { " ┈ model and terms " } else { " ┈ model " };
         spans.push(Span::styled(text, theme.faint()));
+    }
+    if plot.sheet.is_some() {
+        spans.push(Span::styled(format!(" {SHEET} data sheet "), theme.faint()));
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
@@ -130,8 +134,8 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
         curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect()
     };
     let shown = AllanPlot {
-        unit: plot.unit.clone(),
         curves: plot.curves.iter().map(|curve| AllanCurve { points: seen(&curve), ..curve.clone() }).collect(),
+        ..plot.clone()
     };
     let Some(y) = LogAxis::over(shown.deviations()) else {
         let text = " No deviation: the values are constant.";
@@ -152,7 +156,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);
     frame.render_widget(
         canvas.paint(|context| {
-            for line in shown.curves.iter().flat_map(|curve| &curve.model) {
+            for line in shown.lines() {
                 let points: Vec<_> = dense(&line.points).into_iter().filter(|p| axes.within(*p)).collect();
                 context.draw(&Points { coords: &points, color: Theme::colour_of(theme.faint()) });
             }
@@ -271,12 +275,17 @@ fn draw_points(buffer: &mut Buffer, axes: ChartAxes, curves: &[AllanCurve], them
 }
 
 fn draw_letters(buffer: &mut Buffer, axes: ChartAxes, plot: &AllanPlot, theme: Theme) {
-    for line in plot.curves.iter().flat_map(|curve| &curve.model) {
+    for line in plot.lines() {
         let Some(letter) = line.term else { continue };
         // N is read at its left end, the others at their right
         let mut inside = line.points.iter().filter_map(|(t, d)| Some((axes.column(*t)?, axes.row(*d)?)));
-        let end = if letter == "N" { inside.next_back() } else { inside.next() };
-        if let Some((column, row)) = end {
+        // that of the sheet beside the first point, which it must not hide
+        let end = match letter {
+            "N" => inside.next_back(),
+            SHEET => inside.next().map(|(column, row)| (column + 2, row)),
+            _ => inside.next(),
+        };
+        if let Some((column, row)) = end.filter(|(column, _)| *column < axes.chart.right()) {
             put(buffer, column, row, letter, theme.chosen());
         }
     }

@@ -25,6 +25,7 @@ use super::{
     source::SourceView,
     state::Panel,
     theme::Theme,
+    units::ShownUnit,
 };
 
 pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
@@ -33,9 +34,9 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     let chosen = scene.state.channel(source);
     // the places of names, units and numbers; what is left belongs to the bars
     let longest = source.values.iter().map(|channel| channel.name.len()).max().unwrap_or(0) as u16;
-    let name = if inner.width >= 100 { longest.clamp(8, 24) } else { 8 };
-    let widths = [name, 6, 11, 10, 9, 9];
-    let fixed: u16 = widths.iter().sum::<u16>() + widths.len() as u16;
+    let name = longest.clamp(8, if inner.width >= 100 { 24 } else { 11 });
+    let widths = if inner.width >= 66 { [name, 6, 11, 10, 9, 9] } else { [name, 5, 10, 9, 8, 8] };
+    let fixed = widths.iter().sum::<u16>() + widths.len() as u16;
     let bars = inner.width.saturating_sub(fixed);
     let axes: Vec<(usize, usize)> = (source.groups().iter())
         .flat_map(|group| group.channels.iter().copied().enumerate().collect::<Vec<_>>())
@@ -49,19 +50,20 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     regions.channels = placed.iter().enumerate().map(|(row, (place, _))| (inner.y + 1 + row as u16, *place)).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.values[place];
+        let unit = ShownUnit::of(channel, scene.state.units);
         let number = |value: Option<f64>, decimals: usize, column: usize| {
-            let text = value.map_or("-".into(), |value| fitted(value, decimals, widths[column].into()));
+            let text = value.map_or("-".into(), |value| fitted(value * unit.factor, decimals, widths[column].into()));
             Line::raw(text).right_aligned()
         };
         // averages resolve more than one sample
-        let finer = channel.decimals + 2;
+        let finer = unit.decimals + 2;
         let row = Row::new(vec![
             Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
-            Line::raw(channel.unit.clone()),
+            Line::raw(scene.theme.spelled(unit.name.as_str())),
             number(channel.mean, finer, 2),
             number(channel.std, finer, 3),
-            number(channel.min, channel.decimals, 4),
-            number(channel.max, channel.decimals, 5),
+            number(channel.min, unit.decimals, 4),
+            number(channel.max, unit.decimals, 5),
             Line::from(Span::styled(source.sparkline(place, usize::from(bars)), scene.theme.axis(axis))),
         ]);
         if Some(place) == chosen { row.style(scene.theme.chosen()) } else { row }
@@ -91,14 +93,16 @@ pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.values[place];
-    let inner = framed(frame, area, scene, Panel::Signal, format!("Signal of {}, {}", channel.name, channel.unit));
+    let unit = ShownUnit::of(channel, scene.state.units);
+    let title = scene.theme.spelled(format!("Signal of {}, {}", channel.name, unit.name));
+    let inner = framed(frame, area, scene, Panel::Signal, title);
     let wide = inner.width >= 100;
     let parts = [Constraint::Fill(1), Constraint::Fill(1)];
     let [history, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
     let axis = group.channels.iter().position(|channel| *channel == place).unwrap_or(0);
     let color = Theme::colour_of(scene.theme.axis(axis));
-    draw_history(frame, history, scene, place, color);
-    draw_histogram(frame, histogram, scene, channel, color);
+    draw_history(frame, history, scene, place, &unit, color);
+    draw_histogram(frame, histogram, scene, channel, &unit, color);
 }
 
 /// The rows of a title, of what is drawn, and of the scale below it.
@@ -107,21 +111,25 @@ fn parts(area: Rect) -> [Rect; 3] {
 }
 
 /// Columns for the values of a channel at the left of a chart, the same above and below each other.
-fn values_width(channel: &ChannelValues) -> u16 {
-    let width = |value: Option<f64>| value.map_or(0, |value| format!("{value:.*}", channel.decimals).len());
+fn values_width(channel: &ChannelValues, unit: &ShownUnit) -> u16 {
+    let width =
+        |value: Option<f64>| value.map_or(0, |value| format!("{:.*}", unit.decimals, value * unit.factor).len());
     width(channel.min).max(width(channel.max)) as u16 + 1
 }
 
-fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, color: Color) {
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit, color: Color) {
     let (source, channel) = (scene.source, &scene.source.values[place]);
-    let (decimals, labels) = (channel.decimals, values_width(channel));
+    let (decimals, labels) = (unit.decimals, values_width(channel, unit));
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
     let slots = MOST_SLOTS >> scene.state.history_zoom;
-    let Some(history) = source.history(place, dots, slots).filter(|history| !history.columns.is_empty()) else {
+    let Some(mut history) = source.history(place, dots, slots).filter(|history| !history.columns.is_empty()) else {
         return;
     };
+    history.columns.iter_mut().flatten().for_each(|column| {
+        (column.min, column.max) = (column.min * unit.factor, column.max * unit.factor);
+    });
     let columns = history.columns.iter().flatten();
     let (low, high) = columns
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), column| (low.min(column.min), high.max(column.max)));
@@ -172,8 +180,15 @@ fn labelled_rows(rows: u16, low: f64, high: f64) -> Vec<(u16, f64)> {
     vec![(0, high), (middle, high - (high - low) * part), (rows - 1, low)]
 }
 
-fn draw_histogram(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, channel: &ChannelValues, color: Color) {
-    let labels = values_width(channel);
+fn draw_histogram(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    scene: Scene<'_>,
+    channel: &ChannelValues,
+    unit: &ShownUnit,
+    color: Color,
+) {
+    let labels = values_width(channel, unit);
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let Some(bars) = &channel.bars else { return };
@@ -187,7 +202,7 @@ fn draw_histogram(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, channel: 
     let text = text.unwrap_or_else(|| shape.trim_start_matches(';').to_owned());
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let end = bars.first + bars.width * bars.counts.len() as f64;
-    let label = |value: f64| Line::styled(format!("{value:.*}", channel.decimals), scene.theme.faint());
+    let label = |value: f64| Line::styled(format!("{:.*}", unit.decimals, value * unit.factor), scene.theme.faint());
     let scale = Rect { x: chart.x, width: chart.width, ..below };
     frame.render_widget(label(bars.first), scale);
     if usize::from(scale.width) > 3 * usize::from(labels) {

@@ -1,13 +1,15 @@
 //! What the deviation plot shows, in the unit chosen: points, bars, the model through them, and the
-//! logarithmic axes around them; and the units that one steps through.
+//! logarithmic axes around them.
 
-use imu_noise::{Convention, Deviation, Sensor, Sides, Term, conventions};
-use vn100_analysis::{letter, sensor_of};
+use imu_noise::{Deviation, Term};
+use vn100_analysis::letter;
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
+    sheet,
     source::{ChannelGroup, SourceView},
     state::{ShownAxes, ViewState},
+    units::ShownUnit,
 };
 
 /// Places along an octave where the model is drawn.
@@ -15,8 +17,10 @@ const MODEL_STEPS: u32 = 4;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AllanPlot {
-    pub(crate) unit: String,
+    pub(crate) unit: ShownUnit,
     pub(crate) curves: Vec<AllanCurve>,
+    /// Of the data sheet.
+    pub(crate) sheet: Option<ModelLine>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -37,19 +41,10 @@ pub(crate) struct ModelLine {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-fn unit(group: &ChannelGroup, state: &ViewState) -> Option<Convention> {
-    sensor_of(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
-}
-
-/// Deviations in the unit chosen, over those in the unit of the channel.
-pub(super) fn factor(group: &ChannelGroup, state: &ViewState) -> f64 {
-    unit(group, state).map_or(1.0, |unit| unit.factor)
-}
-
 impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
-        let unit = unit(group, state);
-        let factor = factor(group, state);
+        let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
+        let factor = unit.factor;
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.axes == ShownAxes::All || state.axes == ShownAxes::One(*axis));
         let curves = curves.map(|(axis, place)| {
@@ -59,16 +54,36 @@ impl AllanPlot {
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
             AllanCurve { name: channel.name.clone(), axis, points, model }
         });
-        let own = || source.values[group.channels[0]].unit.clone();
-        Self { unit: unit.map_or_else(own, shown_unit), curves: curves.collect() }
+        let mut plot = Self { unit, curves: curves.collect(), sheet: None };
+        let mut taus: Vec<f64> = plot.taus().collect();
+        taus.sort_by(f64::total_cmp);
+        taus.dedup();
+        plot.sheet = sheet::line(source, group, &taus, factor);
+        plot
     }
 
-    /// Every deviation that must be seen, with the bounds of those that are known well enough.
-    pub(crate) fn deviations(&self) -> impl Iterator<Item = f64> {
+    /// Every deviation that must be seen, with the bounds of those that are known well enough; of
+    /// the data sheet what is near them.
+    pub(crate) fn deviations(&self) -> Vec<f64> {
+        const NEAR: f64 = 3.0;
+        let mut all: Vec<f64> = self.measured().collect();
+        let least = all.iter().copied().filter(|deviation| *deviation > 0.0).fold(f64::INFINITY, f64::min);
+        let most = all.iter().copied().fold(0.0, f64::max);
+        let sheet = self.sheet.iter().flat_map(|line| &line.points).map(|(_, deviation)| *deviation);
+        all.extend(sheet.filter(|deviation| (least / NEAR..most * NEAR).contains(deviation)));
+        all
+    }
+
+    fn measured(&self) -> impl Iterator<Item = f64> {
         self.curves.iter().flat_map(|curve| &curve.points).flat_map(|point| {
             let bounds = if point.is_known() { [point.lower, point.upper] } else { [None, None] };
             [point.deviation].into_iter().chain(bounds).flatten()
         })
+    }
+
+    /// Those that are no measurement: the models of the curves, and the data sheet.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &ModelLine> {
+        self.curves.iter().flat_map(|curve| &curve.model).chain(&self.sheet)
     }
 
     pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {
@@ -212,40 +227,8 @@ fn tick(digit: i32, exponent: i32) -> GridLine {
     GridLine { at: f64::from(digit).log10() + f64::from(exponent), label }
 }
 
-/// Places among the conventions of N, B and K. Deviations are in the unit of B.
-type Together = [usize; 3];
-
-/// Those of data sheets first. Each unit of N has its turn.
-const GYRO: [Together; 6] = [[2, 1, 1], [4, 2, 2], [5, 2, 2], [0, 0, 0], [1, 0, 0], [3, 1, 1]];
-const ACCEL: [Together; 6] = [[3, 1, 2], [4, 2, 2], [5, 2, 2], [2, 0, 1], [0, 0, 0], [1, 0, 0]];
-const MAG: [Together; 3] = [[0, 0, 0], [2, 1, 0], [1, 0, 0]];
-
-pub(crate) fn convention(sensor: Sensor, term: Term, steps: usize) -> Convention {
-    let all: &[Together] = match sensor {
-        Sensor::Gyroscope => &GYRO,
-        Sensor::Accelerometer => &ACCEL,
-        Sensor::Magnetometer => &MAG,
-    };
-    let [white, bias, walk] = all[steps % all.len()];
-    let known = conventions(sensor, term);
-    known[match term {
-        Term::White => white,
-        Term::BiasInstability => bias,
-        Term::RateRandomWalk => walk,
-        Term::Quantization | Term::RateRamp => 0,
-    }]
-}
-
-/// The unit with signs for what ASCII spells out; one-sided densities are marked.
-pub(crate) fn shown_unit(convention: Convention) -> String {
-    let unit = convention.unit.replace("sqrt(", "√").replace(')', "").replace("^2", "²");
-    if convention.sides == Some(Sides::One) { format!("{unit} one-sided") } else { unit }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use proptest::prelude::*;
 
     use super::*;
@@ -281,28 +264,6 @@ mod tests {
             let zoomed = axis.zoomed(zoom, values[0]);
             prop_assert!(zoomed.part(values[0]).is_some());
             prop_assert!(zoomed.low >= axis.low - 1e-9 && zoomed.high <= axis.high + 1e-9);
-        }
-    }
-
-    #[test]
-    fn every_unit_has_its_turn() {
-        for (sensor, turns) in [(Sensor::Gyroscope, 6), (Sensor::Accelerometer, 6), (Sensor::Magnetometer, 3)] {
-            for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
-                let seen: BTreeSet<_> = (0..turns).map(|steps| shown_unit(convention(sensor, term, steps))).collect();
-                let all: BTreeSet<_> = conventions(sensor, term).iter().map(|known| shown_unit(*known)).collect();
-                assert_eq!(seen, all, "{sensor:?} {term:?}");
-                assert_eq!(convention(sensor, term, turns), convention(sensor, term, 0));
-            }
-        }
-    }
-
-    #[test]
-    fn units_shown_together_belong_together() {
-        for steps in 0..6 {
-            let [n, b, k] = [Term::White, Term::BiasInstability, Term::RateRandomWalk]
-                .map(|term| convention(Sensor::Gyroscope, term, steps).unit);
-            let angle = |unit: &str| unit.split('/').next().unwrap_or_default().to_owned();
-            assert!(angle(n) == angle(b) && angle(b) == angle(k), "{n} {b} {k}");
         }
     }
 }

@@ -16,7 +16,7 @@ use super::{
     source::SourceView,
     state::{Panel, ViewState},
     theme::Theme,
-    warnings,
+    waiting, warnings,
 };
 
 /// Where on the screen what a mouse may point at is.
@@ -83,21 +83,21 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
 fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
     let source = scene.source;
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
-    let warning_rows = warnings::rows(source, if all { 4 } else { 2 });
-    let head_rows = if source.playback.is_some() { 4 } else { 3 };
+    let top_lines = warnings::TopLines::new(scene, area.width, if all { 4 } else { 2 });
+    let head_rows = 3 + u16::from(source.playback.is_some()) + u16::from(!source.goals.is_none());
     let [top, warned, tabs, body, keys] = Layout::vertical([
         Constraint::Length(head_rows),
-        Constraint::Length(warning_rows),
+        Constraint::Length(top_lines.rows()),
         Constraint::Length(1),
         Constraint::Fill(1),
         Constraint::Length(1),
     ])
     .areas(area);
     regions.progress = health::draw_header(frame, top, scene);
-    warnings::draw_lines(frame, warned, scene);
+    top_lines.draw(frame, warned, scene);
     keys::draw_footer(frame, keys, scene);
     if source.snapshot.timing.samples == 0 {
-        warnings::draw_waiting(frame, tabs.union(body), scene);
+        waiting::draw_waiting(frame, tabs.union(body), scene);
         return;
     }
     draw_tabs(frame, tabs, scene, all && !scene.state.expanded, regions);
@@ -133,6 +133,9 @@ fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regi
     }
 }
 
+/// Columns of the names of all panels.
+const PANEL_TABS: usize = 40;
+
 /// The sensors by their numbers, and the panels unless all of them are there.
 fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, regions: &mut Regions) {
     let Scene { state, source, theme, .. } = scene;
@@ -145,15 +148,27 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, reg
         at
     };
     let style = |chosen: bool| if chosen { theme.chosen() } else { Style::new() };
+    let groups = source.groups();
+    let names = groups.iter().map(|group| names_of(group.quantity).short.len() + 4).sum::<usize>();
+    let is_narrow = !all && usize::from(area.width) < names + PANEL_TABS;
     if !all {
         for panel in Panel::ALL {
-            let at = tab(format!(" {} ", panel.name()), style(panel == state.panel));
-            regions.tabs.push((at, panel));
+            let text = match panel {
+                Panel::Warnings if is_narrow => "Warn ".into(),
+                _ if is_narrow => format!("{} ", panel.name()),
+                _ => format!(" {} ", panel.name()),
+            };
+            regions.tabs.push((tab(text, style(panel == state.panel)), panel));
         }
         tab("│".into(), theme.faint());
     }
-    for (place, group) in source.groups().iter().enumerate() {
-        let text = format!(" {} {} ", place + 1, names_of(group.quantity).short);
+    for (place, group) in groups.iter().enumerate() {
+        let name = names_of(group.quantity).short;
+        let text = match is_narrow {
+            false => format!(" {} {name} ", place + 1),
+            true if place == state.sensor => format!(" {} {name}", place + 1),
+            true => format!(" {}", place + 1),
+        };
         regions.sensors.push((tab(text, style(place == state.sensor)), place));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);

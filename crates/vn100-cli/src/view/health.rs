@@ -10,7 +10,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
-use vn100_analysis::{RateFrom, sensor_of};
+use vn100_analysis::{RateFrom, Severity, sensor_of};
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
@@ -21,11 +21,11 @@ use vn100_report::{
 };
 
 use super::{
-    curve::{convention, shown_unit},
     draw::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
-    warnings::shortened,
+    units::{convention, shown_unit},
+    warnings::{in_gaps, shortened},
 };
 use crate::status::link_name;
 
@@ -45,11 +45,15 @@ enum Detail {
 /// Draws it; gives the place of the progress bar, empty without one.
 pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -> Rect {
     let (source, width) = (scene.source, usize::from(area.width));
-    let lines = vec![
+    let mut lines = vec![
         first(scene, width),
         fitting(width, |detail| second(scene.theme, source, detail)),
         fitting(width, |detail| third(scene.theme, source, detail)),
     ];
+    if !source.goals.is_none() {
+        let goals = scene.theme.spelled(source.goals.texts(source).join("   "));
+        lines.push(Line::styled(shortened(&format!(" goal: {goals}"), width), Style::new().bold()));
+    }
     frame.render_widget(Paragraph::new(lines), area);
     match source.playback {
         Some(playback) => {
@@ -115,21 +119,23 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
 /// The name is cut where room is short: what stands behind it changes, and it does not.
 fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
     let Scene { source, theme, .. } = scene;
-    let line = |name: String| {
+    let line = |name: String, detail: Detail| {
         let mut parts = Parts::new();
         if scene.sources.len() > 1 {
             parts.add(format!("{}/{}", scene.state.source + 1, scene.sources.len()), theme.chosen());
         }
         parts.add(name, Style::new().bold());
         let (word, style) = link_word(source, theme);
+        let word = if detail == Detail::Least { word.trim_end_matches(" baud").to_owned() } else { word };
         parts.add(word, style);
         if let Some(layout) = &source.snapshot.layout {
             let nature = match layout.compensated {
+                _ if detail == Detail::Least => "",
                 Some(true) => "compensated",
                 Some(false) => "uncompensated",
                 None => "compensation unknown",
             };
-            parts.add(format!("{} {nature}", layout.message), Style::new());
+            parts.add(format!("{} {nature}", layout.message).trim_end(), Style::new());
         }
         parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
         if scene.state.frozen {
@@ -137,8 +143,9 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
         }
         parts.line()
     };
-    let beside = line(String::new()).width();
-    line(shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)))
+    let room = |detail| width.saturating_sub(line(String::new(), detail).width());
+    let detail = DETAILS.into_iter().find(|detail| room(*detail) >= LEAST_NAME).unwrap_or(Detail::Least);
+    line(shortened(&source.name, room(detail).max(LEAST_NAME)), detail)
 }
 
 fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
@@ -195,7 +202,7 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let rejected = if detail == Detail::Least { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
     parts.add(format!("rejected {rejected}"), counted(tally.rejected.total()));
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
-    let gaps = if gaps_shown { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
+    let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
     parts.add(format!("dropped {}{gaps}", grouped(timing.missing)), counted(timing.missing));
     if timing.excluded > 0 {
         let changed = snapshot.rate_change.is_some();
@@ -297,9 +304,10 @@ fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec
         SourcePhase::Ended(reason) => reason.iter().cloned().collect(),
         SourcePhase::Preparing | SourcePhase::Measuring => Vec::new(),
     };
-    warned.extend(source.errors());
+    warned.extend(source.faults.all().iter().map(|fault| fault.title(source.now)));
     let broken = !warned.is_empty();
-    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.title())));
+    let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
+    warned.extend(warnings.map(|warning| theme.spelled(warning.title())));
     let more = warned.len().saturating_sub(1);
     let warned = warned.into_iter().next();
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };

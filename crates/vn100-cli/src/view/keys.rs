@@ -91,19 +91,20 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-const KEYS: [(&str, &str); 22] = [
+const KEYS: [(&str, &str); 23] = [
     ("q  Ctrl-C", "quit and print the result"),
     ("Q", "quit, keep this screen above the result"),
     ("?", "this help: arrows turn pages, esc closes it"),
     ("tab shift-tab", "next, previous panel"),
-    ("!", "all warnings, each in full"),
+    ("!", "what is broken, warnings and notes, each in full"),
+    ("c", "hide the notes on top, and show them again"),
     ("e enter  esc", "enlarge the panel, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
     ("= -", "zoom at the cursor; in Signal: time span"),
-    ("u", "other units of N, B, K and the curve"),
+    ("u", "other units, on all panels alike"),
     ("f", "freeze the view; the measurement continues"),
     ("s", "save the result so far as JSON, curve as SVG"),
     ("w", "warm-up over: exclude everything so far"),
@@ -128,7 +129,7 @@ const MEANINGS: [(&str, &str); 17] = [
     ("not observable", "the record is too short"),
     ("not measurable", "the message does not carry it"),
     ("sensor", "the sensor's own N, without aliasing"),
-    ("verdict", "comparison with the data sheet"),
+    ("S, verdict", "the data sheet, as this stream shows it"),
     ("fit p", "goodness of fit: below 0.01 rejected"),
     ("ppm", "clock offset: measured over nominal rate"),
     ("p50 p99 max", "ms between sentences: median, 99 %, max"),
@@ -145,20 +146,21 @@ const SIDE_BY_SIDE: u16 = 116;
 pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: usize) {
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
-    let keys = lines(&KEYS, 16, Style::new(), scene.theme);
     // no more digits than are useful, and no rounding to 100 %
     let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;
     let bars = format!("{percent} % confidence interval");
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
-    let meanings = lines(&meanings, 14, scene.theme.faint(), scene.theme);
+    let keys = |width| lines(&KEYS, 16, Style::new(), scene.theme, width);
+    let meanings = |width| lines(&meanings, 14, scene.theme.faint(), scene.theme, width);
     let height = usize::from(inner.height);
-    if inner.width >= SIDE_BY_SIDE && height >= keys.len() {
+    let [left, right] = Layout::horizontal([Constraint::Length(KEY_COLUMNS), Constraint::Fill(1)]).areas(inner);
+    if inner.width >= SIDE_BY_SIDE && height >= keys(left.width).len().max(meanings(right.width).len()) {
         frame.render_widget(block.title(" Keys and symbols "), area);
-        let [left, right] = Layout::horizontal([Constraint::Length(KEY_COLUMNS), Constraint::Fill(1)]).areas(inner);
-        frame.render_widget(Paragraph::new(keys), left);
-        frame.render_widget(Paragraph::new(meanings), right);
+        frame.render_widget(Paragraph::new(keys(left.width)), left);
+        frame.render_widget(Paragraph::new(meanings(right.width)), right);
         return;
     }
+    let (keys, meanings) = (keys(inner.width), meanings(inner.width));
     let pages: Vec<&[Line<'_>]> = keys.chunks(height).chain(meanings.chunks(height)).collect();
     let page = page % pages.len();
     let of_keys = page < keys.len().div_ceil(height);
@@ -168,11 +170,18 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     frame.render_widget(Paragraph::new(pages[page].to_vec()), inner);
 }
 
-fn lines(rows: &[(&str, &str)], width: usize, style: Style, theme: Theme) -> Vec<Line<'static>> {
+/// A sign and its text; what is too long for a line continues below its beginning.
+fn lines(rows: &[(&str, &str)], columns: usize, style: Style, theme: Theme, width: u16) -> Vec<Line<'static>> {
+    let room = usize::from(width).saturating_sub(columns + 2).max(10);
     let line = |(sign, text): &(&str, &str)| {
-        let sign = theme.spelled(*sign);
-        let sign = Span::styled(format!(" {sign:<width$} "), Style::new().add_modifier(Modifier::BOLD));
-        Line::from(vec![sign, Span::styled(theme.spelled(*text), style)])
+        let (sign, text) = (theme.spelled(*sign), theme.spelled(*text));
+        let parts: Vec<String> = textwrap::wrap(&text, room).into_iter().map(Into::into).collect();
+        let signs = std::iter::once(sign).chain(std::iter::repeat(String::new()));
+        let parts = parts.into_iter().zip(signs).map(|(part, sign)| {
+            let sign = Span::styled(format!(" {sign:<columns$} "), Style::new().add_modifier(Modifier::BOLD));
+            Line::from(vec![sign, Span::styled(part, style)])
+        });
+        parts.collect::<Vec<_>>()
     };
-    rows.iter().map(line).collect()
+    rows.iter().flat_map(line).collect()
 }

@@ -1,6 +1,6 @@
 //! The noise parameters of a sensor: value and interval by axis, or why there is none yet.
 
-use imu_noise::{Claim, Convention, Parameter, Status, Term};
+use imu_noise::{Parameter, Status, Term};
 use ratatui::{
     Frame,
     layout::Rect,
@@ -8,22 +8,21 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_analysis::{
-    DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Onboard, WarningKind, letter, sensor_of,
-};
+use vn100_analysis::{DetectableRrw, LongTauValidity, Onboard, Severity, letter, sensor_of};
 use vn100_protocol::Quantity;
 use vn100_report::{
     names::{TERMS, names_of, parameter_names, verdict_name},
-    numbers::plain::{digits, digits_trimmed, spread, tau, time},
+    numbers::plain::{digits, spread, tau, time},
     units::ChannelValues,
 };
 
 use super::{
-    curve::{convention, shown_unit},
     draw::{Scene, framed},
+    sheet,
     source::{ChannelGroup, SourceView},
     state::{Panel, ShownAxes},
     theme::SIGNS,
+    units::{convention, shown_unit},
 };
 
 const COLUMN: usize = 15;
@@ -42,7 +41,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
     let inner = framed(frame, area, scene, Panel::Parameters, title);
     let beside = usize::from(inner.width) >= LONG_LABEL + 3 * COLUMN;
-    let mut lines = lines(scene, &group, if beside { LONG_LABEL } else { LABEL });
+    let mut lines = lines(scene, &group, if beside { LONG_LABEL } else { LABEL }, usize::from(inner.width));
     let height = usize::from(inner.height);
     if lines.len() > height {
         let hidden = lines.len() + 1 - height.min(lines.len());
@@ -73,7 +72,7 @@ pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup) -> Option<Line<'st
     Some(Line::from(spans))
 }
 
-fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Line<'static>> {
+fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: usize) -> Vec<Line<'static>> {
     let Scene { source, theme, .. } = scene;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
@@ -91,8 +90,10 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
     let row = |label: &str, cells: Vec<String>| {
         with_cells(vec![Span::raw(format!(" {label:<width$}", width = label_columns - 1))], cells)
     };
-    let mut lines: Vec<Line<'static>> =
-        doubts(source, &axes).into_iter().map(|text| Line::styled(theme.spelled(text), theme.warning())).collect();
+    let mut lines: Vec<Line<'static>> = doubts(source, &axes)
+        .into_iter()
+        .flat_map(|text| wrapped(&theme.spelled(text), width, theme.warning()))
+        .collect();
     lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
     for term in TERMS.into_iter().filter(|term| *term != Term::RateRamp) {
         let (letter, name) = (letter(term), parameter_names(sensor, term).name);
@@ -148,20 +149,21 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
                 lines.push(row("sensor", own.into_iter().map(Option::unwrap_or_default).collect()));
                 let factor = group.channels.iter().find_map(|place| own_white(source, *place)).map_or(1.0, |(_, f)| f);
                 let within = 100.0 * Onboard::UNCERTAINTY;
-                let text = format!(" sensor: N ÷ {factor:.2} ±{within:.0} %, without aliasing");
+                let text = format!(" sensor: its own N, this N ÷ {factor:.2} (±{within:.0} %)");
                 lines.push(Line::styled(theme.spelled(text), theme.faint()));
             }
         }
-        if let Some(verdicts) = &source.verdicts {
-            let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
-            let judged: Vec<Option<&FigureVerdict>> = group.channels.iter().map(of).collect();
-            if judged.iter().any(Option::is_some) {
-                let name = |figure: Option<&FigureVerdict>| figure.map_or("-", |figure| verdict_name(figure.verdict));
-                let claimed = judged.iter().flatten().next().map(|figure| claimed(&figure.figure, unit));
-                lines.push(row("verdict", judged.into_iter().map(|figure| name(figure).to_owned()).collect()));
-                let claimed = claimed.map(|text| theme.spelled(format!(" data sheet: {text}")));
-                lines.extend(claimed.map(|text| Line::styled(text, theme.faint())));
-            }
+        if let Some(judged) = sheet::verdicts(source, group, term) {
+            let mut spans = vec![Span::raw(format!(" {:<width$}", "verdict", width = label_columns - 1))];
+            spans.extend(judged.iter().map(|figure| {
+                let (word, style) = figure.map_or(("-", Style::new()), |figure| {
+                    (verdict_name(figure.verdict), sheet::verdict_style(theme, figure.verdict))
+                });
+                Span::styled(format!("{word:>COLUMN$}"), style)
+            }));
+            lines.push(Line::from(spans));
+            let texts = sheet::explanation(&judged, unit).into_iter().map(|text| theme.spelled(text));
+            lines.extend(texts.flat_map(|text| wrapped(&text, width, theme.faint())));
         }
         if term == Term::RateRandomWalk {
             lines.extend(
@@ -183,6 +185,11 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize) -> Vec<Li
     ));
     lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
     lines
+}
+
+fn wrapped(text: &str, width: usize, style: Style) -> Vec<Line<'static>> {
+    let options = textwrap::Options::new(width.max(1)).subsequent_indent("   ");
+    textwrap::wrap(text, options).into_iter().map(|line| Line::styled(line.into_owned(), style)).collect()
 }
 
 fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
@@ -210,16 +217,6 @@ fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
     let factor = source.assessment.channels.get(place)?.onboard?.window.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
-}
-
-fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
-    let number = |value: f64| digits_trimmed(value * unit.factor, 3);
-    let claim = match figure.claim {
-        Claim::Limit(limit) => format!("max {}", number(limit)),
-        Claim::Typical { from, to, .. } if from == to => format!("typ {}", number(from)),
-        Claim::Typical { from, to, .. } => format!("typ {} to {}", number(from), number(to)),
-    };
-    format!("{claim} {}", shown_unit(unit))
 }
 
 fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
@@ -250,7 +247,7 @@ fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
     // what concerns these axes, or all; in full among the warnings
     let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));
     let mut kinds: Vec<&str> = (source.warnings.iter())
-        .filter(|warning| concerns(&warning.channels) && warning.kind != WarningKind::CompensatedStream)
+        .filter(|warning| concerns(&warning.channels) && warning.severity != Severity::Note)
         .map(|warning| warning.kind.name())
         .collect();
     kinds.dedup();

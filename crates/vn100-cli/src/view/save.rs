@@ -9,11 +9,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{
-    curve::{AllanPlot, factor},
-    source::SourceView,
-    state::ViewState,
-};
+use super::{curve::AllanPlot, source::SourceView, state::ViewState};
 use crate::words::remedy_words;
 use vn100_analysis::Assessment;
 use vn100_report::{
@@ -40,8 +36,8 @@ pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> 
     let channels = group.channels.iter().map(|place| &source.values[*place]);
     let channels: Vec<&ChannelValues> =
         channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
-    let factor = factor(&group, state);
-    allan_in_unit(names_of(group.quantity).short, &channels, (&shown.unit, factor), source.snapshot.deviation)
+    let unit = (shown.unit.name.as_str(), shown.unit.factor);
+    allan_in_unit(names_of(group.quantity).short, &channels, unit, source.snapshot.deviation)
 }
 
 /// A name that says what it holds: source and number of samples.

@@ -15,6 +15,7 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
+use super::{faults::Faults, goals::Goals};
 use crate::{status::up, words};
 
 /// One source at one moment.
@@ -32,8 +33,14 @@ pub(crate) struct SourceView {
     pub(crate) assessment: Arc<Assessment>,
     /// Of the snapshot and the assessment.
     pub(crate) values: Vec<ChannelValues>,
-    /// Of both, the newest first; of those that came together the gravest.
+    /// Of both, the gravest first; of those that are as grave the newest.
     pub(crate) warnings: Vec<Warning>,
+    /// What is broken now.
+    pub(crate) faults: Faults,
+    /// What the measurement ends by.
+    pub(crate) goals: Arc<Goals>,
+    /// Since the view began.
+    pub(crate) now: Duration,
     /// Against the data sheet, by channel; `None` without one for the sensor.
     pub(crate) verdicts: Option<Verdicts>,
     /// Since the command began, or the measurement was started over.
@@ -70,6 +77,9 @@ impl SourceView {
             assessment,
             values: Vec::new(),
             warnings: Vec::new(),
+            faults: Faults::default(),
+            goals: Arc::default(),
+            now: Duration::ZERO,
             verdicts: None,
             elapsed: Duration::ZERO,
             playback: None,
@@ -83,27 +93,13 @@ impl SourceView {
         let (new, mut known): (Vec<_>, Vec<_>) = now.into_iter().partition(|warning| age(warning).is_none());
         known.sort_by_key(|warning| age(warning));
         self.warnings = new.into_iter().chain(known).cloned().collect();
+        self.warnings.sort_by_key(|warning| warning.severity);
         (self.snapshot, self.assessment) = (snapshot, assessment);
     }
 
-    /// What is broken now: the link, or the recording.
-    pub(crate) fn errors(&self) -> Vec<String> {
-        let link = match &self.link {
-            Some(LinkState::Down { was_up: true, cause, .. }) => {
-                Some(format!("DISCONNECTED: {}; reconnecting", printable(cause)))
-            }
-            Some(LinkState::Silent(up)) => {
-                let port = printable(&up.port);
-                Some(format!("SILENT: {port} is open, but no data arrives; check power and cable"))
-            }
-            _ => None,
-        };
-        let recording = self
-            .recording
-            .as_ref()
-            .and_then(|recording| recording.error.as_ref())
-            .map(|error| format!("RECORDING FAILED: {}; the measurement continues", printable(&error.to_string())));
-        link.into_iter().chain(recording).collect()
+    /// What is to be read in the panel of the warnings: what is broken, then the warnings.
+    pub(crate) fn findings(&self) -> usize {
+        self.faults.all().len() + self.warnings.len()
     }
 
     pub(crate) fn groups(&self) -> Vec<ChannelGroup> {
@@ -157,17 +153,19 @@ pub(crate) struct SourceMonitor {
 }
 
 impl SourceMonitor {
-    pub(crate) fn of(session: &Session) -> Self {
+    /// Of a session that ends by these goals.
+    pub(crate) fn of(session: &Session, goals: Goals) -> Self {
         let (state, commands) = (session.state.clone(), session.commands.clone());
         let now = state.borrow().clone();
         let name = printable(now.name());
         let shown = SourceView::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
+        let shown = SourceView { goals: Arc::new(goals), ..shown };
         Self { state, commands, began: Duration::ZERO, shown }
     }
 
     /// Takes what is new; whether anything was.
-    pub(crate) fn look(&mut self, elapsed: Duration, evaluation: &Evaluation) -> bool {
-        let elapsed = elapsed.saturating_sub(self.began);
+    pub(crate) fn look(&mut self, now: Duration, evaluation: &Evaluation) -> bool {
+        let elapsed = now.saturating_sub(self.began);
         let state = self.state.borrow_and_update().clone();
         let shown = &mut self.shown;
         let is_new_second = elapsed.as_secs() != shown.elapsed.as_secs();
@@ -179,6 +177,8 @@ impl SourceMonitor {
         shown.link.clone_from(&state.link);
         shown.playback = state.playback;
         shown.recording.clone_from(&state.recording);
+        shown.faults.watch(state.link.as_ref(), state.recording.as_ref(), now);
+        shown.now = now;
         shown.origin = Arc::new(state.facts());
         if !Arc::ptr_eq(&state.snapshot, &shown.snapshot) {
             let assessment = state.assessment();

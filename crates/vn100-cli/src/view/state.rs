@@ -4,6 +4,7 @@ use ratatui::{
     crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind},
     layout::Position,
 };
+use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
 use super::{
@@ -89,6 +90,8 @@ pub(crate) struct ViewState {
     pub(crate) warning: usize,
     /// Nothing but the size is shown: keys change nothing that cannot be seen.
     pub(crate) is_too_small: bool,
+    /// Notices that are no longer shown on top, by the place of their source.
+    pub(crate) acknowledged: Vec<(usize, WarningKind)>,
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
 }
@@ -99,6 +102,22 @@ const MOST_ZOOM: u8 = 4;
 impl ViewState {
     pub(crate) fn new(sources: usize) -> Self {
         Self { overview: sources > 1, ..Self::default() }
+    }
+
+    /// The notices of the source shown that are not acknowledged: facts of its stream, which
+    /// healthy sensors have, too.
+    pub(crate) fn notices<'a>(&self, source: &'a SourceView) -> Vec<&'a Warning> {
+        let is_new = |warning: &&Warning| !self.acknowledged.contains(&(self.source, warning.kind));
+        source.warnings.iter().filter(|warning| warning.severity == Severity::Note).filter(is_new).collect()
+    }
+
+    /// Takes the notices from the top, or brings all of them back.
+    fn acknowledge(&mut self, source: &SourceView) {
+        let new: Vec<_> = self.notices(source).into_iter().map(|notice| (self.source, notice.kind)).collect();
+        if new.is_empty() {
+            self.acknowledged.retain(|(place, _)| *place != self.source);
+        }
+        self.acknowledged.extend(new);
     }
 
     /// The sensor shown, of those the source has.
@@ -214,11 +233,12 @@ impl ViewState {
         match code {
             KeyCode::Tab => self.next_panel(1),
             KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
-            // the newest is why the key was pressed
+            // the gravest is why the key was pressed
             KeyCode::Char('!') => (self.panel, self.warning) = (Panel::Warnings, 0),
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,
+            KeyCode::Char('c') => self.acknowledge(source),
             KeyCode::Char('a') => self.axes = ShownAxes::All,
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
@@ -282,8 +302,7 @@ impl ViewState {
     /// To the next channel, sensor by sensor, or the next warning.
     fn step_down(&mut self, down: bool, source: &SourceView) {
         if self.panel == Panel::Warnings {
-            let warnings = source.warnings.len();
-            self.warning = step(self.warning, down, warnings);
+            self.warning = step(self.warning, down, source.findings());
             return;
         }
         let groups = source.groups();
@@ -356,7 +375,7 @@ pub(crate) fn mouse(
         MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
             let down = event.kind == MouseEventKind::ScrollDown;
             if state.panel == Panel::Warnings {
-                state.warning = step(state.warning, down, source.warnings.len());
+                state.warning = step(state.warning, down, source.findings());
             } else {
                 let octaves = regions.octaves.len();
                 state.cursor = Some(step(state.octave(octaves).unwrap_or(0), down, octaves));

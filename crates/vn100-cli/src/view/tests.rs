@@ -4,11 +4,12 @@
 
 mod colours;
 mod fixture;
+mod head;
 mod keys;
 mod restored;
 mod stills;
 
-use std::{env, fmt::Write, fs, path::Path};
+use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
 use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
@@ -25,7 +26,7 @@ use super::{
 };
 use fixture::{damaged, measured, nothing, up};
 
-const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
+const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
 const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
 
@@ -222,16 +223,19 @@ fn waiting_says_for_what_and_why_it_may_fail() {
 #[test]
 fn a_link_that_is_lost_or_silent() {
     let cause = "the port is gone: unplugged".to_owned();
-    let down = LinkState::Down {
-        was_up: true,
-        cause,
-        needs_help: false,
-        retry_in: std::time::Duration::from_millis(1000),
-        attempts: 4,
+    let down =
+        LinkState::Down { was_up: true, cause, needs_help: false, retry_in: Duration::from_millis(1000), attempts: 4 };
+    let broken = |link| {
+        let mut source = SourceView { link: Some(link), now: Duration::from_secs(503), ..measured() };
+        source.faults.watch(source.link.as_ref(), None, Duration::from_secs(491));
+        source
     };
-    check("unplugged", &one(), &[SourceView { link: Some(down), ..measured() }]);
+    check("unplugged", &one(), &[broken(down)]);
     let LinkState::Up(up) = up() else { panic!("not up") };
-    check("silent", &one(), &[SourceView { link: Some(LinkState::Silent(up)), ..measured() }]);
+    let silent = broken(LinkState::Silent(up));
+    check("silent", &one(), std::slice::from_ref(&silent));
+    let state = ViewState { panel: Panel::Warnings, expanded: true, ..one() };
+    check("silent-in-full", &state, &[silent]);
 }
 
 #[test]

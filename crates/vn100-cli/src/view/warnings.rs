@@ -1,65 +1,117 @@
-//! What is wrong or may be: the warnings, a line each on top and each in full in a panel of their
-//! own; and, before the first sample, what is being waited for.
+//! What is wrong or may be: what is broken and the warnings, a line each on top and each in full in
+//! a panel of their own; below them, in one line, the notices of what every healthy sensor has.
 
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
     style::Style,
     text::Line,
-    widgets::{Block, Borders, Padding, Paragraph, Wrap},
+    widgets::{Paragraph, Wrap},
 };
-use vn100_driver::LinkState;
+use vn100_analysis::{Severity, Warning};
 use vn100_report::{names::rejected_lines, numbers::plain::grouped};
 
 use super::{
     draw::{Scene, framed},
-    source::{SourcePhase, SourceView},
+    source::SourceView,
     state::Panel,
+    theme::Theme,
 };
 use crate::words::remedy_words;
 
-/// Rows that they take, at most so many: the last one names what has no row, so that none is
-/// omitted.
-pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
-    ((source.warnings.len() + source.errors().len()).clamp(1, usize::from(most))) as u16
+/// What stands on top, as long as there is room for it.
+pub(crate) struct TopLines {
+    /// Of what is broken: in full.
+    faults: Vec<String>,
+    /// Of warnings, the gravest first.
+    warnings: Vec<(String, Style)>,
+    notices: Option<String>,
+    /// The warnings that have no row are named in the last one.
+    most_warnings: usize,
 }
 
-/// What is broken first, then the newest; the last row names all that have no row.
-pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    const PRESS: &str = " press !";
-    let Scene { source, theme, .. } = scene;
-    let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.error())).collect();
-    texts.extend(source.warnings.iter().map(|warning| (theme.spelled(warning.title()), theme.warning())));
-    if texts.is_empty() {
-        let samples = source.snapshot.timing.samples > 0;
-        let text = if samples { " no warnings" } else { " no warnings yet" };
-        frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
-        return;
+const PRESS: &str = " press !";
+
+impl TopLines {
+    /// With so many rows for warnings at most.
+    pub(crate) fn new(scene: Scene<'_>, width: u16, most_warnings: usize) -> Self {
+        let Scene { source, theme, .. } = scene;
+        let width = usize::from(width);
+        let title = |fault: &super::faults::Fault| theme.spelled(format!("!! {}", fault.title(source.now)));
+        let faults = source.faults.all().iter().flat_map(|fault| {
+            textwrap::wrap(&title(fault), width).into_iter().map(Into::into).collect::<Vec<String>>()
+        });
+        let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
+        let warnings = warnings.map(|warning| (theme.spelled(warning.title()), of_severity(theme, warning.severity)));
+        let notices = scene.state.notices(source);
+        Self {
+            faults: faults.collect(),
+            warnings: warnings.collect(),
+            notices: (!notices.is_empty()).then(|| notice_line(&notices, width)).map(|text| theme.spelled(text)),
+            most_warnings,
+        }
     }
-    let (rows, width) = (usize::from(area.height), usize::from(area.width));
-    let full_rows = if texts.len() > rows { rows.saturating_sub(1) } else { rows };
-    let others = texts.split_off(full_rows.min(texts.len()));
-    let mut lines: Vec<Line<'_>> = (texts.into_iter())
-        .map(|(text, style)| {
+
+    pub(crate) fn rows(&self) -> u16 {
+        let warnings = self.warnings.len().min(self.most_warnings);
+        (self.faults.len() + warnings + usize::from(self.notices.is_some())).max(1) as u16
+    }
+
+    pub(crate) fn draw(self, frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+        let Scene { source, theme, .. } = scene;
+        let width = usize::from(area.width);
+        let mut lines: Vec<Line<'_>> = self.faults.into_iter().map(|text| Line::styled(text, theme.error())).collect();
+        let mut texts = self.warnings;
+        let rows = self.most_warnings;
+        let full_rows = if texts.len() > rows { rows.saturating_sub(1) } else { rows };
+        let others = texts.split_off(full_rows.min(texts.len()));
+        lines.extend(texts.into_iter().map(|(text, style)| {
             let text = format!("! {text}");
-            if text.chars().count() < width {
+            if text.chars().count() <= width {
                 return Line::styled(text, style);
             }
-            Line::styled(shortened(&text, width.saturating_sub(PRESS.len() + 1)) + PRESS, style)
-        })
-        .collect();
-    if let Some((_, style)) = others.first() {
-        let text = shortened(&format!("! also {}", names(&others)), width.saturating_sub(PRESS.len() + 1));
-        lines.push(Line::styled(text + PRESS, *style));
+            Line::styled(shortened(&text, width.saturating_sub(PRESS.len())) + PRESS, style)
+        }));
+        if let Some((_, style)) = others.first() {
+            let names = names(others.iter().map(|(text, _)| text.as_str()));
+            let text = shortened(&format!("! also {names}"), width.saturating_sub(PRESS.len()));
+            lines.push(Line::styled(text + PRESS, *style));
+        }
+        lines.extend(self.notices.map(|text| Line::styled(text, theme.faint())));
+        if lines.is_empty() {
+            let samples = source.snapshot.timing.samples > 0;
+            let notes = source.warnings.len();
+            let text = match (samples, notes) {
+                (false, _) => " no warnings yet".into(),
+                (true, 0) => " no warnings".into(),
+                (true, 1) => " no warnings; 1 note: press !".into(),
+                (true, notes) => format!(" no warnings; {notes} notes: press !"),
+            };
+            lines.push(Line::styled(text, theme.faint()));
+        }
+        frame.render_widget(Paragraph::new(lines), area);
     }
-    frame.render_widget(Paragraph::new(lines), area);
+}
+
+fn notice_line(notices: &[&Warning], width: usize) -> String {
+    const KEYS: &str = "   ! reads, c hides";
+    let names = names(notices.iter().map(|notice| notice.kind.name()));
+    shortened(&format!("  note: {names}"), width.saturating_sub(KEYS.len())) + KEYS
+}
+
+fn of_severity(theme: Theme, severity: Severity) -> Style {
+    match severity {
+        Severity::Problem => theme.error(),
+        Severity::Caution => theme.warning(),
+        Severity::Note => theme.faint(),
+    }
 }
 
 /// The names before their colons, each once, with how often it is there.
-fn names(texts: &[(String, Style)]) -> String {
+fn names<'a>(texts: impl Iterator<Item = &'a str>) -> String {
     let mut counted: Vec<(&str, usize)> = Vec::new();
-    for (text, _) in texts {
-        let name = text.split_once(':').map_or(text.as_str(), |(name, _)| name);
+    for text in texts {
+        let name = text.split_once(':').map_or(text, |(name, _)| name);
         match counted.iter_mut().find(|(known, _)| *known == name) {
             Some((_, count)) => *count += 1,
             None => counted.push((name, 1)),
@@ -75,7 +127,7 @@ fn lost(source: &SourceView) -> Vec<String> {
     let rejected = link.tally.rejected.total();
     let reconnects = link.connects.saturating_sub(1);
     let other = [
-        (timing.missing, format!("dropped {} in {} gaps", grouped(timing.missing), grouped(timing.gaps))),
+        (timing.missing, format!("dropped {}{}", grouped(timing.missing), in_gaps(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
         (timing.excluded, format!("excluded {}", grouped(timing.excluded))),
     ];
@@ -84,38 +136,67 @@ fn lost(source: &SourceView) -> Vec<String> {
     rejected.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
 }
 
+/// ` in 1 gap`, ` in 2 gaps`.
+pub(crate) fn in_gaps(gaps: u64) -> String {
+    if gaps == 1 { " in 1 gap".into() } else { format!(" in {} gaps", grouped(gaps)) }
+}
+
+/// What is broken or warned of, for the panel: its name, and it in full.
+struct Finding {
+    name: String,
+    text: String,
+    severity: &'static str,
+    style: Style,
+}
+
+fn findings(scene: Scene<'_>) -> Vec<Finding> {
+    let Scene { source, theme, .. } = scene;
+    let fault = |fault: &super::faults::Fault| Finding {
+        name: fault.kind.name().into(),
+        text: format!("{}. {}", fault.title(source.now), fault.details()),
+        severity: "fault",
+        style: theme.error(),
+    };
+    let warning = |warning: &Warning| Finding {
+        name: format!("{} {}", warning.kind.name(), warning.channels.join(" ")),
+        text: warning.in_words(remedy_words),
+        severity: warning.severity.name(),
+        style: of_severity(theme, warning.severity),
+    };
+    source.faults.all().iter().map(fault).chain(source.warnings.iter().map(warning)).collect()
+}
+
 /// All of them by name, and the one chosen in full.
 pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let warnings = &scene.source.warnings;
-    let title = match warnings.len() {
+    let findings = findings(scene);
+    let title = match findings.len() {
         count @ (0 | 1) => format!("Warnings: {count}"),
         count => format!("Warnings: {} of {count}, ↑↓ chooses", scene.state.warning.min(count - 1) + 1),
     };
     let inner = framed(frame, area, scene, Panel::Warnings, title);
-    if warnings.is_empty() {
+    if findings.is_empty() {
         frame.render_widget(Paragraph::new(" No warning affects this result."), inner);
         return;
     }
-    let chosen = scene.state.warning.min(warnings.len() - 1);
+    let chosen = scene.state.warning.min(findings.len() - 1);
     let width = usize::from(inner.width);
     let lost: Vec<_> = lost(scene.source).iter().map(|text| Line::raw(shortened(&format!(" {text}"), width))).collect();
     let rows_lost = lost.len() as u16;
-    let listed = (warnings.len() as u16).min(inner.height.saturating_sub(rows_lost) / 2);
+    let listed = (findings.len() as u16).min(inner.height.saturating_sub(rows_lost) / 2);
     let [counts, list, text] =
         Layout::vertical([Constraint::Length(rows_lost), Constraint::Length(listed + 1), Constraint::Fill(1)])
             .areas(inner);
     let first = (chosen + 1).saturating_sub(usize::from(listed));
-    let lines: Vec<_> = (warnings.iter().enumerate().skip(first).take(usize::from(listed)))
-        .map(|(place, warning)| {
-            let channels = warning.channels.join(" ");
-            let line = Line::raw(format!(" {} {channels}", warning.kind.name()));
-            if place == chosen { line.style(scene.theme.chosen()) } else { line }
+    let lines: Vec<_> = (findings.iter().enumerate().skip(first).take(usize::from(listed)))
+        .map(|(place, finding)| {
+            let line = Line::styled(format!(" {:<8} {}", finding.severity, finding.name), finding.style);
+            if place == chosen { line.style(finding.style.patch(scene.theme.chosen())) } else { line }
         })
         .collect();
     frame.render_widget(Paragraph::new(lost).style(scene.theme.warning()), counts);
     frame.render_widget(Paragraph::new(lines), list);
     frame.render_widget(
-        Paragraph::new(scene.theme.spelled(warnings[chosen].in_words(remedy_words))).wrap(Wrap { trim: true }),
+        Paragraph::new(scene.theme.spelled(findings[chosen].text.as_str())).wrap(Wrap { trim: true }),
         text,
     );
 }
@@ -125,121 +206,4 @@ pub(crate) fn shortened(text: &str, width: usize) -> String {
         return text.to_owned();
     }
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
-}
-
-pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let source = scene.source;
-    let (what, why) = waiting_for(source);
-    let tally = &source.snapshot.link.tally;
-    let mut lines = vec![Line::raw(what).style(scene.theme.warning()), Line::raw("")];
-    lines.extend(why.into_iter().map(|line| Line::raw(format!("- {line}"))));
-    lines.push(Line::raw(""));
-    lines.push(Line::raw(format!(
-        "So far {} bytes, {} valid sentences, {} rejected.",
-        grouped(source.snapshot.link.bytes()),
-        grouped(tally.valid_sentences()),
-        grouped(tally.rejected.total())
-    )));
-    let block = Block::new()
-        .borders(Borders::ALL)
-        .border_style(scene.theme.faint())
-        .padding(Padding::symmetric(2, 1))
-        .title(" No measurement yet ");
-    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
-}
-
-/// What comes next, and why it may not come.
-fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
-    let name = &source.name;
-    if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
-        (&source.phase, &source.link, source.snapshot.rows_pending())
-    {
-        return pending(name, lines);
-    }
-    match (&source.phase, &source.link) {
-        (SourcePhase::Preparing, _) => (
-            format!("Preparing {name}: creating the recording and changing the settings of the sensor as requested."),
-            vec!["A baud scan takes some seconds."],
-        ),
-        (SourcePhase::Ended(reason), _) => {
-            (format!("{name} has ended without a measurement."), reason.iter().map(String::as_str).collect())
-        }
-        (SourcePhase::Measuring, None) => (
-            format!("Reading {name}, waiting for the first measurement."),
-            vec!["A stream may begin in the middle of a sentence: the first whole one counts."],
-        ),
-        (SourcePhase::Measuring, Some(link)) => match link {
-            LinkState::Opening if source.origin.kind == Some("tcp") => (
-                format!("Opening {name}."),
-                vec![
-                    "The server may be off, in another network, or behind a firewall.",
-                    "It may accept one connection at a time, and have one already.",
-                    "It may listen on another port: see its settings.",
-                ],
-            ),
-            LinkState::Opening => (
-                format!("Opening {name}."),
-                vec![
-                    "Another program may have it open.",
-                    "You may lack the permission: on Linux, add your user to the group dialout.",
-                    "It may have another name now: `vn100 ports` lists them.",
-                ],
-            ),
-            LinkState::Probing { port, baud } => (
-                match baud {
-                    Some(baud) => format!("Listening on {port} at {baud} baud; scanning all baud rates of the sensor."),
-                    None => format!("Connected to {port}; listening for a sensor."),
-                },
-                vec![
-                    "The sensor may be without power, or still starting.",
-                    "RX and TX may be swapped, or RS-232 levels connected to a TTL input.",
-                    "Its output may be off: the program asks it, unless --listen-only is set.",
-                ],
-            ),
-            LinkState::Up(up) => (
-                match up.baud {
-                    Some(baud) => {
-                        format!("{} is connected at {baud} baud; waiting for the first measurement.", up.port)
-                    }
-                    None => format!("{} is connected; waiting for the first measurement.", up.port),
-                },
-                vec![
-                    "At low rates a sentence takes up to a second.",
-                    "The sensor may send another message: `vn100 configure PORT --set-message VNYMR`.",
-                    "Sentences without a checksum are rejected, unless --accept-unchecked is set.",
-                ],
-            ),
-            LinkState::Silent(up) => (
-                format!("{} is open, but no data has arrived for several sample intervals.", up.port),
-                vec![
-                    "The sensor may have lost power.",
-                    "Its output may have been switched off: `vn100 configure PORT --set-rate 40`.",
-                    "Another program may have changed its baud rate.",
-                ],
-            ),
-            LinkState::Down { was_up, cause, retry_in, .. } => (
-                format!(
-                    "{}: {cause}. Trying again in {} ms.",
-                    if *was_up { "Disconnected" } else { "Not connected yet" },
-                    retry_in.as_millis()
-                ),
-                vec!["It reconnects automatically; the samples so far are kept."],
-            ),
-            _ => ("Ending.".to_owned(), Vec::new()),
-        },
-    }
-}
-
-fn pending(name: &str, lines: u64) -> (String, Vec<&'static str>) {
-    (
-        format!(
-            "{name} sends data; the sample rate is being measured. Its first {} samples are pending until their arrival times give it.",
-            grouped(lines)
-        ),
-        vec![
-            "Without gaps that takes 32 samples, or a second and 5 samples where the sensor reports its rate.",
-            "With gaps or on a busy host it takes up to 1024 samples, half a minute at 40 Hz.",
-            "None of them is lost: they are measured once the rate is known.",
-        ],
-    )
 }

@@ -1,5 +1,6 @@
 //! What colours mean, and that nothing is lost without them.
 
+use imu_noise::Verdict;
 use ratatui::{
     buffer::Buffer,
     style::{Color, Modifier},
@@ -35,7 +36,10 @@ fn style_of(buffer: &Buffer, text: &str) -> (Color, Modifier) {
 #[test]
 fn good_is_green_and_broken_vermilion() {
     let state = one();
-    let show = |source: SourceView| drawn(&state, &[source], theme(Colours::True), SIZE).0;
+    let show = |mut source: SourceView| {
+        source.faults.watch(source.link.as_ref(), source.recording.as_ref(), source.now);
+        drawn(&state, &[source], theme(Colours::True), SIZE).0
+    };
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
     let down = LinkState::Down {
         was_up: true,
@@ -63,9 +67,34 @@ fn an_axis_has_its_colour_and_its_sign_everywhere() {
     ] {
         let state = one();
         let (buffer, _) = drawn(&state, &[measured()], theme(colours), SIZE);
-        for (axis, sign) in ["● gyro_x", "▲ gyro_y", "◆ gyro_z"].into_iter().enumerate() {
+        for (axis, sign) in ["● x", "▲ y", "◆ z"].into_iter().enumerate() {
             assert_eq!(style_of(&buffer, sign).0, expected[axis], "{colours:?}");
         }
+    }
+}
+
+#[test]
+fn verdicts_have_the_colour_of_what_they_mean() {
+    let mut source = measured();
+    let channels = source.verdicts.as_ref().unwrap().channels.len();
+    let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
+    let [good, error, warning] =
+        [theme(Colours::True).good(), theme(Colours::True).error(), theme(Colours::True).warning()];
+    let expected = [
+        (Verdict::Pass, "pass", good),
+        (Verdict::Fail, "fail", error),
+        (Verdict::AboveTypical, "above typical", warning),
+        (Verdict::Typical, "within typical", good),
+    ];
+    let gyro: Vec<usize> = (0..channels).filter(|place| source.values[*place].name.starts_with("gyro")).collect();
+    for (verdict, word, style) in expected {
+        for place in &gyro {
+            source.verdicts.as_mut().unwrap().channels[*place].iter_mut().for_each(|figure| figure.verdict = verdict);
+        }
+        let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme(Colours::True), SIZE);
+        assert_eq!(style_of(&buffer, word).0, Theme::colour_of(style), "{word}");
+        let (plain, _) = drawn(&state, std::slice::from_ref(&source), theme(Colours::None), SIZE);
+        style_of(&plain, word);
     }
 }
 

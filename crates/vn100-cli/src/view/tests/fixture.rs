@@ -68,7 +68,10 @@ pub(super) fn damaged() -> SourceView {
         let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
         let damaged = source(analysis.snapshot());
         let recording = damaged.recording.clone().map(|recording| RecordingState { error, ..recording });
-        SourceView { recording, name: "/dev/ttyUSB1".into(), ..damaged }
+        let now = Duration::from_secs(503);
+        let mut damaged = SourceView { recording, name: "/dev/ttyUSB1".into(), now, ..damaged };
+        damaged.faults.watch(damaged.link.as_ref(), damaged.recording.as_ref(), Duration::from_secs(440));
+        damaged
     })
     .clone()
 }

@@ -58,12 +58,16 @@ fn the_help_has_pages_and_closes() {
     assert_eq!([page("?"), page("? "), page("??j"), page("??k"), page("?k")], [0, 1, 2, 0, 0].map(Some));
     assert_eq!([page("?x"), page("??s")], [None; 2]);
     assert_eq!(pressed("?x", &sources).0, one(), "a key that closes it does nothing else");
-    for (height, pages) in [(16, 4), (24, 2), (40, 2), (60, 2)] {
-        let all: String = (0..pages)
-            .map(|page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
-            .collect();
-        for shown in ["quit and print", "click panels", "deviation between", "or rejected"] {
-            assert_eq!(all.matches(shown).count(), 1, "{shown} at {height} rows:\n{all}");
+    for size in [(80, 16), (60, 20), (80, 24), (80, 40), (80, 60)] {
+        let page = |page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, size).0);
+        let (_, behind) = page(0).split_once("page 1 of ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+        let pages: usize = behind.split(',').next().unwrap().parse().unwrap();
+        let all: String = (0..pages).map(page).collect();
+        let words = all.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        for shown in
+            ["quit and print", "click panels", "points, the replay bar; wheel", "deviation between", "or rejected"]
+        {
+            assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
     }
 }

@@ -1,0 +1,102 @@
+//! What the measurement ends by, how far it is, and how much more time that takes.
+
+use std::time::Duration;
+
+use vn100_analysis::{Goal, Settings};
+use vn100_report::numbers::plain::{digits_trimmed, span, time};
+
+use super::source::SourceView;
+
+/// What was asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Goals {
+    pub(crate) duration: Option<Duration>,
+    pub(crate) until: Vec<Goal>,
+}
+
+impl Goals {
+    pub(crate) fn of(settings: &Settings) -> Self {
+        Self { duration: settings.duration, until: settings.until.clone() }
+    }
+
+    pub(crate) fn is_none(&self) -> bool {
+        self.duration.is_none() && self.until.is_empty()
+    }
+
+    /// One text for each, the data time first.
+    pub(crate) fn texts(&self, source: &SourceView) -> Vec<String> {
+        let duration = self.duration.map(|duration| of_duration(source, duration));
+        duration.into_iter().chain(self.until.iter().map(|goal| of_goal(source, goal))).collect()
+    }
+}
+
+/// Data time so far, with what is excluded as warm-up.
+fn data_time_s(source: &SourceView) -> f64 {
+    let (timing, skipped) = (&source.snapshot.timing, source.snapshot.skipped);
+    match timing.samples {
+        0 => timing.excluded as f64 / timing.rate_hz,
+        _ => timing.duration_s() + skipped.as_secs_f64(),
+    }
+}
+
+fn of_duration(source: &SourceView, duration: Duration) -> String {
+    let (passed_s, whole_s) = (data_time_s(source), duration.as_secs_f64());
+    let more_s = whole_s - passed_s;
+    let more = if more_s > 0.0 { format!(", {} more", time(more_s.ceil())) } else { String::new() };
+    format!("{} of {}{more}", time(passed_s), span(whole_s, " "))
+}
+
+fn of_goal(source: &SourceView, goal: &Goal) -> String {
+    let (snapshot, assessment) = (&source.snapshot, &source.assessment);
+    let asked = 100.0 * goal.relative_half_width;
+    if let Some(why) = goal.out_of_reach(snapshot) {
+        return format!("{goal}: out of reach, {why}");
+    }
+    let widths = goal.relative_half_widths(snapshot, assessment);
+    let widest = widths.iter().map(|(_, width)| *width).try_fold(0.0, |widest: f64, width| Some(widest.max(width?)));
+    let Some(widest) = widest.filter(|_| !widths.is_empty()) else {
+        return format!("{goal}: not estimated yet");
+    };
+    let decimals = usize::from(widest < 0.0995);
+    let known = format!("{} ±{:.decimals$} % of ±{} %", goal.figure, 100.0 * widest, digits_trimmed(asked, 4));
+    if widest <= goal.relative_half_width {
+        return format!("{known}, reached");
+    }
+    // an interval narrows as the root of the time
+    let ratio = widest / goal.relative_half_width;
+    let more_s = source.snapshot.timing.duration_s() * (ratio * ratio - 1.0);
+    format!("{known}, about {} more", about(more_s))
+}
+
+/// With a single figure or two: an estimate is no better.
+fn about(seconds: f64) -> String {
+    let (unit, name) = match seconds {
+        86_400.0.. => (86_400.0, "d"),
+        5400.0.. => (3600.0, "h"),
+        90.0.. => (60.0, "min"),
+        _ => (1.0, "s"),
+    };
+    let count = seconds / unit;
+    let count = if count < 3.0 && unit > 1.0 { (2.0 * count).round() / 2.0 } else { count.ceil() };
+    format!("{} {name}", digits_trimmed(count, 4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_remaining_time_is_rounded() {
+        for (seconds, text) in [
+            (0.4, "1 s"),
+            (59.2, "60 s"),
+            (100.0, "1.5 min"),
+            (240.0, "4 min"),
+            (6000.0, "1.5 h"),
+            (20_000.0, "6 h"),
+            (200_000.0, "2.5 d"),
+        ] {
+            assert_eq!(about(seconds), text);
+        }
+    }
+}

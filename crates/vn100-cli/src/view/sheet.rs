@@ -1,0 +1,95 @@
+//! The data sheet beside what was measured: verdicts, what aliasing does to both, and the line of
+//! the sheet in the plot.
+
+use imu_noise::{Claim, Convention, Term, Verdict};
+use ratatui::style::Style;
+use vn100_analysis::{DatasheetFigure, FigureVerdict, StreamUnknown};
+use vn100_report::numbers::plain::{digits, digits_trimmed};
+
+use super::{
+    curve::ModelLine,
+    source::{ChannelGroup, SourceView},
+    theme::Theme,
+    units::shown_unit,
+};
+
+/// The verdicts on a parameter, one for each axis; none where the sheet has no such figure.
+pub(crate) fn verdicts<'a>(
+    source: &'a SourceView,
+    group: &ChannelGroup,
+    term: Term,
+) -> Option<Vec<Option<&'a FigureVerdict>>> {
+    let verdicts = source.verdicts.as_ref()?;
+    let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
+    let judged: Vec<_> = group.channels.iter().map(of).collect();
+    judged.iter().any(Option::is_some).then_some(judged)
+}
+
+/// Green for what meets the sheet, red for what does not; the word says the same.
+pub(crate) fn verdict_style(theme: Theme, verdict: Verdict) -> Style {
+    match verdict {
+        Verdict::Pass | Verdict::Typical | Verdict::BelowTypical => theme.good(),
+        Verdict::Fail => theme.error(),
+        Verdict::AboveTypical => theme.warning(),
+        Verdict::Inconclusive | Verdict::Consistent | Verdict::Undecided | Verdict::NotComparable => Style::new(),
+    }
+}
+
+/// What the sheet says, what that is in this stream, and why nothing can be decided where it
+/// cannot.
+pub(crate) fn explanation(judged: &[Option<&FigureVerdict>], unit: Convention) -> Vec<String> {
+    let Some(first) = judged.iter().flatten().next() else { return Vec::new() };
+    let mut texts = vec![format!(" data sheet: {} {}", claimed(&first.figure, unit), shown_unit(unit))];
+    let factor = first.stream.factor;
+    if first.figure.term == Term::White && (factor - 1.0).abs() > 0.01 && first.verdict != Verdict::NotComparable {
+        let (low, high) = first.expected;
+        let [low, high] = [low, high].map(|end| digits(end * unit.factor, 2));
+        let effect = if factor > 1.0 { "aliasing" } else { "averaging" };
+        texts.push(format!(" in this stream {low} to {high}: {effect} ×{factor:.2}"));
+    }
+    let is_open = |figure: &&FigureVerdict| matches!(figure.verdict, Verdict::Consistent | Verdict::Undecided);
+    if let Some(open) = judged.iter().flatten().copied().find(is_open) {
+        let why = match open.unknown {
+            Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
+            Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
+            Some(StreamUnknown::LineRemoved) => Some("spectral peaks were removed"),
+            None if !open.readings.is_empty() => Some("the sheet's density may be one-sided"),
+            None => None,
+        };
+        texts.extend(why.map(|why| format!(" undecidable: {why}")));
+    }
+    texts
+}
+
+fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
+    let number = |value: f64| digits_trimmed(value * unit.factor, 3);
+    match figure.claim {
+        Claim::Limit(limit) => format!("max {}", number(limit)),
+        Claim::Typical { from, to, .. } if from == to => format!("typ {}", number(from)),
+        Claim::Typical { from, to, .. } => format!("typ {} to {}", number(from), number(to)),
+    }
+}
+
+/// The letter of the sheet in the plot.
+pub(crate) const SHEET: &str = "S";
+
+/// The deviation of a sensor at its data sheet in this stream, over these averaging times: that of
+/// the white noise, and the floor of the bias instability where it is higher.
+pub(crate) fn line(source: &SourceView, group: &ChannelGroup, taus: &[f64], factor: f64) -> Option<ModelLine> {
+    let shape = source.snapshot.shape();
+    let figure = |term| {
+        let judged = verdicts(source, group, term)?;
+        judged.into_iter().flatten().find(|figure| figure.verdict != Verdict::NotComparable)
+    };
+    let white = figure(Term::White).map(|figure| (figure.expected.0 * figure.expected.1).sqrt())?;
+    let bias = figure(Term::BiasInstability).map(|figure| (figure.expected.1, figure.figure.is_minimum));
+    let at =
+        |tau_s: &f64| {
+            let m = (tau_s / shape.interval_s).round().max(1.0) as u64;
+            let floor = bias.map_or(0.0, |(bias, is_minimum)| {
+                if is_minimum { bias } else { Term::BiasInstability.variance(bias, m, &shape).sqrt() }
+            });
+            (*tau_s, Term::White.variance(white, m, &shape).sqrt().max(floor) * factor)
+        };
+    Some(ModelLine { term: Some(SHEET), points: taus.iter().map(at).collect() })
+}

@@ -1,0 +1,157 @@
+//! What stands above the panels: the goals, what is broken, warnings and notices.
+
+use std::{sync::Arc, time::Duration};
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use vn100_analysis::{Settings, Severity};
+use vn100_driver::LinkState;
+use vn100_pipeline::{Command, Session};
+
+use super::{PLAIN, SIZES, damaged, drawn, measured, one, text};
+use crate::view::{
+    goals::Goals,
+    source::{SourceMonitor, SourceView},
+    state::{Panel, ViewState},
+};
+
+fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {
+    text(&drawn(state, std::slice::from_ref(source), PLAIN, size).0)
+}
+
+fn with_goals(duration_s: Option<u64>, until: &[&str]) -> SourceView {
+    let until = until.iter().map(|goal| goal.parse().unwrap()).collect();
+    let goals = Goals { duration: duration_s.map(Duration::from_secs), until };
+    SourceView { goals: Arc::new(goals), ..measured() }
+}
+
+#[test]
+fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
+    for (duration_s, until, shown) in [
+        (Some(1200), &[][..], "goal: 8 min 20 s of 20 min, 11 min 40 s more"),
+        (Some(500), &[], "goal: 8 min 20 s of 8 min 20 s"),
+        (None, &["gyro N ±0.5%"], "goal: gyro N ±1.0 % of ±0.5 %, about 24 min more"),
+        (None, &["gyro N ±3%"], "goal: gyro N ±1.0 % of ±3 %, reached"),
+        (None, &["gyro K ±3%"], "goal: gyro K ±3 %: not estimated yet"),
+        (Some(1200), &["gyro N ±3%"], "20 min, 11 min 40 s more   gyro N"),
+    ] {
+        let source = with_goals(duration_s, until);
+        for size in SIZES {
+            let screen = screen(&one(), &source, size);
+            assert!(screen.contains(shown), "{shown} at {size:?}:\n{screen}");
+        }
+    }
+    assert!(!screen(&one(), &measured(), (80, 24)).contains("goal:"));
+}
+
+#[test]
+fn what_is_broken_is_never_cut_and_listed_first() {
+    let cause = "opening /dev/serial/by-id/usb-FTDI_USB_Serial_Converter_A50285BI-if00-port0 failed: gone".to_owned();
+    let retry_in = Duration::from_secs(1);
+    let down = LinkState::Down { was_up: true, cause, needs_help: false, retry_in, attempts: 4 };
+    let mut source = SourceView { link: Some(down), ..damaged() };
+    source.faults.watch(source.link.as_ref(), source.recording.as_ref(), source.now - Duration::from_secs(12));
+    for size in SIZES {
+        let above = screen(&one(), &source, size);
+        let words: String = above.split_whitespace().collect();
+        for shown in ["!!DISCONNECTEDfor12s,attempt4:opening/dev/serial", "failed:gone", "RECORDINGFAILEDfor1min3s"] {
+            assert!(words.contains(shown), "{shown} at {size:?}:\n{above}");
+        }
+        let mut state = one();
+        state.key(KeyEvent::new(KeyCode::Char('!'), KeyModifiers::NONE), std::slice::from_ref(&source));
+        let panel = screen(&ViewState { expanded: true, ..state }, &source, size);
+        for shown in ["fault    DISCONNECTED", "attempt 4", "fault    RECORDING FAILED"] {
+            // the rows above leave room for one
+            if size.1 < 24 && shown.ends_with("FAILED") {
+                continue;
+            }
+            assert!(panel.contains(shown), "{shown} at {size:?}:\n{panel}");
+        }
+    }
+}
+
+#[test]
+fn notices_have_one_row_until_they_are_acknowledged() {
+    let source = damaged();
+    let row = "note: compensated-stream, decimated-stream ×2   ! reads, c hides";
+    assert_eq!(screen(&one(), &source, (80, 24)).matches(row).count(), 1);
+    let mut state = one();
+    let mut press = || {
+        state.key(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::NONE), std::slice::from_ref(&source));
+        state.clone()
+    };
+    let hidden = screen(&press(), &source, (80, 24));
+    assert!(!hidden.contains("note:") && hidden.contains("! gaps") && hidden.contains("RECORDING FAILED"));
+    assert!(screen(&press(), &source, (80, 24)).contains(row), "pressed once more it returns");
+    let healthy = ViewState { acknowledged: press().acknowledged, ..one() };
+    assert!(screen(&healthy, &measured(), (80, 24)).contains("no warnings; 2 notes: press !"));
+}
+
+#[test]
+fn warnings_stand_by_their_severity() {
+    let severities: Vec<Severity> = damaged().warnings.iter().map(|warning| warning.severity).collect();
+    assert!(severities.is_sorted() && severities.contains(&Severity::Note));
+    let state = ViewState { panel: Panel::Warnings, expanded: true, ..one() };
+    let screen = screen(&state, &damaged(), (80, 24));
+    let place = |name: &str| screen.find(name).unwrap_or_else(|| panic!("{name}\n{screen}"));
+    assert!(place("fault    REC") < place("caution  gaps") && place("caution  gaps") < place("note     comp"));
+}
+
+#[test]
+fn one_unit_for_a_sensor_on_all_panels() {
+    for (units, unit) in [(0, "deg/s"), (1, "deg/h"), (3, "rad/s")] {
+        let state = ViewState { units, ..one() };
+        let screen = screen(&state, &measured(), (120, 40));
+        for shown in
+            [format!("of the gyro, {unit} ─"), format!("Signal of gyro_x, {unit} ─"), format!("gyro_x   {unit}")]
+        {
+            let shown = shown.replace("gyro_x   ", "gyro_x      ");
+            assert!(screen.contains(&shown), "{shown}\n{screen}");
+        }
+    }
+    let rad = measured().values.iter().find(|channel| channel.name == "gyro_x").unwrap().std.unwrap();
+    let shown = screen(&one(), &measured(), (120, 40));
+    assert!(shown.contains(&format!("{:.7}", rad.to_degrees())), "{shown}");
+}
+
+#[test]
+fn aliasing_is_explained_where_the_verdict_stands() {
+    let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
+    for size in [(80, 24), (120, 40)] {
+        let screen = screen(&state, &measured(), size);
+        assert!(screen.contains("in this stream 6.9e-3 to 8.7e-3: aliasing ×2.24"), "{screen}");
+        assert!(screen.contains("undecidable: averaging window (register 85) unknown"), "{screen}");
+    }
+}
+
+#[test]
+fn the_data_sheet_has_its_line_in_the_plot() {
+    let with = screen(&one(), &measured(), (80, 24));
+    assert!(with.contains("S data sheet"), "{with}");
+    let source = SourceView { verdicts: None, ..measured() };
+    assert!(!screen(&one(), &source, (80, 24)).contains("S data sheet"));
+    // the sensor's figure, raised by aliasing, at the first averaging time
+    let group = one().group(&measured()).unwrap();
+    let plot = crate::view::curve::AllanPlot::new(&one(), &measured(), &group);
+    let (tau_s, deviation) = plot.sheet.unwrap().points[0];
+    assert!((deviation * tau_s.sqrt() / (0.0035 * 5_f64.sqrt()) - 1.0).abs() < 0.02, "{deviation}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_elapsed_time_begins_anew_with_the_measurement() {
+    let (events, inbox) = tokio::sync::mpsc::channel(4);
+    let session = Session::of_events(vn100_analysis::SourceFacts::default(), inbox, Settings::default());
+    let mut monitor = SourceMonitor::of(&session, Goals::default());
+    let mut state = session.state.clone();
+    state.wait_for(|state| matches!(state.stage, vn100_pipeline::Stage::Measuring)).await.unwrap();
+    let evaluation = vn100_report::Evaluation::new(None, vn100_report::Asked::default(), false).unwrap();
+    let elapsed_s = |monitor: &mut SourceMonitor, now_s| {
+        monitor.look(Duration::from_secs(now_s), &evaluation);
+        monitor.shown.elapsed.as_secs()
+    };
+    assert_eq!(elapsed_s(&mut monitor, 10), 10);
+    assert_eq!(monitor.command(Command::EndWarmUp), None);
+    assert_eq!(elapsed_s(&mut monitor, 11), 11);
+    assert_eq!(monitor.command(Command::StartOver), None);
+    assert_eq!(elapsed_s(&mut monitor, 13), 2);
+    drop(events);
+}
