@@ -65,9 +65,71 @@ fn the_last_screen_stays_where_that_is_asked_for() {
     let mut session = Session::start("attach sim");
     session.wait_for("Allan deviation");
     session.press("Q");
+    assert_eq!(session.wait().code(), Some(0));
+    let output = session.output();
+    let left = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
+    assert!(left.contains("Allan deviation σ(τ) of the gyro"));
+    assert!(!left.contains("--full: everything as tables"), "it stands for the summary: {left}");
+    assert_eq!(Modes::of(&session.line), session.before);
+}
+
+#[test]
+fn the_summary_after_the_view_is_short() {
+    let mut session = Session::start("attach sim");
+    session.wait_for("Allan deviation");
+    session.press("q");
     session.assert_left_well();
     let output = session.output();
-    assert!(output[output.rfind(NORMAL_SCREEN).unwrap()..].contains("Allan deviation σ(τ) of the gyro"));
+    let lines = output[output.rfind(NORMAL_SCREEN).unwrap()..].lines().count();
+    assert!(lines <= 45, "{lines} lines: {output}");
+}
+
+#[test]
+fn a_signal_that_aborts_leaves_the_terminal_as_it_was() {
+    for (signal, code) in [(Signal::QUIT, 131), (Signal::ABORT, 134)] {
+        let mut session = Session::start("attach sim");
+        session.wait_for("Allan deviation");
+        session.signal(signal);
+        assert_eq!(session.wait().code(), Some(code));
+        assert_eq!(Modes::of(&session.line), session.before, "{signal:?}");
+        let output = session.output();
+        assert_eq!(output.matches(ALTERNATE_SCREEN).count(), output.matches(NORMAL_SCREEN).count());
+    }
+}
+
+#[test]
+fn the_theme_is_that_of_the_background_the_terminal_names() {
+    let light = "38;2;170;75;0";
+    let mut session = Session::shell("COLORTERM=truecolor exec \"$VN100\" attach sim");
+    session.wait_for("\x1b]11;?");
+    let before = session.wait_for("Allan deviation");
+    assert!(!session.output().contains(light), "dark until the terminal answers");
+    session.press("\x1b]11;rgb:ffff/ffff/ffff\x1b\\");
+    session.wait_for_after(before, light);
+    // none of the answer was a key
+    session.press("?");
+    session.wait_to_see("this help: arrows turn pages, esc closes it");
+    session.press("q");
+    session.assert_left_well();
+    let mut session = Session::shell("COLORTERM=truecolor exec \"$VN100\" attach sim --theme light");
+    session.wait_for(light);
+    assert!(!session.output().contains("\x1b]11;?"));
+    session.press("q");
+    session.assert_left_well();
+}
+
+#[test]
+fn two_emulated_sensors_have_names_of_their_own() {
+    let mut session = Session::start("attach sim sim");
+    session.wait_to_see("sim-1");
+    session.wait_to_see("sim-2");
+    session.press("1");
+    session.wait_to_see("Allan deviation");
+    session.press("n");
+    session.wait_to_see("2/2");
+    session.wait_to_see("Allan deviation");
+    session.press("q");
+    session.assert_left_well();
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod duration;
 mod help;
 mod link;
 mod measure;
+mod view;
 
 use std::{path::PathBuf, time::Duration};
 
@@ -25,6 +26,8 @@ use measure::confidence;
 pub(crate) use measure::{
     CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section, is_page,
 };
+
+use view::ViewArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
@@ -160,6 +163,9 @@ pub(crate) struct AttachArgs {
 
     #[command(flatten)]
     pub(crate) result: ResultArgs,
+
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -207,6 +213,7 @@ impl From<RecordArgs> for AttachArgs {
             measure: MeasureArgs { duration: args.duration, ..MeasureArgs::default() },
             limits: args.limits,
             result: ResultArgs::default(),
+            view: ViewArgs::default(),
         }
     }
 }

@@ -71,7 +71,9 @@ async fn attach_all(
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
-    if messages.is_none() && format != OutputFormat::Ndjson {
+    if messages.is_some() {
+        settings.watch_every = view::FIRST_LOOKS;
+    } else if format != OutputFormat::Ndjson {
         // the status lines are not redrawn more often
         settings.watch_every = StatusLines::PERIOD;
     }
@@ -94,10 +96,10 @@ async fn attach_all(
         .collect();
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
-        let view = View::show(monitors, messages, Arc::clone(&job.evaluation), stop)?;
+        let view = View::show(monitors, messages, Arc::clone(&job.evaluation), job.args.view.options(), stop)?;
         // without a terminal only what is recorded is worth continuing for
-        let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
-        all.iter().try_for_each(|measured| writer.write(measured))?;
+        let shown = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
+        writer.write_all(&shown)?;
     } else {
         let mut written = Ok(());
         for source in sources {
@@ -125,6 +127,16 @@ struct Job {
 }
 
 impl Job {
+    /// The name of the source in this place: emulated sensors have numbers where there are several.
+    fn name_of(&self, name: &SourceName, place: u64) -> String {
+        let emulated =
+            |places: usize| self.args.sources.iter().take(places).filter(|name| **name == SourceName::Sim).count();
+        match name {
+            SourceName::Sim if emulated(usize::MAX) > 1 => format!("sim-{}", emulated(place as usize) + 1),
+            name => name.to_string(),
+        }
+    }
+
     fn session(
         &self,
         name: &SourceName,
@@ -147,7 +159,7 @@ impl Job {
             Err(error) => (Err(error.into()), None),
         };
         let spec = LiveSpec {
-            name: name.to_string(),
+            name: self.name_of(name, number),
             kind: (source.is_ok() || *name != SourceName::Sim).then(|| name.kind()),
             source,
             settings: self.settings.clone(),

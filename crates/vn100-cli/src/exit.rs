@@ -99,6 +99,10 @@ fn printable_lines(text: &str) -> String {
     text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
+/// The code of a process that a signal has ended, less its number.
+#[cfg(unix)]
+const KILLED_BY_SIGNAL: i32 = 128;
+
 /// The code of a process that Ctrl-C has ended.
 const KILLED_BY_INTERRUPT: i32 = 130;
 
@@ -122,7 +126,25 @@ pub(crate) fn stop_on_interrupt(hang_up: HangUp) -> Result<CancellationToken> {
         give_back();
         process::exit(KILLED_BY_INTERRUPT);
     });
+    #[cfg(unix)]
+    give_back_when_aborted().context("cannot listen to the signals that abort")?;
     Ok(stop)
+}
+
+/// A quit or an abort from outside ends the program at once, with the terminal as it was before.
+#[cfg(unix)]
+fn give_back_when_aborted() -> io::Result<()> {
+    use rustix::process::Signal;
+    use tokio::signal::unix::{SignalKind, signal};
+    for aborts in [Signal::QUIT, Signal::ABORT] {
+        let mut received = signal(SignalKind::from_raw(aborts.as_raw()))?;
+        tokio::spawn(async move {
+            received.recv().await;
+            give_back();
+            process::exit(KILLED_BY_SIGNAL + aborts.as_raw());
+        });
+    }
+    Ok(())
 }
 
 #[cfg(unix)]

@@ -79,10 +79,10 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
     let all_stop = stop.clone();
-    let view = View::show(monitors, messages, evaluation, stop)?;
-    let all = view.until(all_of(results), || all_stop.cancel()).await?;
+    let view = View::show(monitors, messages, evaluation, args.view.options(), stop)?;
+    let shown = view.until(all_of(results), || all_stop.cancel()).await?;
     let mut writer = ResultWriter::new(args.result.format());
-    all.iter().try_for_each(|measured| writer.write(measured))?;
+    writer.write_all(&shown)?;
     writer.finish()
 }
 

@@ -16,6 +16,7 @@ use crate::{
     args::OutputFormat,
     exit::{is_coloured, print, print_json, print_json_line, print_prepared, report},
     text,
+    view::Shown,
     words::{self, remedy_words},
 };
 
@@ -121,13 +122,29 @@ impl ResultWriter {
         Self { format, documents: Vec::new(), completion: Completion::Complete, is_begun: false }
     }
 
+    /// Writes the results that a view has shown; where its last screen stands for them, their
+    /// errors alone.
+    pub(crate) fn write_all(&mut self, shown: &Shown<Vec<Measured>>) -> Result<()> {
+        shown.result.iter().try_for_each(|measured| match shown.is_screen_kept {
+            true => {
+                self.report(measured);
+                Ok(())
+            }
+            false => self.write(measured),
+        })
+    }
+
+    fn report(&mut self, measured: &Measured) {
+        self.completion = self.completion.max(measured.completion);
+        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+    }
+
     /// Writes the next one, or keeps its document for the end.
     pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
-        self.completion = self.completion.max(measured.completion);
+        self.report(measured);
         // an error before the first byte says everything
         let has_text =
             measured.facts.kind.is_some() && (measured.facts.error.is_none() || measured.snapshot.link.bytes() > 0);
-        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match &self.format {
             OutputFormat::Json => {
                 let document = Document::new(measured, true, remedy_words);

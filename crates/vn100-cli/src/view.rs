@@ -5,6 +5,7 @@
 //! other thread waits for it.
 
 mod allan;
+mod background;
 mod channels;
 mod curve;
 mod draw;
@@ -37,6 +38,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
+use background::Taken;
 use draw::{Regions, Scene, draw, is_too_small};
 use ratatui::{
     buffer::Buffer,
@@ -56,6 +58,7 @@ use crate::exit::{print, report};
 pub(crate) use goals::Goals;
 pub(crate) use source::SourceMonitor;
 pub(crate) use terminal::{give_back, is_there};
+pub(crate) use theme::ThemeChoice;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -73,16 +76,17 @@ impl View {
         sources: Vec<SourceMonitor>,
         messages: MessageQueue,
         evaluation: Arc<Evaluation>,
+        options: ViewOptions,
         stop: CancellationToken,
     ) -> Result<Self> {
         let signals = TerminalSignals::listen().context("cannot read the events of the terminal")?;
-        let screen = Screen::take().map_err(|error| {
+        let (theme, asks_background) = Theme::of_terminal(options.theme);
+        let screen = Screen::take(asks_background).map_err(|error| {
             anyhow!("cannot draw on the terminal: {error}; pipe the output through `cat` for plain text")
         })?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
-        let theme = Theme::of_terminal();
         thread::Builder::new()
             .name("vn100-view".into())
             .spawn(move || {
@@ -97,7 +101,11 @@ impl View {
     /// Shows until `work` is done; then gives the terminal back, with the last screen where that
     /// was asked for, and prints the queued messages. If the terminal disappears before, `alone` is
     /// called, and the work continues.
-    pub(crate) async fn until<T>(mut self, work: impl Future<Output = Result<T>>, alone: impl FnOnce()) -> Result<T> {
+    pub(crate) async fn until<T>(
+        mut self,
+        work: impl Future<Output = Result<T>>,
+        alone: impl FnOnce(),
+    ) -> Result<Shown<T>> {
         tokio::pin!(work);
         let mut last = None;
         let done = tokio::select! {
@@ -125,11 +133,24 @@ impl View {
         };
         let screen = if let Some(Ok(Ended::Closed(screen))) = last { screen } else { None };
         self.messages.take().iter().for_each(|message| report(message));
-        if let Some(screen) = screen {
-            print(&screen)?;
+        if let Some(screen) = &screen {
+            print(screen)?;
         }
-        done
+        done.map(|result| Shown { result, is_screen_kept: screen.is_some() })
     }
+}
+
+/// What was shown until its end.
+pub(crate) struct Shown<T> {
+    pub(crate) result: T,
+    /// The last screen was left on the terminal, in place of the result.
+    pub(crate) is_screen_kept: bool,
+}
+
+/// What is chosen before it is shown.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ViewOptions {
+    pub(crate) theme: ThemeChoice,
 }
 
 const FAULT: &str = "internal error: the live view has ended; the measurement continues, Ctrl-C ends it";
@@ -181,8 +202,15 @@ impl TerminalSignals {
 /// At most fifteen screens a second.
 const FRAME: Duration = Duration::from_millis(67);
 
-/// How often new results are read: numbers that change faster cannot be read by people.
-const LOOK: Duration = Duration::from_millis(250);
+/// How often new results are read: numbers that change faster cannot be read by people. At first
+/// there is little to read, and more of it each time.
+const LOOK: Duration = Duration::from_millis(500);
+pub(crate) const FIRST_LOOKS: Duration = Duration::from_millis(250);
+const FIRST: Duration = Duration::from_secs(3);
+
+fn look_period(elapsed: Duration) -> Duration {
+    if elapsed < FIRST { FIRST_LOOKS } else { LOOK }
+}
 
 /// How long a message takes the place of the keys.
 const MESSAGE_FOR: Duration = Duration::from_secs(6);
@@ -205,7 +233,7 @@ pub(crate) enum Ended {
 }
 
 /// Runs until it is closed, or the terminal is gone.
-fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, shared: &ViewContext) -> Ended {
+fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, mut theme: Theme, shared: &ViewContext) -> Ended {
     let started = Instant::now();
     let mut state = ViewState::new(monitors.len());
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
@@ -230,7 +258,7 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
             }
             dirty = true;
         }
-        if looked_at.is_none_or(|at| at.elapsed() >= LOOK) {
+        if looked_at.is_none_or(|at| at.elapsed() >= look_period(started.elapsed())) {
             let looked = Instant::now();
             looked_at = Some(looked);
             let elapsed = started.elapsed();
@@ -263,11 +291,20 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
             dirty = false;
         }
         let frame = drawn_at.filter(|_| dirty).map(|at| FRAME.saturating_sub(at.elapsed()));
-        let look = looked_at.map_or(Duration::ZERO, |at| LOOK.saturating_sub(at.elapsed()));
+        let look = looked_at.map_or(Duration::ZERO, |at| look_period(started.elapsed()).saturating_sub(at.elapsed()));
         let request = match next_event(frame.map_or(look, |frame| frame.min(look))) {
             Ok(Some(Event::Key(key))) if key.kind != KeyEventKind::Release => {
-                dirty = true;
-                state.key(key, &shown)
+                match screen.background.take(&key, Instant::now()) {
+                    Taken::Key => {
+                        dirty = true;
+                        state.key(key, &shown)
+                    }
+                    Taken::Whole(Some(background)) => {
+                        (theme, dirty) = (theme.on(background), true);
+                        None
+                    }
+                    Taken::Part | Taken::Whole(None) => None,
+                }
             }
             Ok(Some(Event::Mouse(event))) => {
                 let request = mouse(event, &mut state, &regions, &shown);

@@ -17,7 +17,7 @@ use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_report::{RosFrame, Stamps};
 
 use super::{
-    LogArgs,
+    LogArgs, ViewArgs,
     duration::{duration, length},
 };
 
@@ -360,6 +360,9 @@ pub(crate) struct ReplayArgs {
     /// "max" for as fast as the machine can
     #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
     pub(crate) speed: Option<Speed>,
+
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
 }
 
 #[derive(Debug, clap::Args)]

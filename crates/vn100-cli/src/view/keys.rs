@@ -92,8 +92,8 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
 }
 
 const KEYS: [(&str, &str); 23] = [
-    ("q  Ctrl-C", "quit and print the result"),
-    ("Q", "quit, keep this screen above the result"),
+    ("q  Ctrl-C", "quit and print the summary"),
+    ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
     ("tab shift-tab", "next, previous panel"),
     ("!", "what is broken, warnings and notes, each in full"),

@@ -149,6 +149,8 @@ pub(crate) struct SourceMonitor {
     commands: mpsc::Sender<Command>,
     /// When the measurement began, or began anew, since the command did.
     began: Duration,
+    /// When it was assessed.
+    assessed: Option<Duration>,
     pub(crate) shown: SourceView,
 }
 
@@ -160,7 +162,7 @@ impl SourceMonitor {
         let name = printable(now.name());
         let shown = SourceView::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
         let shown = SourceView { goals: Arc::new(goals), ..shown };
-        Self { state, commands, began: Duration::ZERO, shown }
+        Self { state, commands, began: Duration::ZERO, assessed: None, shown }
     }
 
     /// Takes what is new; whether anything was.
@@ -181,7 +183,8 @@ impl SourceMonitor {
         shown.now = now;
         shown.origin = Arc::new(state.facts());
         if !Arc::ptr_eq(&state.snapshot, &shown.snapshot) {
-            let assessment = state.assessment();
+            let assessment = self.due_assessment(&state, now);
+            let shown = &mut self.shown;
             if !Arc::ptr_eq(&assessment, &shown.assessment) {
                 shown.verdicts = evaluation.verdicts(&state.snapshot, &assessment);
             }
@@ -189,6 +192,22 @@ impl SourceMonitor {
             changed = true;
         }
         changed
+    }
+
+    /// The present assessment, or for a while the one before: it is as expensive as many seconds of
+    /// measuring, and in its first moments a record grows by a twentieth at every look.
+    fn due_assessment(&mut self, state: &SourceState, now: Duration) -> Arc<Assessment> {
+        const LASTS: Duration = Duration::from_secs(2);
+        let shown = &self.shown;
+        let fits = shown.assessment.channels.len() == state.snapshot.channels.len()
+            && shown.snapshot.timing.samples <= state.snapshot.timing.samples
+            && state.playback.is_none();
+        let lasts = LASTS.min(now.saturating_sub(self.began) / 3);
+        if fits && self.assessed.is_some_and(|assessed| now.saturating_sub(assessed) < lasts) {
+            return Arc::clone(&shown.assessment);
+        }
+        self.assessed = Some(now);
+        state.assessment()
     }
 
     /// The assessment of this very snapshot.

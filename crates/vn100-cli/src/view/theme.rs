@@ -1,7 +1,8 @@
 //! Colours and signs, by what they mean.
 //!
-//! The colours are those of Okabe and Ito (2008), distinct to nearly everyone; no meaning rests
-//! on colour alone.
+//! Those of the axes are near the colours of Okabe and Ito (2008), distinct to nearly everyone, and
+//! all have a contrast of 4.5 and more to the backgrounds that they are for; no meaning rests on
+//! colour alone.
 
 use std::env;
 
@@ -10,11 +11,30 @@ use ratatui::{
     style::{Color, Modifier, Style},
 };
 
+use super::background::Background;
+
+/// What the user chose.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ThemeChoice {
+    /// As the background of the terminal is, and what colours it shows
+    #[default]
+    Auto,
+    /// For a dark background
+    Dark,
+    /// For a light background
+    Light,
+    /// The sixteen colours that the terminal names
+    #[value(name = "16")]
+    Sixteen,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Colours {
-    /// 24 bits.
-    True,
-    /// The sixteen that every terminal names.
+    /// 24 bits, for a dark background.
+    Dark,
+    /// 24 bits, for a light one.
+    Light,
+    /// The sixteen that every terminal names; on which background is not known.
     Sixteen,
     None,
 }
@@ -28,35 +48,65 @@ pub(crate) struct Theme {
 
 pub(crate) const SIGNS: [&str; 3] = ["●", "▲", "◆"];
 
-const ORANGE: (u8, u8, u8) = (230, 159, 0);
-const SKY_BLUE: (u8, u8, u8) = (86, 180, 233);
-const BLUISH_GREEN: (u8, u8, u8) = (0, 158, 115);
-const VERMILION: (u8, u8, u8) = (213, 94, 0);
-const YELLOW: (u8, u8, u8) = (240, 228, 66);
-const REDDISH_PURPLE: (u8, u8, u8) = (204, 121, 167);
+/// A colour on a dark background, on a light one, and of the sixteen.
+type Hue = ((u8, u8, u8), (u8, u8, u8), Color);
+
+const AXES: [Hue; 3] = [
+    ((230, 159, 0), (170, 75, 0), Color::LightBlue),
+    ((86, 180, 233), (0, 92, 153), Color::LightCyan),
+    ((214, 135, 178), (140, 45, 110), Color::LightMagenta),
+];
+const GOOD: Hue = ((0, 180, 130), (0, 110, 80), Color::Green);
+const WARNING: Hue = ((240, 228, 66), (120, 95, 0), Color::Yellow);
+const ERROR: Hue = ((255, 115, 85), (190, 0, 30), Color::LightRed);
+const FAINT: Hue = ((150, 150, 150), (100, 100, 100), Color::Reset);
+
+impl Colours {
+    fn on(background: Background) -> Self {
+        match background {
+            Background::Dark => Self::Dark,
+            Background::Light => Self::Light,
+        }
+    }
+}
 
 impl Theme {
-    pub(crate) fn of_terminal() -> Self {
-        Self::of(|name| env::var(name).ok().filter(|value| !value.is_empty()))
+    /// As chosen, and whether the terminal is to be asked for its background.
+    pub(crate) fn of_terminal(choice: ThemeChoice) -> (Self, bool) {
+        Self::of(choice, |name| env::var(name).ok().filter(|value| !value.is_empty()))
     }
 
-    fn of(variable: impl Fn(&str) -> Option<String>) -> Self {
+    fn of(choice: ThemeChoice, variable: impl Fn(&str) -> Option<String>) -> (Self, bool) {
         let terminal = variable("TERM").unwrap_or_default();
         let true_colour = variable("COLORTERM").is_some_and(|value| value == "truecolor" || value == "24bit");
-        let colours = match variable("NO_COLOR") {
-            Some(_) => Colours::None,
-            None if true_colour => Colours::True,
-            None => Colours::Sixteen,
+        let background = variable("COLORFGBG").and_then(|text| Background::of_variable(&text));
+        let (colours, is_asked) = match (variable("NO_COLOR"), choice) {
+            (Some(_), _) => (Colours::None, false),
+            (None, ThemeChoice::Dark) => (Colours::Dark, false),
+            (None, ThemeChoice::Light) => (Colours::Light, false),
+            (None, ThemeChoice::Auto) if true_colour => {
+                (background.map_or(Colours::Dark, Colours::on), background.is_none())
+            }
+            (None, ThemeChoice::Auto | ThemeChoice::Sixteen) => (Colours::Sixteen, false),
         };
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().find_map(variable);
         let other_locale = locale.is_some_and(|locale| !locale.to_lowercase().replace('-', "").contains("utf8"));
         // a console without a desktop has few signs in its font
-        Self { colours, ascii: other_locale || terminal == "linux" || terminal.starts_with("vt") }
+        let ascii = other_locale || terminal == "linux" || terminal.starts_with("vt");
+        (Self { colours, ascii }, is_asked)
     }
 
-    fn colour(self, exact: (u8, u8, u8), nearest: Color) -> Style {
+    /// The terminal has said how light it is.
+    pub(crate) fn on(self, background: Background) -> Self {
+        Self { colours: Colours::on(background), ..self }
+    }
+
+    fn colour(self, (dark, light, nearest): Hue) -> Style {
+        let exact = |(red, green, blue)| Style::new().fg(Color::Rgb(red, green, blue));
         match self.colours {
-            Colours::True => Style::new().fg(Color::Rgb(exact.0, exact.1, exact.2)),
+            Colours::Dark => exact(dark),
+            Colours::Light => exact(light),
+            Colours::Sixteen if nearest == Color::Reset => Style::new(),
             Colours::Sixteen => Style::new().fg(nearest),
             Colours::None => Style::new(),
         }
@@ -64,35 +114,30 @@ impl Theme {
 
     /// Of the first, second or third axis, unlike that of a judgement; of anything else no colour.
     pub(crate) fn axis(self, axis: usize) -> Style {
-        match axis {
-            0 => self.colour(ORANGE, Color::LightBlue),
-            1 => self.colour(SKY_BLUE, Color::LightCyan),
-            2 => self.colour(REDDISH_PURPLE, Color::LightMagenta),
-            _ => Style::new(),
-        }
+        AXES.get(axis).map_or(Style::new(), |hue| self.colour(*hue))
     }
 
     pub(crate) fn good(self) -> Style {
-        self.colour(BLUISH_GREEN, Color::Green)
+        self.colour(GOOD)
     }
 
     pub(crate) fn warning(self) -> Style {
-        self.colour(YELLOW, Color::Yellow).add_modifier(Modifier::BOLD)
+        self.colour(WARNING).add_modifier(Modifier::BOLD)
     }
 
     pub(crate) fn error(self) -> Style {
         match self.colours {
             Colours::None => Style::new().add_modifier(Modifier::REVERSED),
-            _ => self.colour(VERMILION, Color::LightRed).add_modifier(Modifier::BOLD),
+            _ => self.colour(ERROR).add_modifier(Modifier::BOLD),
         }
     }
 
-    /// Beside what matters: grids, frames, labels.
+    /// Beside what matters: grids, frames, labels. Of the sixteen colours the gray ones are not
+    /// seen on every background.
     pub(crate) fn faint(self) -> Style {
         match self.colours {
-            Colours::True => Style::new().fg(Color::Rgb(128, 128, 128)),
-            Colours::Sixteen => Style::new().fg(Color::DarkGray),
-            Colours::None => Style::new().add_modifier(Modifier::DIM),
+            Colours::Dark | Colours::Light => self.colour(FAINT),
+            Colours::Sixteen | Colours::None => Style::new().add_modifier(Modifier::DIM),
         }
     }
 
@@ -171,34 +216,76 @@ fn ascii(sign: char) -> char {
 mod tests {
     use super::*;
 
-    fn theme(variables: &[(&str, &str)]) -> Theme {
-        Theme::of(|name| variables.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value).to_owned()))
+    fn theme(choice: ThemeChoice, variables: &[(&str, &str)]) -> (Theme, bool) {
+        Theme::of(choice, |name| variables.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value).to_owned()))
     }
 
     #[test]
     fn the_environment_says_what_a_terminal_shows() {
-        for (variables, colours, ascii) in [
-            (
-                &[("TERM", "xterm-256color"), ("COLORTERM", "truecolor"), ("LANG", "de_AT.UTF-8")][..],
-                Colours::True,
-                false,
-            ),
-            (&[("TERM", "xterm"), ("LC_ALL", "C"), ("LANG", "de_AT.UTF-8")], Colours::Sixteen, true),
+        let true_colour = ("COLORTERM", "truecolor");
+        for (variables, colours, ascii, is_asked) in [
+            (&[("TERM", "xterm-256color"), true_colour, ("LANG", "de_AT.UTF-8")][..], Colours::Dark, false, true),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "0;15")], Colours::Light, false, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "15;0")], Colours::Dark, false, false),
+            (&[("TERM", "xterm"), ("LC_ALL", "C"), ("LANG", "de_AT.UTF-8")], Colours::Sixteen, true, false),
             (
                 &[("TERM", "xterm"), ("NO_COLOR", "1"), ("COLORTERM", "24bit"), ("LC_CTYPE", "C.utf8")],
                 Colours::None,
                 false,
+                false,
             ),
-            (&[("TERM", "linux"), ("LANG", "en_US.UTF-8")], Colours::Sixteen, true),
-            (&[("TERM", "xterm")], Colours::Sixteen, false),
+            (&[("TERM", "linux"), ("LANG", "en_US.UTF-8")], Colours::Sixteen, true, false),
+            (&[("TERM", "xterm")], Colours::Sixteen, false, false),
         ] {
-            assert_eq!(theme(variables), Theme { colours, ascii }, "{variables:?}");
+            let expected = (Theme { colours, ascii }, is_asked);
+            assert_eq!(theme(ThemeChoice::Auto, variables), expected, "{variables:?}");
+        }
+    }
+
+    #[test]
+    fn a_theme_is_chosen_unless_there_shall_be_no_colour() {
+        for (choice, colours) in [
+            (ThemeChoice::Dark, Colours::Dark),
+            (ThemeChoice::Light, Colours::Light),
+            (ThemeChoice::Sixteen, Colours::Sixteen),
+        ] {
+            let asked = [("TERM", "xterm"), ("COLORTERM", "truecolor"), ("COLORFGBG", "15;0")];
+            assert_eq!(theme(choice, &asked), (Theme { colours, ascii: false }, false));
+            assert_eq!(theme(choice, &[("NO_COLOR", "1")]).0.colours, Colours::None);
+        }
+    }
+
+    fn luminance((red, green, blue): (u8, u8, u8)) -> f64 {
+        let part = |value: u8| {
+            let value = f64::from(value) / 255.0;
+            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * part(red) + 0.7152 * part(green) + 0.0722 * part(blue)
+    }
+
+    #[test]
+    fn every_colour_is_read_on_the_backgrounds_that_it_is_for() {
+        let black_and_dark = [(0, 0, 0), (30, 30, 30), (40, 42, 54), (0, 43, 54)];
+        let white_and_light = [(255, 255, 255), (253, 246, 227), (250, 250, 250)];
+        for (colours, backgrounds) in [(Colours::Dark, &black_and_dark[..]), (Colours::Light, &white_and_light)] {
+            let theme = Theme { colours, ascii: false };
+            let axes = [0, 1, 2].map(|axis| theme.axis(axis));
+            let all = axes.into_iter().chain([theme.good(), theme.warning(), theme.error(), theme.faint()]);
+            for style in all {
+                let Color::Rgb(red, green, blue) = Theme::colour_of(style) else { panic!("{style:?}") };
+                for background in backgrounds {
+                    let (a, b) = (luminance((red, green, blue)), luminance(*background));
+                    let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
+                    // reversed it is the same
+                    assert!(contrast >= 4.5, "{style:?} on {background:?}: {contrast:.2}");
+                }
+            }
         }
     }
 
     #[test]
     fn no_two_axes_look_alike_nor_like_a_judgement() {
-        for colours in [Colours::True, Colours::Sixteen] {
+        for colours in [Colours::Dark, Colours::Light, Colours::Sixteen] {
             let theme = Theme { colours, ascii: true };
             let judgements = [theme.good(), theme.warning(), theme.error(), theme.faint()];
             let styles = [0, 1, 2].map(|axis| theme.axis(axis)).into_iter().chain(judgements);

@@ -16,6 +16,8 @@ use crate::view::{
 
 const SIZE: (u16, u16) = (120, 40);
 
+const THEME: Theme = Theme { colours: Colours::Dark, ascii: false };
+
 fn theme(colours: Colours) -> Theme {
     Theme { colours, ascii: false }
 }
@@ -38,9 +40,10 @@ fn good_is_green_and_broken_vermilion() {
     let state = one();
     let show = |mut source: SourceView| {
         source.faults.watch(source.link.as_ref(), source.recording.as_ref(), source.now);
-        drawn(&state, &[source], theme(Colours::True), SIZE).0
+        drawn(&state, &[source], theme(Colours::Dark), SIZE).0
     };
-    assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
+    let [good, warning, error] = [THEME.good(), THEME.warning(), THEME.error()].map(Theme::colour_of);
+    assert_eq!(style_of(&show(measured()), "● up").0, good);
     let down = LinkState::Down {
         was_up: true,
         cause: String::new(),
@@ -48,20 +51,17 @@ fn good_is_green_and_broken_vermilion() {
         retry_in: std::time::Duration::ZERO,
         attempts: 0,
     };
-    assert_eq!(
-        style_of(&show(SourceView { link: Some(down), ..measured() }), "DISCONNECTED").0,
-        Color::Rgb(213, 94, 0)
-    );
+    assert_eq!(style_of(&show(SourceView { link: Some(down), ..measured() }), "DISCONNECTED").0, error);
     let damaged = show(damaged());
-    assert_eq!(style_of(&damaged, "RECORDING FAILED").0, Color::Rgb(213, 94, 0));
-    assert_eq!(style_of(&damaged, "rejected 4").0, Color::Rgb(240, 228, 66));
+    assert_eq!(style_of(&damaged, "RECORDING FAILED").0, error);
+    assert_eq!(style_of(&damaged, "rejected 4").0, warning);
     assert_eq!(style_of(&show(measured()), "rejected 0").0, Color::Reset);
 }
 
 #[test]
 fn an_axis_has_its_colour_and_its_sign_everywhere() {
     for (colours, expected) in [
-        (Colours::True, [Color::Rgb(230, 159, 0), Color::Rgb(86, 180, 233), Color::Rgb(204, 121, 167)]),
+        (Colours::Dark, [0, 1, 2].map(|axis| Theme::colour_of(THEME.axis(axis)))),
         (Colours::Sixteen, [Color::LightBlue, Color::LightCyan, Color::LightMagenta]),
         (Colours::None, [Color::Reset; 3]),
     ] {
@@ -79,7 +79,7 @@ fn verdicts_have_the_colour_of_what_they_mean() {
     let channels = source.verdicts.as_ref().unwrap().channels.len();
     let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
     let [good, error, warning] =
-        [theme(Colours::True).good(), theme(Colours::True).error(), theme(Colours::True).warning()];
+        [theme(Colours::Dark).good(), theme(Colours::Dark).error(), theme(Colours::Dark).warning()];
     let expected = [
         (Verdict::Pass, "pass", good),
         (Verdict::Fail, "fail", error),
@@ -91,7 +91,7 @@ fn verdicts_have_the_colour_of_what_they_mean() {
         for place in &gyro {
             source.verdicts.as_mut().unwrap().channels[*place].iter_mut().for_each(|figure| figure.verdict = verdict);
         }
-        let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme(Colours::True), SIZE);
+        let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme(Colours::Dark), SIZE);
         assert_eq!(style_of(&buffer, word).0, Theme::colour_of(style), "{word}");
         let (plain, _) = drawn(&state, std::slice::from_ref(&source), theme(Colours::None), SIZE);
         style_of(&plain, word);

@@ -68,7 +68,7 @@ fn a_measurement_from_its_beginning() {
     compare("live", &animated(&frames), 500_000);
 }
 
-const THEME: Theme = Theme { colours: Colours::True, ascii: false };
+const THEME: Theme = Theme { colours: Colours::Dark, ascii: false };
 
 fn check(name: &str, state: &ViewState, size: (u16, u16)) {
     let (buffer, _) = drawn(state, &[emulated()], THEME, size);
