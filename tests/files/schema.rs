@@ -66,6 +66,41 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
 }
 
 #[test]
+fn thin_lines_are_short_and_as_their_schema_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    for message in ["VNYMR", "VNQMR", "BINARY+MAG"] {
+        let file = capture(folder.path(), message, &["--message", message, "--duration", "20s"]);
+        let goals = ["--until", "gyro N ±1%", "--until", "accel B ±5%"];
+        let output = vn100().arg("replay").arg(&file).arg("--ndjson=thin").args(goals).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text.lines().count(), 21, "{message}");
+        for (second, line) in (1..=20).chain([20]).zip(text.lines()) {
+            assert!(line.len() < 2000, "{}", line.len());
+            let line: Value = serde_json::from_str(line).unwrap();
+            schema::check(&line);
+            assert_eq!((&line["type"], &line["elapsed_s"]), (&"progress".into(), &f64::from(second).into()));
+            assert_eq!(line["goals"].as_array().unwrap().len(), 2);
+        }
+        let reasons: Vec<_> =
+            text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()["end_reason"].clone()).collect();
+        assert!(reasons[..20].iter().all(Value::is_null) && reasons[20] == "end-of-input");
+    }
+}
+
+#[test]
+fn the_schema_of_progress_describes_every_field_and_has_every_status() {
+    let mut places = Vec::new();
+    schema::places(&schema::progress(), "", &mut places);
+    assert!(places.len() > 25, "{places:?}");
+    let described = schema::progress()
+        .pointer("/$defs/progress/properties/channels/items/properties/white/properties/status/enum")
+        .cloned();
+    assert_eq!(described.as_ref(), schema::analysis().pointer("/$defs/bounds/properties/status/enum"));
+    let output = vn100().args(["schema", "progress"]).output().unwrap();
+    assert_eq!(serde_json::from_slice::<Value>(&output.stdout).unwrap(), schema::progress());
+}
+
+#[test]
 fn the_schema_has_every_code() {
     let schema = schema::analysis();
     for (key, place) in [
@@ -73,6 +108,7 @@ fn the_schema_has_every_code() {
         ("verdict", "/properties/channels/items/properties/verdict/items/properties/verdict/enum"),
         ("rate_from", "/properties/timing/properties/rate_from/enum"),
         ("missing_from", "/properties/timing/properties/missing_from/enum"),
+        ("end_reason", "/properties/end_reason/enum"),
     ] {
         let in_code: BTreeSet<&str> =
             all_codes().into_iter().filter(|code| code.key == key).map(|code| code.code).collect();

@@ -164,11 +164,43 @@ fn what_is_no_port_is_told() {
 }
 
 #[test]
-fn every_second_is_told_in_lines() {
-    let log = fs::read(replay_log(CLEAN)).unwrap();
-    let output = with_stdin(vn100().args(["attach", "-", "--ndjson"]), &log);
+fn every_second_of_a_pipe_is_told_in_lines_as_of_the_file() {
+    let log = replay_log(CLEAN);
+    let samples = |output: &[u8]| {
+        let text = String::from_utf8(output.to_vec()).unwrap();
+        let line = |line: &str| serde_json::from_str::<Value>(line).unwrap()["timing"]["samples"].as_u64().unwrap();
+        text.lines().map(line).collect::<Vec<_>>()
+    };
+    let live = with_stdin(vn100().args(["attach", "-", "--ndjson"]), &fs::read(&log).unwrap());
+    let file = vn100().args(["replay", "--ndjson"]).arg(&log).output().unwrap();
+    assert_eq!(samples(&live.stdout), samples(&file.stdout));
+    let each_second_and_the_end = (1..=60).chain([60]).map(|second| 40 * second);
+    assert_eq!(samples(&file.stdout), each_second_and_the_end.collect::<Vec<_>>());
+}
+
+#[test]
+fn a_lost_sensor_gives_a_heartbeat_each_second() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let serving = thread::spawn(move || {
+        let (mut stream, _) = server.accept().unwrap();
+        stream.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..100 * 122]).unwrap();
+        stream.shutdown(Shutdown::Write).unwrap();
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    let options = ["--rate", "40", "--give-up", "3500ms", "--ndjson=thin"];
+    let output = run(vn100().args(["attach", &source]).args(options));
+    serving.join().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
-    assert_eq!(last["timing"]["samples"], 2400);
-    assert!(text.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()));
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    lines.iter().for_each(crate::support::schema::check);
+    let beats: Vec<_> = lines.iter().filter(|line| line["type"] == "heartbeat" && line["samples"] == 100).collect();
+    assert!((2..=3).contains(&beats.len()), "{text}");
+    for (second, beat) in (1..).zip(beats) {
+        assert_eq!(beat["link"], "lost");
+        assert!(beat["silent_s"].as_f64().unwrap() >= f64::from(second) && beat["cause"].is_string(), "{beat}");
+        assert!(beat["since"].as_str().unwrap().ends_with('Z') && beat["tries"].as_u64().unwrap() > 0, "{beat}");
+    }
+    let last = lines.last().unwrap();
+    assert_eq!((&last["type"], &last["end_reason"]), (&"progress".into(), &"gave-up".into()));
 }

@@ -116,7 +116,7 @@ fn flipped_bits_cost_their_lines_and_nothing_else() {
 fn a_port_is_for_one() {
     let sensor = Sensor::start(&[]);
     let mut first = Running::start(&mut sensor.command("attach", &["--ndjson"]));
-    first.lines.next().unwrap();
+    first.nth_document(1);
     let second = sensor.run("attach", &["--duration", "1s", "--json"]);
     assert_eq!(second.status.code(), Some(3));
     let error = String::from_utf8(second.stderr).unwrap();
@@ -175,7 +175,7 @@ fn an_interrupt_and_a_hang_up_without_a_view_end_with_the_result() {
         let recording = sensor.file("interrupted.mcap");
         let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
         // two seconds of data
-        attached.lines.nth(1).unwrap();
+        attached.nth_document(2);
         let told = Command::new("kill").args([signal, &attached.process.id().to_string()]).status().unwrap();
         assert!(told.success());
         let last: Value = serde_json::from_str(&attached.lines.by_ref().last().unwrap()).unwrap();
@@ -193,7 +193,7 @@ fn a_reader_that_leaves_ends_in_order() {
     let recording = sensor.file("left.mcap");
     let options = ["--set-rate", "20", "--ndjson", "--record"];
     let mut attached = Running::start(sensor.command("attach", &options).arg(&recording));
-    attached.lines.next().unwrap();
+    attached.nth_document(1);
     attached.lines = Lines::of(std::io::empty());
     let (_, error) = attached.end();
     assert!(error.contains("settings restored"), "{error}");
@@ -229,9 +229,9 @@ fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("killed.mcap");
     let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
-    let second: Value = serde_json::from_str(&attached.lines.nth(1).unwrap()).unwrap();
+    let second = attached.nth_document(2);
     // a second may wait in the program; another is for a machine too busy to give the recorder its turn
-    attached.lines.nth(1).unwrap();
+    attached.nth_document(2);
     drop(attached);
     let (recorded, exit) = replay(&recording, &[]);
     assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
@@ -252,7 +252,7 @@ fn a_recording_that_was_resumed_is_replayed_to_its_end_and_nobody_else_resumes_i
     let recording = sensor.file("resumed.mcap");
     assert!(run(sensor.command("record", &["--duration", "1s", "-o"]).arg(&recording)).status.success());
     let mut other = Running::start(sensor.command("attach", &["--ndjson", "--resume", "--record"]).arg(&recording));
-    other.lines.nth(1).unwrap();
+    other.nth_document(2);
     let refused = run(vn100().args(["record", "sim", "--duration", "1s", "--resume", "-o"]).arg(&recording));
     assert_eq!(refused.status.code(), Some(1));
     let told = String::from_utf8(refused.stderr).unwrap();

@@ -120,6 +120,15 @@ impl Running {
     }
 }
 
+impl Running {
+    /// Waits for so many documents of a measurement in lines, and gives the last of them. Until the
+    /// first sample, lines may be heartbeats.
+    pub(crate) fn nth_document(&mut self, count: usize) -> Value {
+        let documents = self.lines.by_ref().map(|line| serde_json::from_str::<Value>(&line).unwrap());
+        documents.filter(|document| document["type"] != "heartbeat").nth(count - 1).unwrap()
+    }
+}
+
 impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.process.kill();

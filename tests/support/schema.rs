@@ -26,11 +26,16 @@ pub(crate) fn analysis() -> Value {
     serde_json::from_str(vn100_report::ANALYSIS_SCHEMA).unwrap()
 }
 
+/// The schema of lines about a measurement under way.
+pub(crate) fn progress() -> Value {
+    serde_json::from_str(vn100_report::PROGRESS_SCHEMA).unwrap()
+}
+
 /// Checks documents of measurements, alone or among others in an array.
 #[track_caller]
 pub(crate) fn check(document: &Value) {
     for document in document.as_array().unwrap_or(&vec![document.clone()]) {
-        if document["schema"] == "vn100.analysis/1" {
+        if ["vn100.analysis/1", "vn100.progress/1"].iter().any(|name| document["schema"] == *name) {
             let errors = errors(document, &mut BTreeSet::new());
             assert!(errors.is_empty(), "not as the schema has it:\n{}", errors.join("\n"));
         }
@@ -39,7 +44,7 @@ pub(crate) fn check(document: &Value) {
 
 /// What is not as the schema has it. `seen` takes the places of the schema that held a value.
 pub(crate) fn errors(document: &Value, seen: &mut BTreeSet<String>) -> Vec<String> {
-    let schema = analysis();
+    let schema = if document["schema"] == "vn100.progress/1" { progress() } else { analysis() };
     let mut errors = Vec::new();
     compare(document, &schema, &schema, ("", ""), &mut errors, seen);
     errors

@@ -124,6 +124,9 @@ pub struct LinkFacts {
     pub baud: Option<u32>,
     /// Why the link is down.
     pub cause: Option<String>,
+    /// Failed attempts since the sensor was connected last, as far as they are known to have
+    /// failed.
+    pub attempts: u32,
 }
 
 /// What a link does.
@@ -144,6 +147,22 @@ pub enum LinkStatus {
     NotConnected,
     /// The link is over.
     Closed,
+}
+
+impl LinkStatus {
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Opening => "opening",
+            Self::Scanning => "scanning",
+            Self::Connected => "connected",
+            Self::Silent => "silent",
+            Self::Lost => "lost",
+            Self::NotConnected => "not-connected",
+            Self::Closed => "closed",
+        }
+    }
 }
 
 /// A recording that is being made.

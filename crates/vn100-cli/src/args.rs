@@ -24,7 +24,8 @@ use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use measure::confidence;
 pub(crate) use measure::{
-    CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section, is_page,
+    CompareArgs, ExportForm, FileArgs, MeasureArgs, Ndjson, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section,
+    is_page,
 };
 
 use view::ViewArgs;
@@ -404,7 +405,8 @@ pub(crate) struct SelftestArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SchemaArgs {
-    /// The document: analysis, of `vn100 attach` and `vn100 replay`
+    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin
+    /// and of heartbeats
     #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
     pub(crate) document: DescribedDocument,
 }
@@ -414,6 +416,8 @@ pub(crate) struct SchemaArgs {
 pub(crate) enum DescribedDocument {
     /// The result of a measurement, vn100.analysis/1
     Analysis,
+    /// The lines of a measurement under way, vn100.progress/1
+    Progress,
 }
 
 #[derive(Debug, clap::Args)]

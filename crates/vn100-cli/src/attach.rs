@@ -7,26 +7,27 @@ use anyhow::{Context, Result, bail};
 use tokio::{
     runtime::Builder,
     task::{self, JoinHandle},
-    time,
+    time::{self, Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_driver::list_ports;
 use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::{Completion, Document, Evaluation, Measured};
+use vn100_report::{Completion, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
-    exit::{HangUp, print_json_line, report, stop_on_interrupt},
+    exit::{HangUp, report, stop_on_interrupt},
+    heartbeat::Heartbeat,
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
     ports::only_likely,
-    result::{FAULT, ResultWriter, all_of, evaluated, print_state},
+    result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
     view::{self, Goals, MessageQueue, SourceMonitor, View},
-    words::{self, remedy_words},
+    words,
 };
 
 /// Data time in which the temperature is asked for twice at least.
@@ -73,7 +74,7 @@ async fn attach_all(
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = view::FIRST_LOOKS;
-    } else if format != OutputFormat::Ndjson {
+    } else if format.lines().is_none() {
         // the status lines are not redrawn more often
         settings.watch_every = StatusLines::PERIOD;
     }
@@ -150,7 +151,7 @@ impl Job {
         link.sim.seed = link.sim.seed.wrapping_add(number);
         // a result that is written between two reads must be the same however the bytes were read
         let read = ReadOptions {
-            line_by_line: self.format == OutputFormat::Ndjson,
+            line_by_line: self.format.lines().is_some(),
             measured: args.measure.measure.or(args.change.measured()).unwrap_or_default(),
             ..args.measure.read_options()
         };
@@ -171,6 +172,7 @@ impl Job {
                 resume: args.recording.resume,
                 excluded_note: words::excluded_note,
             }),
+            each_second: self.format.lines().is_some(),
             limits: args.limits.limits(),
             stop,
         };
@@ -202,11 +204,13 @@ async fn attach_one(
         let why = "the sensor does not reply, or its baud rate leaves no room between sentences";
         job.status.report(&format!("{}: no temperature received: {why}", measured.facts.name));
     }
-    if job.format == OutputFormat::Ndjson && was_opened {
-        let document = Document::new(&measured, true, remedy_words);
-        write_aside(move || print_json_line(&document)).await?;
+    match job.format.lines() {
+        Some(form) if was_opened => {
+            let goals = job.settings.until.clone();
+            write_aside(move || print_result(&measured, form, &goals).map(|()| measured)).await
+        }
+        _ => Ok(measured),
     }
-    Ok(measured)
 }
 
 /// Follows a session to its end, showing where it is and writing the documents of every second
@@ -223,13 +227,23 @@ async fn follow(
     };
     let mut line: Option<StatusLine> = None;
     let mut link = None;
-    let mut written_second = 0;
+    let lines = job.format.lines();
+    let mut heartbeat = Heartbeat::start(Instant::now());
     let mut ticks = time::interval(StatusLines::PERIOD);
     loop {
+        if written.is_err() {
+            stop.cancel();
+        }
         tokio::select! {
             // pending messages are written before the result
             biased;
             Some(event) = session.events.recv() => show(event),
+            Some(state) = session.seconds.recv() => {
+                if let (Some(form), true) = (lines, written.is_ok()) {
+                    let goals = job.settings.until.clone();
+                    *written = write_aside(move || print_state(&state, form, &goals)).await;
+                }
+            }
             result = &mut session.result => return result.context(FAULT),
             Ok(()) = session.state.changed() => {
                 let state = session.state.borrow_and_update().clone();
@@ -241,20 +255,21 @@ async fn follow(
                         continue;
                     }
                 }
+                heartbeat.note(state.snapshot.link.samples(), Instant::now());
                 let line = line.get_or_insert_with(|| job.status.line(&name));
                 if let Some(now) = state.link.as_ref().filter(|_| state.link != link) {
                     job.log.link_state(&name, now);
                     line.report_link(now);
                 }
                 link.clone_from(&state.link);
-                // a stalled writer misses seconds; the measurement is not delayed
-                let second = state.snapshot.timing.duration_s() as u64;
-                if job.format == OutputFormat::Ndjson && written.is_ok() && second > written_second {
-                    written_second = second;
-                    *written = write_aside(move || print_state(&state)).await;
-                    if written.is_err() {
-                        stop.cancel();
-                    }
+            }
+            () = sleep_until(heartbeat.next()), if lines.is_some() => {
+                let state = session.state.borrow().clone();
+                heartbeat.note(state.snapshot.link.samples(), Instant::now());
+                let is_due = heartbeat.next() <= Instant::now() && is_open(&state.stage);
+                let silent = heartbeat.beat(Instant::now());
+                if is_due && written.is_ok() {
+                    *written = write_aside(move || print_heartbeat(&state, silent)).await;
                 }
             }
             _ = ticks.tick() => {
@@ -267,7 +282,12 @@ async fn follow(
     }
 }
 
+/// Whether samples may still come.
+const fn is_open(stage: &Stage) -> bool {
+    matches!(stage, Stage::Preparing | Stage::Measuring)
+}
+
 /// Assesses and writes without holding up the tasks that measure.
-async fn write_aside(write: impl FnOnce() -> Result<()> + Send + 'static) -> Result<()> {
+async fn write_aside<T: Send + 'static>(write: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
     task::spawn_blocking(write).await.context("internal error: the output stopped")?
 }

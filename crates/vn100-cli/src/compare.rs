@@ -42,7 +42,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         report(&format!("{} {text}", path.display()));
         return Ok(Completion::NotGiven);
     }
-    measure_files(&args.files, &inputs, evaluation, false, |measured| {
+    measure_files(&args.files, &inputs, evaluation, None, |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())

@@ -7,6 +7,7 @@ mod compare;
 mod documentation;
 mod exit;
 mod explain;
+mod heartbeat;
 mod inputs;
 mod live_source;
 mod log;

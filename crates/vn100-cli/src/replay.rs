@@ -13,19 +13,19 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Pool, Settings};
+use vn100_analysis::{Goal, Pool, Settings};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult, Speed};
-use vn100_report::{Completion, Document, Evaluation, Measured};
+use vn100_report::{Completion, Evaluation, Measured};
 
 use crate::{
-    args::{FileArgs, ReplayArgs},
-    exit::{HangUp, print_json_line, stop_on_interrupt},
+    args::{FileArgs, Ndjson, ReplayArgs},
+    exit::{HangUp, stop_on_interrupt},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
-    result::{FAULT, ResultWriter, all_of, evaluated_replay, print_state},
+    result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
     user_files::evaluation,
     view::{self, Goals, MessageQueue, SourceMonitor, View},
-    words::{self, remedy_words},
+    words,
 };
 
 const PROGRESS_PERIOD: Duration = Duration::from_millis(100);
@@ -101,12 +101,12 @@ async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation
 }
 
 /// Measures each input and passes the results to `take`, in the order given; the documents of every
-/// second and of the end are `printed` on the way as lines, or only the end counts.
+/// second and of the end are `printed` on the way as lines of that form, or only the end counts.
 pub(crate) fn measure_files(
     args: &FileArgs,
     inputs: &[FileStream],
     evaluation: Evaluation,
-    printed: bool,
+    printed: Option<Ndjson>,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let work = async |log| measure_all(args, inputs, evaluation, printed, log, take).await;
@@ -117,7 +117,7 @@ async fn measure_all(
     args: &FileArgs,
     inputs: &[FileStream],
     evaluation: Evaluation,
-    printed: bool,
+    printed: Option<Ndjson>,
     log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
@@ -128,10 +128,15 @@ async fn measure_all(
             args.log.quiet || takes_terminal(&args.log),
         ),
         // documents of several files must not mingle line by line
-        turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
+        turns: Semaphore::new(if printed.is_some() {
+            1
+        } else {
+            thread::available_parallelism().map_or(1, Into::into)
+        }),
+        printed,
     });
     let stop = stop_on_interrupt(HangUp::Stops)?;
-    let spec = |input| ReplaySpec { each_second: printed, ..replay_spec(args, input, &log, &stop) };
+    let spec = |input| ReplaySpec { each_second: printed.is_some(), ..replay_spec(args, input, &log, &stop) };
     let files: Vec<JoinHandle<Result<Measured>>> =
         inputs.iter().map(|input| task::spawn(measure_one(spec(input.clone()), Arc::clone(&job)))).collect();
     for file in files {
@@ -160,32 +165,35 @@ struct Job {
     evaluation: Arc<Evaluation>,
     progress: ProgressBar,
     turns: Semaphore,
+    printed: Option<Ndjson>,
 }
 
 async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
     let _turn = job.turns.acquire().await?;
-    let printed = spec.each_second;
-    let result = follow(Session::replay(spec), &job.progress).await?;
+    let goals = spec.settings.until.clone();
+    let result = follow(Session::replay(spec), &job, &goals).await?;
     let measured = evaluated_replay(result, &job.evaluation).await?;
-    if printed {
-        print_json_line(&Document::new(&measured, true, remedy_words))?;
+    if let Some(form) = job.printed {
+        print_result(&measured, form, &goals)?;
     }
     Ok(measured)
 }
 
 /// Follows a session to its end: moves the progress bar, writes the documents of every second.
-async fn follow(mut session: Session, progress: &ProgressBar) -> Result<SessionResult> {
+async fn follow(mut session: Session, job: &Job, goals: &[Goal]) -> Result<SessionResult> {
     let mut ticks = time::interval(PROGRESS_PERIOD);
     let mut shown = 0;
     loop {
         tokio::select! {
             // pending messages are written before the result
             biased;
-            Some(state) = session.seconds.recv() => print_state(&state)?,
+            Some(state) = session.seconds.recv() => {
+                job.printed.map_or(Ok(()), |form| print_state(&state, form, goals))?;
+            }
             result = &mut session.result => return result.context(FAULT),
             _ = ticks.tick() => {
                 let read = session.state.borrow().stored_bytes_read;
-                progress.inc(read - shown);
+                job.progress.inc(read - shown);
                 shown = read;
             }
         }

@@ -1,19 +1,23 @@
 //! Results of sessions, evaluated and written to standard output.
 
-use std::{io, sync::Arc};
+use std::{
+    io,
+    sync::Arc,
+    time::{Duration, SystemTime},
+};
 
 use anyhow::{Context, Result};
 use imu_noise::{Deviation, Estimator};
 use indicatif::HumanBytes;
 use serde::Serialize;
 use tokio::task::{self, JoinHandle};
-use vn100_analysis::Pool;
+use vn100_analysis::{Goal, Pool};
 use vn100_capture::RecordingState;
 use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
-use vn100_report::{Completion, Document, Evaluation, Measured, PoolDocument};
+use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, PoolDocument, ProgressDocument};
 
 use crate::{
-    args::OutputFormat,
+    args::{Ndjson, OutputFormat},
     exit::{is_coloured, print, print_json, print_json_line, print_prepared, report},
     text,
     view::Shown,
@@ -159,7 +163,7 @@ impl ResultWriter {
                 print(&text::result(measured, sections))?;
             }
             OutputFormat::Head if has_text => print(&text::head(measured))?,
-            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head | OutputFormat::Ndjson => {}
+            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head | OutputFormat::Ndjson(_) => {}
         }
         self.is_begun = true;
         Ok(())
@@ -179,7 +183,7 @@ impl ResultWriter {
         let document = || PoolDocument::new(pool, measured_by);
         match self.format {
             OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
-            OutputFormat::Ndjson => print_json_line(&document())?,
+            OutputFormat::Ndjson(_) => print_json_line(&document())?,
             OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head => {
                 print(&text::text(|out| text::write_pool(out, pool)))?
             }
@@ -199,10 +203,30 @@ impl ResultWriter {
     }
 }
 
-/// Writes the document of a session under way in a line.
-pub(crate) fn print_state(state: &SourceState) -> Result<()> {
+/// Writes the line of a session under way.
+pub(crate) fn print_state(state: &SourceState, form: Ndjson, goals: &[Goal]) -> Result<()> {
     let measured = Measured::so_far(state.facts(), Arc::clone(&state.snapshot), (*state.assessment()).clone());
-    print_json_line(&Document::new(&measured, false, remedy_words))
+    print_line(&measured, false, form, goals)
+}
+
+/// Writes the line of a result.
+pub(crate) fn print_result(measured: &Measured, form: Ndjson, goals: &[Goal]) -> Result<()> {
+    print_line(measured, true, form, goals)
+}
+
+fn print_line(measured: &Measured, ended: bool, form: Ndjson, goals: &[Goal]) -> Result<()> {
+    match form {
+        Ndjson::Whole => print_json_line(&Document::new(measured, ended, remedy_words)),
+        Ndjson::Thin => print_json_line(&ProgressDocument::new(measured, goals)),
+    }
+}
+
+/// Writes that a live source has given no sample for so long.
+pub(crate) fn print_heartbeat(state: &SourceState, silent: Duration) -> Result<()> {
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let now_ns = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
+    let (facts, samples) = (state.facts(), state.snapshot.link.samples());
+    print_json_line(&HeartbeatDocument::new(&facts.name, samples, facts.link.as_ref(), silent, now_ns))
 }
 
 /// The results of all sources of a command, in their order.

@@ -42,6 +42,9 @@ pub struct LiveSpec {
     pub conditions: BTreeMap<String, String>,
     /// The recording; `None` for none.
     pub recording: Option<RecordingSpec>,
+    /// Whether the states of every second are handed out: all of a stream, which waits until they
+    /// are taken; of a link those that are taken in time.
+    pub each_second: bool,
     /// What ends it by the clock.
     pub limits: WallLimits,
     /// Ends the session.

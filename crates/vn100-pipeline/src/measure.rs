@@ -7,7 +7,7 @@
 //!
 //! Every channel is bounded; of batches of one line 256 may wait. The loop takes events as fast as
 //! it can, or as fast as a paced replay says; it waits for none but the receiver of the states of
-//! every second, and these are only for captures, which can wait. Who looks at the state sees the
+//! every second, and only with what can wait: captures and streams. Who looks at the state sees the
 //! latest one and misses those between.
 
 use std::{
@@ -288,7 +288,7 @@ impl Measuring {
                     if channels.observer.is_some() {
                         channels.observe(&line.clone().into());
                     }
-                    self.absorb(line);
+                    self.absorb(line, channels).await;
                     self.look(channels).await;
                 }
                 return;
@@ -297,7 +297,7 @@ impl Measuring {
         };
         channels.observe(&event);
         match event {
-            Event::Batch(batch) => self.absorb(&batch),
+            Event::Batch(batch) => self.absorb(&batch, channels).await,
             // a lost link releases the lines that waited for others
             Event::Link(event) => self.analysis.take_link_event(&event),
             Event::ReadAgain => self.measure_again(),
@@ -329,8 +329,16 @@ impl Measuring {
         }
     }
 
-    fn absorb(&mut self, batch: &Batch) {
-        self.analysis.absorb(batch);
+    async fn absorb(&mut self, batch: &Batch, channels: &Channels) {
+        if channels.seconds.is_some() {
+            let mut has_more = self.analysis.absorb_to_second(batch);
+            while has_more {
+                self.hand_out_second(channels).await;
+                has_more = self.analysis.continue_to_second();
+            }
+        } else {
+            self.analysis.absorb(batch);
+        }
         if let Some(deadlines) = &mut self.deadlines
             && batch.row_count() > 0
         {
@@ -348,14 +356,30 @@ impl Measuring {
             self.end = Some((EndReason::DurationReached, None));
         } else if self.goals.is_decided(&self.analysis) {
             self.end = Some((EndReason::GoalsDecided, None));
-        } else if let Some(seconds) = &channels.seconds
-            && self.analysis.seconds() > self.seconds
-        {
-            self.seconds = self.analysis.seconds();
-            self.publish(channels);
-            let state = channels.state.borrow().clone();
-            // who asked for them may have left; the measurement continues
-            let _ = seconds.send(state).await;
+        } else {
+            self.hand_out_second(channels).await;
+        }
+    }
+
+    /// Hands out the state where a second has passed and the measurement continues.
+    async fn hand_out_second(&mut self, channels: &Channels) {
+        let Some(seconds) = channels.seconds.as_ref().filter(|_| self.analysis.seconds() > self.seconds) else {
+            return;
+        };
+        if self.analysis.is_complete() {
+            return;
+        }
+        self.seconds = self.analysis.seconds();
+        self.publish(channels);
+        let state = channels.state.borrow().clone();
+        // who asked for them may have left; the measurement continues
+        if self.link.is_some() {
+            let _ = seconds.try_send(state);
+        } else {
+            tokio::select! {
+                _ = seconds.send(state) => {}
+                () = channels.stop.cancelled() => {}
+            }
         }
     }
 

@@ -12,7 +12,8 @@ use vn100_capture::{RecordError, Recorded, Recorder, RecordingState};
 pub struct RecordingSpec {
     /// The file.
     pub path: PathBuf,
-    /// Whether to append to an existing recording, after a break; else the file must be new.
+    /// Whether to append to an existing recording, after a break, and to begin it where there is
+    /// none; else the file must be new.
     pub resume: bool,
     /// Added to the reason of the end: the data time excluded by command, for the replay.
     pub excluded_note: fn(Duration) -> String,
@@ -23,17 +24,20 @@ impl RecordingSpec {
     pub(crate) async fn begin(&self, metadata: BTreeMap<String, String>) -> Result<Recorder, RecordError> {
         let (path, resume) = (self.path.clone(), self.resume);
         let failed = |error| RecordError::Io { path: self.path.clone(), source: std::io::Error::other(error) };
-        let begin = move || if resume { Recorder::resume(path, &metadata) } else { Recorder::create(path, &metadata) };
+        let begin = move || {
+            if resume { Recorder::resume_or_create(path, &metadata) } else { Recorder::create(path, &metadata) }
+        };
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
     /// A new recording in which nothing came is removed, not to be in the way of the next.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
+        let is_new = !recorder.is_resumed();
         let state = match excluded {
             Duration::ZERO => recorder.finish(reason).await,
             excluded => recorder.finish(&format!("{reason}; {}", (self.excluded_note)(excluded))).await,
         };
-        if state.bytes == 0 && state.error.is_none() && !self.resume {
+        if state.bytes == 0 && state.error.is_none() && is_new {
             // one that cannot be removed holds nothing
             let _ = fs::remove_file(&state.path);
         }
@@ -131,6 +135,11 @@ mod tests {
         let recorder = resumed.begin(BTreeMap::new()).await.unwrap();
         resumed.end(recorder, "stopped", Duration::ZERO).await;
         assert!(resumed.path.exists());
+        let begun = spec(folder.path().join("b.mcap"), true);
+        let recorder = begun.begin(BTreeMap::new()).await.unwrap();
+        assert!(begun.path.exists());
+        begun.end(recorder, "stopped", Duration::ZERO).await;
+        assert!(!begun.path.exists(), "it was new, and is empty");
     }
 
     fn ended() -> Settings {

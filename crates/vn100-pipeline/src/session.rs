@@ -41,7 +41,8 @@ pub struct Session {
     pub commands: mpsc::Sender<Command>,
     /// Events besides the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
-    /// At every second of data time, if asked for. Taken too late they hold back the measurement.
+    /// At every second of data time, if asked for. Taken too late they hold back the measurement of
+    /// what can wait; a link cannot, and those of some seconds are then dropped.
     pub seconds: mpsc::Receiver<SourceState>,
     /// The result. It fails only by a fault of the program.
     pub result: JoinHandle<SessionResult>,
@@ -62,7 +63,7 @@ impl Session {
             ..SourceFacts::default()
         };
         let state = SourceState::new(source, &spec.settings);
-        let (channels, face) = open(state, spec.observer(), spec.stop.child_token(), false);
+        let (channels, face) = open(state, spec.observer(), spec.stop.child_token(), spec.each_second);
         face.run(run_live(spec, channels))
     }
 

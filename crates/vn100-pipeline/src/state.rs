@@ -124,15 +124,15 @@ fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
 }
 
 fn link_facts(state: &LinkState) -> LinkFacts {
-    let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, cause: None };
+    let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, ..LinkFacts::default() };
     match state {
         LinkState::Opening => LinkFacts::default(),
         LinkState::Probing { port, baud } => of(LinkStatus::Scanning, port, *baud),
         LinkState::Up(up) => of(LinkStatus::Connected, &up.port, up.baud),
         LinkState::Silent(up) => of(LinkStatus::Silent, &up.port, up.baud),
-        LinkState::Down { was_up, cause, .. } => {
+        LinkState::Down { was_up, cause, attempts, .. } => {
             let status = if *was_up { LinkStatus::Lost } else { LinkStatus::NotConnected };
-            LinkFacts { status, cause: Some(cause.clone()), ..LinkFacts::default() }
+            LinkFacts { status, cause: Some(cause.clone()), attempts: *attempts, ..LinkFacts::default() }
         }
         _ => LinkFacts { status: LinkStatus::Closed, ..LinkFacts::default() },
     }
@@ -180,7 +180,9 @@ mod tests {
             (LinkState::Closed { paused_again: None }, LinkStatus::Closed, None, None, None),
         ] {
             let facts = SourceState { link: Some(link), ..state() }.facts().link.unwrap();
-            assert_eq!(facts, LinkFacts { status, port: port.map(Into::into), baud, cause: cause.map(Into::into) });
+            let attempts = if cause.is_some() { 3 } else { 0 };
+            let cause = cause.map(Into::into);
+            assert_eq!(facts, LinkFacts { status, port: port.map(Into::into), baud, cause, attempts });
         }
     }
 

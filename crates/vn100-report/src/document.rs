@@ -5,6 +5,7 @@ mod graphical;
 pub(crate) mod noise;
 pub(crate) mod plan;
 pub(crate) mod pool;
+pub(crate) mod progress;
 pub(crate) mod source;
 mod stationarity;
 mod temperature;

@@ -37,6 +37,7 @@ pub use document::{
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
     pool::PoolDocument,
+    progress::{HeartbeatDocument, PROGRESS_SCHEMA, ProgressDocument},
     source::RecordingDocument,
 };
 pub use export::{

@@ -130,6 +130,32 @@ impl Analysis {
 
     /// Takes the batch of one read.
     pub fn absorb(&mut self, batch: &Batch) {
+        self.push(batch);
+        self.push_resolved();
+    }
+
+    /// The same, and of rows that were pending those up to the next whole second of data time:
+    /// whether more are left, for [`continue_to_second`](Self::continue_to_second).
+    #[must_use]
+    pub fn absorb_to_second(&mut self, batch: &Batch) -> bool {
+        self.push(batch);
+        self.continue_to_second()
+    }
+
+    /// Takes what [`absorb_to_second`](Self::absorb_to_second) has left, up to the next whole
+    /// second: whether more is left.
+    #[must_use]
+    pub fn continue_to_second(&mut self) -> bool {
+        let next = self.seconds() + 1;
+        while self.seconds() < next {
+            let most = self.record.span.rows_until(next, self.record.rate.hz());
+            let Some(resolved) = self.pending.as_mut().and_then(|pending| pending.next(most)) else { return false };
+            self.record.push(resolved);
+        }
+        true
+    }
+
+    fn push(&mut self, batch: &Batch) {
         self.link = batch.link;
         if self.is_interrupted && !batch.counts.is_empty() {
             self.judge_outage(batch);
@@ -149,7 +175,6 @@ impl Analysis {
                 PendingRows::new(width, detector)
             };
             self.pending.get_or_insert_with(new).push(batch);
-            self.push_resolved();
         } else {
             let rows = Rows::new(&batch.counts, width, &batch.absent);
             let mut row = 0;
@@ -375,7 +400,7 @@ impl Analysis {
 
     fn push_resolved(&mut self) {
         let Some(pending) = &mut self.pending else { return };
-        while let Some(resolved) = pending.next() {
+        while let Some(resolved) = pending.next(u64::MAX) {
             self.record.push(resolved);
         }
     }

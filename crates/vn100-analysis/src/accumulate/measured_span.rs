@@ -149,6 +149,11 @@ impl MeasuredSpan {
         (self.index as f64 / rate_hz) as u64
     }
 
+    /// Rows until so many whole seconds have passed, at least one.
+    pub(crate) fn rows_until(&self, seconds: u64, rate_hz: f64) -> u64 {
+        samples_in(Duration::from_secs(seconds), rate_hz).saturating_sub(self.index).max(1)
+    }
+
     fn end(&self, rate_hz: f64) -> u64 {
         self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz))
     }

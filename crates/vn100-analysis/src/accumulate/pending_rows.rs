@@ -89,7 +89,8 @@ impl PendingRows {
         }
     }
 
-    pub(crate) fn next(&mut self) -> Option<Resolved<'_>> {
+    /// What comes out next, of rows no more than so many.
+    pub(crate) fn next(&mut self, most: u64) -> Option<Resolved<'_>> {
         if self.certain == 0 {
             match self.detector.poll()? {
                 GapEvent::Samples(rows) => self.certain = rows,
@@ -110,7 +111,7 @@ impl PendingRows {
             Some((row, _)) => row - self.resolved_in_all,
             None => u64::MAX,
         };
-        let rows = self.certain.min(to_mark);
+        let rows = self.certain.min(to_mark).min(most);
         let from = self.resolved;
         self.certain -= rows;
         self.resolved_in_all += rows;
@@ -185,7 +186,7 @@ mod tests {
     /// are not shown.
     fn resolved(pending: &mut PendingRows) -> Vec<i32> {
         let mut all = Vec::new();
-        while let Some(resolved) = pending.next() {
+        while let Some(resolved) = pending.next(u64::MAX) {
             match resolved {
                 Resolved::Rows(rows) => all.extend(rows.counts.iter().step_by(WIDTH)),
                 Resolved::Mark(_) => all.push(-1),

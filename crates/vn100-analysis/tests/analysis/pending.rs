@@ -65,3 +65,32 @@ fn no_line_is_held_once_the_rate_is_told() {
     until_complete(&mut analysis, &steady(40.0, 60)[30..]);
     assert_eq!(analysis.snapshot().rows_pending(), None);
 }
+
+#[test]
+fn rows_that_were_pending_come_out_second_by_second_and_to_the_same_numbers() {
+    // rows of a pipe: their stamps are no time base, and all are decided at one moment
+    let lines: Vec<_> = (0..3000).map(|row| Good(row * 7919 % 101)).collect();
+    let mut all = batches(&lines, 1);
+    for (row, batch) in all.iter_mut().enumerate() {
+        batch.arrivals = vec![Arrival { from_row: 0, at_ns: 10_000 * row as i64 }];
+    }
+    let settings = Settings { rate_hz: Some(40.0), ..Settings::default() };
+    let mut at_once = Analysis::new(settings.clone());
+    let mut by_seconds = Analysis::new(settings);
+    let mut seen = Vec::new();
+    for batch in &all {
+        at_once.absorb(batch);
+        let mut has_more = by_seconds.absorb_to_second(batch);
+        while has_more {
+            seen.push((by_seconds.seconds(), by_seconds.timing().samples));
+            has_more = by_seconds.continue_to_second();
+        }
+    }
+    let last = seen.last().unwrap().0;
+    assert!(last > 10, "{seen:?}");
+    assert_eq!(seen, (1..=last).map(|second| (second, 40 * second)).collect::<Vec<_>>());
+    at_once.finish();
+    by_seconds.finish();
+    let (at_once, by_seconds) = (at_once.final_snapshot(), by_seconds.final_snapshot());
+    assert_eq!(format!("{at_once:?}"), format!("{by_seconds:?}"));
+}

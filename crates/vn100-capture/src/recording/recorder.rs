@@ -1,25 +1,21 @@
 //! Records a link while it is measured, to a new file or behind a recording that is there.
 
+mod resume;
+
 use std::{
     collections::BTreeMap,
-    ffi::OsString,
-    fs::{self, File, TryLockError},
-    io::{self, ErrorKind, Read, Write},
+    fs::{File, TryLockError},
+    io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
     sync::{Arc, OnceLock},
     thread,
 };
 
-use bytes::Bytes;
 use tokio::sync::{mpsc, watch};
-use vn100_protocol::Register;
-use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
-use super::{
-    FORMAT, RECORDING_METADATA, RESUMED,
-    reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
-    writer::{RecordingWriter, head},
-};
+use self::resume::{begins_as_ours, replaced, resume};
+use super::{reader::RecordingError, writer::RecordingWriter};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. The sender drops the others.
 const WAITING_INPUTS: usize = 1024;
@@ -81,6 +77,7 @@ pub struct Recorder {
     state: watch::Receiver<RecordingState>,
     reason: Arc<OnceLock<String>>,
     known_serial: Option<String>,
+    is_resumed: bool,
 }
 
 impl Recorder {
@@ -101,6 +98,24 @@ impl Recorder {
         Self::start(path, writer, |file| file.sync_all()).map_err(failed)
     }
 
+    /// [`resume`](Self::resume)s the recording of this name; begins it where there is none, or one
+    /// that was cut before anything was recorded.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn resume_or_create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
+        let path = path.as_ref();
+        match Self::resume(path, metadata) {
+            Err(RecordError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Self::create(path, metadata),
+            Err(RecordError::NotResumable { problem: RecordingError::NotBegun, .. }) if begins_as_ours(path) => {
+                let failed = |source| RecordError::Io { path: path.to_owned(), source };
+                let writer = replaced(path, metadata).map_err(failed)?;
+                Self::start(path, writer, |file| file.sync_all()).map_err(failed)
+            }
+            resumed => resumed,
+        }
+    }
+
     /// Resumes a recording, whole or cut: its readable part, then
     /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then what comes now.
     ///
@@ -116,7 +131,7 @@ impl Recorder {
         let (writer, known_serial) = resume(path, metadata)?;
         let recorder = Self::start(path, writer, |file| file.sync_all())
             .map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
-        Ok(Self { known_serial, ..recorder })
+        Ok(Self { known_serial, is_resumed: true, ..recorder })
     }
 
     fn start<W: Write + Send + 'static>(
@@ -135,7 +150,7 @@ impl Recorder {
         };
         // ends at an error, or when all senders are dropped
         thread::Builder::new().name("recorder".into()).spawn(work)?;
-        Ok(Self { inputs: sender, state, reason, known_serial: None })
+        Ok(Self { inputs: sender, state, reason, known_serial: None, is_resumed: false })
     }
 
     /// Where to send what shall be recorded, as in `LinkOptions::recording`. When it is full the
@@ -150,6 +165,12 @@ impl Recorder {
     #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
+    }
+
+    /// Whether the file was a recording before.
+    #[must_use]
+    pub const fn is_resumed(&self) -> bool {
+        self.is_resumed
     }
 
     /// The state of the recording, now and whenever it changes.
@@ -249,124 +270,6 @@ fn has_name(file: &File) -> io::Result<bool> {
 #[cfg(not(unix))]
 fn has_name(_file: &File) -> io::Result<bool> {
     Ok(true)
-}
-
-/// Gives the writer behind the copy, which then bears the name of the recording, and the last
-/// serial number in it. The recording stays as it was until the copy is on the disk.
-fn resume(
-    path: &Path,
-    metadata: &BTreeMap<String, String>,
-) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
-    let failed = |source| RecordError::Io { path: path.to_owned(), source };
-    if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
-        return Err(RecordError::SymbolicLink(path.to_owned()));
-    }
-    let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
-    let file = File::open(path).map_err(failed)?;
-    // the reader keeps it claimed until the copy has taken its place
-    if !NamedFile::claim(&file) {
-        return Err(RecordError::InUse(path.to_owned()));
-    }
-    let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
-    if !recording.has_our_topics() {
-        return Err(not_resumable(RecordingError::NotBegun));
-    }
-    if recording.recorded().started_ns == Some(0) {
-        return Err(not_resumable(RecordingError::Undated));
-    }
-    let copy = Copy::beside(path);
-    copy.remove_leftover().map_err(failed)?;
-    let file = File::create_new(&copy.path).map_err(failed)?;
-    NamedFile::claim(&file);
-    let mut begin = recording.head.clone();
-    for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
-        about.metadata.insert(RESUMED.into(), "true".into());
-        about.metadata.insert("format".into(), FORMAT.into());
-    }
-    let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
-    let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;
-    let topics = recording.other_topics();
-    if !topics.is_empty() {
-        return Err(not_resumable(RecordingError::Mixed(topics)));
-    }
-    writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
-    file.sync_all().map_err(failed)?;
-    copy.take_place_of(path).map_err(failed)?;
-    Ok((writer, serial))
-}
-
-/// Copies all that can be read, and marks the break. Gives the last serial number in it.
-fn copy_inputs(
-    recording: &mut RecordingReader<impl Read>,
-    writer: &mut RecordingWriter<NamedFile>,
-) -> io::Result<Option<String>> {
-    let mut parser = SampleReader::new(ReadOptions::default());
-    let mut serial = None;
-    let mut copy = |entry: Entry<'_>| match entry {
-        Entry::Bytes { at_ns, bytes } => {
-            parser.push(&bytes, None);
-            let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
-            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER) {
-                serial = Some(value.fields.to_string());
-            }
-            writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
-        }
-        Entry::Link(event) => writer.write(&StreamInput::Link(event)),
-        Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
-    };
-    while let Some(copied) = recording.next_entry(&mut copy)? {
-        copied?;
-    }
-    let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
-        // nothing came, so that nothing was interrupted
-        return Ok(serial);
-    };
-    let cause = match reason {
-        Some(reason) => format!("recording ended ({reason}) and resumed"),
-        None => "recording interrupted".into(),
-    };
-    writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
-    Ok(serial)
-}
-
-/// The copy as long as it has not taken its place; removed if it never does.
-struct Copy {
-    path: PathBuf,
-}
-
-impl Copy {
-    fn beside(recording: &Path) -> Self {
-        let mut name = OsString::from(".");
-        name.push(recording.file_name().unwrap_or_default());
-        name.push(".resuming");
-        Self { path: recording.with_file_name(name) }
-    }
-
-    /// Removes the copy of a program that was killed at it.
-    fn remove_leftover(&self) -> io::Result<()> {
-        match fs::remove_file(&self.path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
-    }
-
-    fn take_place_of(self, recording: &Path) -> io::Result<()> {
-        fs::rename(&self.path, recording)?;
-        // the name is safe when its folder is
-        #[cfg(unix)]
-        {
-            let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            File::open(folder)?.sync_all()?;
-        }
-        Ok(())
-    }
-}
-
-impl Drop for Copy {
-    fn drop(&mut self) {
-        // it was renamed if it took its place
-        let _ = fs::remove_file(&self.path);
-    }
 }
 
 #[cfg(test)]

@@ -183,6 +183,33 @@ async fn a_cut_recording_resumes_wherever_it_was_cut() {
 }
 
 #[tokio::test]
+async fn one_call_begins_a_recording_and_resumes_it_however_it_was_cut() {
+    let (folder, path) = place();
+    let begin = || Recorder::resume_or_create(&path, &conditions("me")).unwrap();
+    let first = begin();
+    assert!(!first.is_resumed());
+    record(first, &[read(5)], "stopped").await;
+    let whole = fs::read(&path).unwrap();
+    for cut in (0..whole.len()).rev().step_by(7) {
+        fs::write(&path, &whole[..cut]).unwrap();
+        let recorder = begin();
+        let is_resumed = recorder.is_resumed();
+        record(recorder, &[read(300_000_009)], "stopped again").await;
+        let (inputs, _) = replay(&path);
+        assert_eq!(inputs.last(), Some(&read(300_000_009)), "cut at {cut}");
+        assert!(is_resumed || inputs.len() == 1, "cut at {cut}");
+        assert_eq!(files(&folder), ["day.mcap"]);
+    }
+    // what is no beginning of a recording is not replaced
+    for content in ["$VNYMR,-085", "\u{89}"] {
+        fs::write(&path, content).unwrap();
+        let error = Recorder::resume_or_create(&path, &BTreeMap::new()).unwrap_err();
+        assert!(matches!(error, RecordError::NotResumable { .. }), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), content);
+    }
+}
+
+#[tokio::test]
 async fn what_is_no_recording_is_left_alone() {
     let (folder, path) = place();
     for (content, problem) in [("$VNYMR,-085", "it is no MCAP file"), ("", "it was cut before it began")] {

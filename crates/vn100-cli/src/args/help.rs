@@ -59,6 +59,7 @@ const COMMANDS: [CommandHelp; 15] = [
             ),
             ("until N of all gyroscope axes is known to 5 %", "attach /dev/ttyUSB0 --until 'gyro N ±5%'"),
             ("a sensor behind a serial server, as JSON", "attach tcp://bench:2000 -d 10min --json"),
+            ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
         files: &[RECORDING, CONDITIONS, DATASHEET],
@@ -68,7 +69,7 @@ const COMMANDS: [CommandHelp; 15] = [
         name: "record",
         examples: &[
             ("five hours, with conditions", "record /dev/ttyUSB0 -o imu.mcap -d 5h --meta bench.toml"),
-            ("more of the same, after a gap", "record /dev/ttyUSB0 -o imu.mcap --resume -d 1h"),
+            ("first start and restart alike", "record /dev/ttyUSB0 -o imu.mcap --resume --give-up 10min"),
         ],
         exit_status: OF_SENSOR,
         files: &[RECORDING, CONDITIONS],

@@ -201,7 +201,7 @@ impl ChangeArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Recording")]
 pub(crate) struct RecordingArgs {
-    /// Append to existing recordings, after a gap
+    /// Append to existing recordings, after a gap; begin those that do not exist
     #[arg(long)]
     pub(crate) resume: bool,
 

@@ -141,9 +141,20 @@ pub(crate) struct ResultArgs {
     #[arg(long, conflicts_with_all = ["ndjson", "full", "show"])]
     pub(crate) json: bool,
 
-    /// Print one JSON document per line, for every second of data time and at the end
-    #[arg(long, conflicts_with_all = ["full", "show"])]
-    pub(crate) ndjson: bool,
+    /// Print one JSON document per line, for every second of data time and at the end; "thin"
+    /// for short ones. A live source without data gives a heartbeat every second by the clock
+    #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true,
+        default_missing_value = "whole", conflicts_with_all = ["full", "show"])]
+    pub(crate) ndjson: Option<Ndjson>,
+}
+
+/// What the lines of a measurement under way hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Ndjson {
+    /// All of vn100.analysis/1 that is known so far
+    Whole,
+    /// vn100.progress/1, less than 2 KB: samples, standard deviations, N, warnings, targets
+    Thin,
 }
 
 /// A section of the full text of a result.
@@ -167,7 +178,7 @@ impl ResultArgs {
     pub(crate) fn format(&self) -> OutputFormat {
         match (self.json, self.ndjson) {
             (true, _) => OutputFormat::Json,
-            (_, true) => OutputFormat::Ndjson,
+            (_, Some(form)) => OutputFormat::Ndjson(form),
             _ if self.full => OutputFormat::Sections(Section::value_variants().to_vec()),
             _ if !self.show.is_empty() => OutputFormat::Sections(self.show.clone()),
             _ => OutputFormat::Summary(self.color),
@@ -190,13 +201,21 @@ pub(crate) enum OutputFormat {
     /// As text: the source, and its warnings.
     Head,
     /// As JSON documents in lines, written during the measurement.
-    Ndjson,
+    Ndjson(Ndjson),
 }
 
 impl OutputFormat {
     /// Whether results are text, so that a view may be shown before.
     pub(crate) const fn is_text(&self) -> bool {
         matches!(self, Self::Summary(_) | Self::Sections(_))
+    }
+
+    /// The lines written during the measurement; `None` where there are none.
+    pub(crate) const fn lines(&self) -> Option<Ndjson> {
+        match self {
+            Self::Ndjson(form) => Some(*form),
+            _ => None,
+        }
     }
 }
 

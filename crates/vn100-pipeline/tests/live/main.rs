@@ -45,6 +45,7 @@ fn spec(mut source: LiveSource) -> LiveSpec {
         output: None,
         conditions: BTreeMap::new(),
         recording: None,
+        each_second: false,
         limits: WallLimits::default(),
         stop: CancellationToken::new(),
     }

@@ -247,7 +247,7 @@ impl RecordingDocument {
 
 /// To the millisecond, as the clock of a host is not better than that; `None` for a time before
 /// 1971: it is that of a clock that was not set, or of no clock.
-fn utc(at_ns: i64) -> Option<String> {
+pub(crate) fn utc(at_ns: i64) -> Option<String> {
     const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
     let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
     (since_1970 >= YEAR).then(|| humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())

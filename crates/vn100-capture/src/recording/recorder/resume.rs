@@ -1,0 +1,158 @@
+//! A recording is resumed in a copy beside it, which takes its place when it is safely on the disk.
+
+use std::{
+    collections::BTreeMap,
+    ffi::OsString,
+    fs::{self, File},
+    io::{self, ErrorKind, Read},
+    path::{Path, PathBuf},
+};
+
+use bytes::Bytes;
+use vn100_protocol::Register;
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
+
+use super::{NamedFile, RecordError};
+use crate::recording::{
+    FORMAT, HEAD_BYTES, RECORDING_METADATA, RESUMED, is_ours,
+    reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
+    writer::{RecordingWriter, head},
+};
+
+/// Gives the writer behind the copy, which then bears the name of the recording, and the last
+/// serial number in it. The recording stays as it was until the copy is on the disk.
+pub(super) fn resume(
+    path: &Path,
+    metadata: &BTreeMap<String, String>,
+) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
+    let failed = |source| RecordError::Io { path: path.to_owned(), source };
+    if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
+        return Err(RecordError::SymbolicLink(path.to_owned()));
+    }
+    let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
+    let file = File::open(path).map_err(failed)?;
+    // the reader keeps it claimed until the copy has taken its place
+    if !NamedFile::claim(&file) {
+        return Err(RecordError::InUse(path.to_owned()));
+    }
+    let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
+    if !recording.has_our_topics() {
+        return Err(not_resumable(RecordingError::NotBegun));
+    }
+    if recording.recorded().started_ns == Some(0) {
+        return Err(not_resumable(RecordingError::Undated));
+    }
+    let copy = Copy::beside(path);
+    copy.remove_leftover().map_err(failed)?;
+    let file = File::create_new(&copy.path).map_err(failed)?;
+    NamedFile::claim(&file);
+    let mut begin = recording.head.clone();
+    for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
+        about.metadata.insert(RESUMED.into(), "true".into());
+        about.metadata.insert("format".into(), FORMAT.into());
+    }
+    let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
+    let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;
+    let topics = recording.other_topics();
+    if !topics.is_empty() {
+        return Err(not_resumable(RecordingError::Mixed(topics)));
+    }
+    writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
+    file.sync_all().map_err(failed)?;
+    copy.take_place_of(path).map_err(failed)?;
+    Ok((writer, serial))
+}
+
+/// Copies all that can be read, and marks the break. Gives the last serial number in it.
+fn copy_inputs(
+    recording: &mut RecordingReader<impl Read>,
+    writer: &mut RecordingWriter<NamedFile>,
+) -> io::Result<Option<String>> {
+    let mut parser = SampleReader::new(ReadOptions::default());
+    let mut serial = None;
+    let mut copy = |entry: Entry<'_>| match entry {
+        Entry::Bytes { at_ns, bytes } => {
+            parser.push(&bytes, None);
+            let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
+            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER) {
+                serial = Some(value.fields.to_string());
+            }
+            writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+        }
+        Entry::Link(event) => writer.write(&StreamInput::Link(event)),
+        Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
+    };
+    while let Some(copied) = recording.next_entry(&mut copy)? {
+        copied?;
+    }
+    let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
+        // nothing came, so that nothing was interrupted
+        return Ok(serial);
+    };
+    let cause = match reason {
+        Some(reason) => format!("recording ended ({reason}) and resumed"),
+        None => "recording interrupted".into(),
+    };
+    writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
+    Ok(serial)
+}
+
+/// The copy as long as it has not taken its place; removed if it never does.
+struct Copy {
+    path: PathBuf,
+}
+
+impl Copy {
+    fn beside(recording: &Path) -> Self {
+        let mut name = OsString::from(".");
+        name.push(recording.file_name().unwrap_or_default());
+        name.push(".resuming");
+        Self { path: recording.with_file_name(name) }
+    }
+
+    /// Removes the copy of a program that was killed at it.
+    fn remove_leftover(&self) -> io::Result<()> {
+        match fs::remove_file(&self.path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    fn take_place_of(self, recording: &Path) -> io::Result<()> {
+        fs::rename(&self.path, recording)?;
+        // the name is safe when its folder is
+        #[cfg(unix)]
+        {
+            let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Copy {
+    fn drop(&mut self) {
+        // it was renamed if it took its place
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Whether a file that holds no input is the beginning of a recording of this program.
+pub(super) fn begins_as_ours(path: &Path) -> bool {
+    let mut beginning = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut beginning));
+    // where it was cut so early, only the beginning of any MCAP file is there
+    read.is_ok_and(|length| length < HEAD_BYTES as usize || is_ours(&beginning))
+}
+
+/// The writer of a new recording in the place of that file, which holds no input.
+pub(super) fn replaced(path: &Path, metadata: &BTreeMap<String, String>) -> io::Result<RecordingWriter<NamedFile>> {
+    let copy = Copy::beside(path);
+    copy.remove_leftover()?;
+    let file = File::create_new(&copy.path)?;
+    NamedFile::claim(&file);
+    let writer = RecordingWriter::new(NamedFile(file.try_clone()?), metadata)?;
+    file.sync_all()?;
+    copy.take_place_of(path)?;
+    Ok(writer)
+}
