@@ -83,6 +83,7 @@ async fn attach_all(
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut monitors = Vec::new();
     let mut unrecorded = Vec::new();
+    let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, &stop)).transpose()?;
     let sources: Vec<JoinHandle<Result<Measured>>> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
         .map(|(number, (source, recording))| {
@@ -97,7 +98,7 @@ async fn attach_all(
         .collect();
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
-        let view = View::show(monitors, messages, Arc::clone(&job.evaluation), job.args.view.options(), stop)?;
+        let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
         // without a terminal only what is recorded is worth continuing for
         let shown = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
         writer.write_all(&shown)?;

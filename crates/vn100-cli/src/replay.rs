@@ -74,12 +74,13 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         let settings = Settings { recent: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
+    let view_options = args.view.options(&files.settings(), &stop)?;
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, Goals::of(&files.settings()))).collect();
     let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
     let all_stop = stop.clone();
-    let view = View::show(monitors, messages, evaluation, args.view.options(), stop)?;
+    let view = View::show(monitors, messages, evaluation, view_options, stop)?;
     let shown = view.until(all_of(results), || all_stop.cancel()).await?;
     let mut writer = ResultWriter::new(args.result.format());
     writer.write_all(&shown)?;

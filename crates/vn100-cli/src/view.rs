@@ -7,13 +7,17 @@
 mod allan;
 mod background;
 mod channels;
+mod chart;
 mod curve;
 mod draw;
 mod faults;
 mod goals;
 mod health;
 mod keys;
+mod overview;
 mod parameters;
+mod plots;
+mod reference;
 mod save;
 mod sheet;
 mod source;
@@ -56,6 +60,8 @@ use vn100_report::{Evaluation, printable};
 use crate::exit::{print, report};
 
 pub(crate) use goals::Goals;
+use reference::PendingReference;
+pub(crate) use reference::Reference;
 pub(crate) use source::SourceMonitor;
 pub(crate) use terminal::{give_back, is_there};
 pub(crate) use theme::ThemeChoice;
@@ -90,7 +96,7 @@ impl View {
         thread::Builder::new()
             .name("vn100-view".into())
             .spawn(move || {
-                let ended = run_view(screen, sources, theme, &shared);
+                let ended = run_view(screen, sources, theme, options.reference, &shared);
                 // the program may have left without waiting
                 let _ = sender.send(ended);
             })
@@ -148,9 +154,10 @@ pub(crate) struct Shown<T> {
 }
 
 /// What is chosen before it is shown.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct ViewOptions {
     pub(crate) theme: ThemeChoice,
+    pub(crate) reference: Option<PendingReference>,
 }
 
 const FAULT: &str = "internal error: the live view has ended; the measurement continues, Ctrl-C ends it";
@@ -233,7 +240,13 @@ pub(crate) enum Ended {
 }
 
 /// Runs until it is closed, or the terminal is gone.
-fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, mut theme: Theme, shared: &ViewContext) -> Ended {
+fn run_view(
+    mut screen: Screen,
+    mut monitors: Vec<SourceMonitor>,
+    mut theme: Theme,
+    mut reference: Option<PendingReference>,
+    shared: &ViewContext,
+) -> Ended {
     let started = Instant::now();
     let mut state = ViewState::new(monitors.len());
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
@@ -262,6 +275,15 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, mut theme: The
             let looked = Instant::now();
             looked_at = Some(looked);
             let elapsed = started.elapsed();
+            if let Some(Ok(measured)) = reference.as_mut().map(PendingReference::try_recv) {
+                reference = None;
+                match measured {
+                    Ok(found) => {
+                        monitors.iter_mut().for_each(|source| source.shown.reference = Some(Arc::clone(&found)))
+                    }
+                    Err(why) => state.message = Some(why),
+                }
+            }
             let changed =
                 monitors.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
             if changed && !state.frozen {

@@ -1,6 +1,12 @@
 //! The options of the live view.
 
-use crate::view::{ThemeChoice, ViewOptions};
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::Settings;
+
+use crate::view::{Reference, ThemeChoice, ViewOptions};
 
 /// How the live view looks; no document, report or exit code depends on it.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -9,10 +15,19 @@ pub(crate) struct ViewArgs {
     /// Colours of the live view; auto asks the terminal for its background
     #[arg(long, value_name = "THEME", value_enum)]
     pub(crate) theme: Option<ThemeChoice>,
+
+    /// Show the curve of an earlier record below the present one, measured in the same way
+    #[arg(long, value_name = "FILE")]
+    pub(crate) reference: Option<PathBuf>,
 }
 
 impl ViewArgs {
-    pub(crate) fn options(&self) -> ViewOptions {
-        ViewOptions { theme: self.theme.unwrap_or_default() }
+    /// Of a measurement by these settings. The reference is measured from now on.
+    pub(crate) fn options(&self, settings: &Settings, stop: &CancellationToken) -> Result<ViewOptions> {
+        if let Some(path) = &self.reference {
+            std::fs::metadata(path).with_context(|| format!("cannot read the reference {}", path.display()))?;
+        }
+        let measure = |path: &PathBuf| Reference::measure(path.clone(), settings.clone(), stop);
+        Ok(ViewOptions { theme: self.theme.unwrap_or_default(), reference: self.reference.as_ref().map(measure) })
     }
 }

@@ -5,8 +5,8 @@ use imu_noise::PowerLaw;
 use ratatui::{
     Frame,
     buffer::Buffer,
-    layout::{Constraint, Layout, Position, Rect},
-    style::{Color, Style},
+    layout::{Constraint, Layout, Rect},
+    style::Color,
     symbols::Marker,
     text::{Line, Span},
     widgets::{
@@ -20,17 +20,19 @@ use vn100_report::{
 };
 
 use super::{
-    curve::{AllanCurve, AllanPlot, LogAxis, next_octave},
+    chart::{ChartAxes, LABELS, dense, draw_cursor, draw_grid, put},
+    curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE, next_octave},
     draw::{Regions, Scene, framed},
     parameters,
     sheet::SHEET,
     source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
+    warnings::shortened,
 };
 
-/// Columns left of the plot, for the labels of its grid.
-const LABELS: u16 = 7;
+/// Columns of the name of the reference where room is short.
+const SHORT_NAME: usize = 12;
 
 /// Draws it; alone on the screen with a line of what is known of the noise.
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions, alone: bool) {
@@ -70,6 +72,10 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
         let text = if whole { " ┈ model and terms " } else { " ┈ model " };
         spans.push(Span::styled(text, theme.faint()));
     }
+    if let Some(reference) = source.reference.as_ref().filter(|_| plot.curves.iter().any(|c| c.reference.is_some())) {
+        let name = if whole { reference.name.clone() } else { shortened(&reference.name, SHORT_NAME) };
+        spans.push(Span::styled(format!(" {REFERENCE} {name} "), theme.faint()));
+    }
     if plot.sheet.is_some() {
         spans.push(Span::styled(format!(" {SHEET} data sheet "), theme.faint()));
     }
@@ -96,10 +102,10 @@ fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
         let interval = match (point.lower, point.upper) {
             (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
-            _ if point.deviation.is_some() => "no interval, edf < 2".into(),
+            _ if point.deviation.is_some() => "no interval: too few averages".into(),
             _ => "no interval yet".into(),
         };
-        let edf = point.edf.map_or(String::new(), |edf| format!("  edf {}", digits(edf, 3)));
+        let edf = point.edf.map_or(String::new(), |edf| format!("  {} averages", digits(edf, 2)));
         let kind = point.alpha.map_or(String::new(), |alpha| format!("  {}", noise_name(alpha)));
         let text = format!(" {sign} τ {:<8} σ {value:<8} {interval}{edf}{kind}", format!("{} s", tau(point.tau_s)));
         Some(Line::styled(scene.theme.spelled(text), scene.theme.axis(curve.axis)))
@@ -152,13 +158,16 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     let first = plot.curves.first().map_or(&[][..], |curve| &curve.points);
     regions.octaves =
         first.iter().enumerate().filter_map(|(place, point)| Some((axes.column(point.tau_s)?, place))).collect();
-    draw_grid(frame.buffer_mut(), axes, bottom.y, theme, cursor_tau);
+    draw_grid(frame.buffer_mut(), axes, bottom.y, theme, "τ (s)");
+    draw_cursor(frame.buffer_mut(), axes, cursor_tau);
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);
     frame.render_widget(
         canvas.paint(|context| {
             for line in shown.lines() {
                 let points: Vec<_> = dense(&line.points).into_iter().filter(|p| axes.within(*p)).collect();
-                context.draw(&Points { coords: &points, color: Theme::colour_of(theme.faint()) });
+                let of = |curve: &&AllanCurve| curve.reference.as_ref().is_some_and(|own| std::ptr::eq(own, line));
+                let axis = shown.curves.iter().find(of).map(|curve| theme.axis(curve.axis));
+                context.draw(&Points { coords: &points, color: Theme::colour_of(axis.unwrap_or(theme.faint())) });
             }
             context.layer();
             for curve in &shown.curves {
@@ -170,66 +179,6 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     );
     draw_points(frame.buffer_mut(), axes, &shown.curves, theme, cursor_tau);
     draw_letters(frame.buffer_mut(), axes, &shown, theme);
-}
-
-/// Both axes and where they are on the screen.
-#[derive(Clone, Copy)]
-struct ChartAxes {
-    x: LogAxis,
-    y: LogAxis,
-    chart: Rect,
-}
-
-impl ChartAxes {
-    fn column(self, tau_s: f64) -> Option<u16> {
-        let part = self.x.part(tau_s)?;
-        Some(self.chart.x + (part * f64::from(self.chart.width - 1)).round() as u16)
-    }
-
-    fn row(self, deviation: f64) -> Option<u16> {
-        let part = self.y.part(deviation)?;
-        Some(self.chart.bottom() - 1 - (part * f64::from(self.chart.height - 1)).round() as u16)
-    }
-
-    /// Whether a point, in logarithms, is in the chart.
-    fn within(self, (x, y): (f64, f64)) -> bool {
-        (self.x.low..=self.x.high).contains(&x) && (self.y.low..=self.y.high).contains(&y)
-    }
-}
-
-fn put(buffer: &mut Buffer, x: u16, y: u16, text: &str, style: Style) {
-    for (x, sign) in (x..).zip(text.chars()) {
-        if let Some(cell) = buffer.cell_mut(Position::new(x, y)) {
-            cell.set_char(sign).set_style(style);
-        }
-    }
-}
-
-fn draw_grid(buffer: &mut Buffer, axes: ChartAxes, label_row: u16, theme: Theme, cursor_tau: f64) {
-    let chart = axes.chart;
-    let columns = axes.x.ticks(usize::from(chart.width / 9));
-    let rows = axes.y.ticks(usize::from(chart.height / 2));
-    for tick in &rows {
-        let Some(row) = axes.row(10_f64.powf(tick.at)) else { continue };
-        put(buffer, chart.x, row, &"┈".repeat(chart.width.into()), theme.faint());
-        let width = tick.label.len() as u16;
-        put(buffer, chart.x.saturating_sub(width + 1), row, &tick.label, Style::new());
-    }
-    for tick in &columns {
-        let Some(column) = axes.column(10_f64.powf(tick.at)) else { continue };
-        for row in chart.top()..chart.bottom() {
-            put(buffer, column, row, "┊", theme.faint());
-        }
-        let width = tick.label.len() as u16;
-        let label = column.saturating_sub(width / 2).min(chart.right().saturating_sub(width));
-        put(buffer, label, label_row, &tick.label, Style::new());
-    }
-    put(buffer, chart.x.saturating_sub(LABELS), label_row, &theme.spelled("τ (s)"), theme.faint());
-    if let Some(column) = axes.column(cursor_tau) {
-        for row in chart.top()..chart.bottom() {
-            put(buffer, column, row, "│", Style::new());
-        }
-    }
 }
 
 fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAxes, curve: &AllanCurve, color: Color) {
@@ -283,24 +232,11 @@ fn draw_letters(buffer: &mut Buffer, axes: ChartAxes, plot: &AllanPlot, theme: T
         let end = match letter {
             "N" => inside.next_back(),
             SHEET => inside.next().map(|(column, row)| (column + 2, row)),
+            REFERENCE => inside.next_back().map(|(column, row)| (column.saturating_sub(1), row)),
             _ => inside.next(),
         };
         if let Some((column, row)) = end.filter(|(column, _)| *column < axes.chart.right()) {
             put(buffer, column, row, letter, theme.chosen());
         }
     }
-}
-
-/// Points between the given ones, close enough for a line of dots; in logarithms.
-fn dense(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    const BETWEEN: u32 = 8;
-    let logs: Vec<_> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
-    logs.windows(2)
-        .flat_map(|pair| {
-            (0..BETWEEN).map(|step| {
-                let part = f64::from(step) / f64::from(BETWEEN);
-                (pair[0].0 + part * (pair[1].0 - pair[0].0), pair[0].1 + part * (pair[1].1 - pair[0].1))
-            })
-        })
-        .collect()
 }

@@ -31,7 +31,12 @@ pub(crate) struct AllanCurve {
     pub(crate) points: Vec<Point>,
     /// The model and its parts; only for an axis that is drawn alone.
     pub(crate) model: Vec<ModelLine>,
+    /// Of the reference, where that has the axis.
+    pub(crate) reference: Option<ModelLine>,
 }
+
+/// The letter of the reference in the plot.
+pub(crate) const REFERENCE: &str = "R";
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelLine {
@@ -46,13 +51,21 @@ impl AllanPlot {
         let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
         let factor = unit.factor;
         let axes = group.channels.iter().enumerate();
-        let curves = axes.filter(|(axis, _)| state.axes == ShownAxes::All || state.axes == ShownAxes::One(*axis));
+        let curves = axes.filter(|(axis, _)| state.is_shown(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
             let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
             let alone = state.axes != ShownAxes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
-            AllanCurve { name: channel.name.clone(), axis, points, model }
+            let reference = source
+                .reference
+                .as_ref()
+                .filter(|reference| !state.is_without_reference && reference.deviation == source.snapshot.deviation);
+            let reference = reference.and_then(|reference| reference.curve(channel)).map(|points| ModelLine {
+                term: Some(REFERENCE),
+                points: points.iter().map(|(tau_s, deviation)| (*tau_s, deviation * factor)).collect(),
+            });
+            AllanCurve { name: channel.name.clone(), axis, points, model, reference }
         });
         let mut plot = Self { unit, curves: curves.collect(), sheet: None };
         let mut taus: Vec<f64> = plot.taus().collect();
@@ -63,14 +76,15 @@ impl AllanPlot {
     }
 
     /// Every deviation that must be seen, with the bounds of those that are known well enough; of
-    /// the data sheet what is near them.
+    /// the data sheet and the reference what is near them.
     pub(crate) fn deviations(&self) -> Vec<f64> {
         const NEAR: f64 = 3.0;
         let mut all: Vec<f64> = self.measured().collect();
         let least = all.iter().copied().filter(|deviation| *deviation > 0.0).fold(f64::INFINITY, f64::min);
         let most = all.iter().copied().fold(0.0, f64::max);
-        let sheet = self.sheet.iter().flat_map(|line| &line.points).map(|(_, deviation)| *deviation);
-        all.extend(sheet.filter(|deviation| (least / NEAR..most * NEAR).contains(deviation)));
+        let others = self.curves.iter().filter_map(|curve| curve.reference.as_ref()).chain(&self.sheet);
+        let others = others.flat_map(|line| &line.points).map(|(_, deviation)| *deviation);
+        all.extend(others.filter(|deviation| (least / NEAR..most * NEAR).contains(deviation)));
         all
     }
 
@@ -83,7 +97,7 @@ impl AllanPlot {
 
     /// Those that are no measurement: the models of the curves, and the data sheet.
     pub(crate) fn lines(&self) -> impl Iterator<Item = &ModelLine> {
-        self.curves.iter().flat_map(|curve| &curve.model).chain(&self.sheet)
+        self.curves.iter().flat_map(|curve| curve.model.iter().chain(&curve.reference)).chain(&self.sheet)
     }
 
     pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {

@@ -12,9 +12,9 @@ use ratatui::{
 use vn100_report::{names::names_of, numbers::plain::grouped};
 
 use super::{
-    allan, channels, health, keys, parameters,
+    allan, channels, health, keys, overview, parameters, plots,
     source::SourceView,
-    state::{Panel, ViewState},
+    state::{Panel, Plot, ViewState},
     theme::Theme,
     waiting, warnings,
 };
@@ -46,7 +46,11 @@ pub(crate) struct Scene<'a> {
 
 /// Draws a frame with a title, that of the panel chosen brighter; gives the place within.
 pub(crate) fn framed(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, title: String) -> Rect {
-    let chosen = scene.state.panel == panel;
+    framed_as(frame, area, scene, scene.state.panel == panel, title)
+}
+
+/// The same for a panel that is chosen, or not.
+pub(crate) fn framed_as(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, chosen: bool, title: String) -> Rect {
     let title = format!(" {title} ");
     let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
     let border = if chosen { Style::new() } else { scene.theme.faint() };
@@ -61,6 +65,10 @@ pub(crate) const LEAST: (u16, u16) = (60, 16);
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
 
+/// From here on, two more plots stand below them, with so many rows.
+const MORE_PANELS: (u16, u16) = (160, 56);
+const MORE_ROWS: u16 = 15;
+
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     let area = frame.area();
     let mut regions = Regions::default();
@@ -71,7 +79,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
         keys::draw_help(frame, area, scene, page);
     } else if scene.state.overview {
         let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
-        health::draw_overview(frame, body, scene);
+        overview::draw(frame, body, scene);
         keys::draw_footer(frame, keys, scene);
     } else {
         one_source(frame, area, scene, &mut regions);
@@ -105,6 +113,19 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
         panel(frame, body, scene, scene.state.panel, regions, true);
         return;
     }
+    let has_more = area.width >= MORE_PANELS.0 && area.height >= MORE_PANELS.1;
+    let [body, middle] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(if has_more { MORE_ROWS } else { 0 })]).areas(body);
+    if has_more {
+        let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(middle);
+        let others = match scene.state.plot {
+            Plot::Deviation => [Plot::Spectrum, Plot::Segments],
+            Plot::Spectrum => [Plot::Segments, Plot::Temperature],
+            Plot::Segments | Plot::Temperature => [Plot::Spectrum, Plot::Segments],
+        };
+        plots::draw(frame, left, scene, others[0]);
+        plots::draw(frame, right, scene, others[1]);
+    }
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
     let lower_rows = (source.values.len() as u16 + 3).max(lower.height).min(body.height / 2);
     let [upper, lower] =
@@ -125,6 +146,9 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
 fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regions: &mut Regions, alone: bool) {
     regions.panels.push((area, panel));
     match panel {
+        Panel::Allan if scene.state.plot != Plot::Deviation => {
+            plots::draw(frame, area, scene, scene.state.plot);
+        }
         Panel::Allan => allan::draw(frame, area, scene, regions, alone),
         Panel::Parameters => parameters::draw(frame, area, scene),
         Panel::Statistics => channels::draw_statistics(frame, area, scene, regions),

@@ -1,21 +1,20 @@
 //! The health of a source: where it is, how regularly its lines come, what was lost. In three lines
-//! above the panels, and in four for each of several sources side by side.
+//! above the panels, with the goals below.
 
-use imu_noise::Term;
 use indicatif::HumanBytes;
 use ratatui::{
     Frame,
     layout::Rect,
     style::Style,
     text::{Line, Span},
-    widgets::{Block, Borders, Paragraph},
+    widgets::Paragraph,
 };
-use vn100_analysis::{RateFrom, Severity, sensor_of};
+use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::{names_of, rejected_lines},
+    names::rejected_lines,
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
@@ -24,20 +23,20 @@ use super::{
     draw::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
-    units::{convention, shown_unit},
     warnings::{in_gaps, shortened},
 };
 use crate::status::link_name;
 
 /// How much is spelled out, the most first: the first that has room is drawn.
-const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
+const DETAILS: [Detail; 4] = [Detail::All, Detail::Some, Detail::Little, Detail::Least];
 
 /// Columns of a name that say which one it is.
 pub(crate) const LEAST_NAME: usize = 8;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Detail {
     Least,
+    Little,
     Some,
     All,
 }
@@ -126,11 +125,11 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
         }
         parts.add(name, Style::new().bold());
         let (word, style) = link_word(source, theme);
-        let word = if detail == Detail::Least { word.trim_end_matches(" baud").to_owned() } else { word };
+        let word = if detail <= Detail::Little { word.trim_end_matches(" baud").to_owned() } else { word };
         parts.add(word, style);
         if let Some(layout) = &source.snapshot.layout {
             let nature = match layout.compensated {
-                _ if detail == Detail::Least => "",
+                _ if detail <= Detail::Little => "",
                 Some(true) => "compensated",
                 Some(false) => "uncompensated",
                 None => "compensation unknown",
@@ -161,6 +160,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
                 RateFrom::Arrival => (" from arrivals", Style::new()),
                 RateFrom::Assumed => (" ASSUMED", theme.warning()),
             };
+            let source = if detail == Detail::Least && from != RateFrom::Assumed { "" } else { source };
             parts.add(format!("rate {} Hz{source}", digits_trimmed(timing.rate_hz, 6)), style);
         }
     }
@@ -173,18 +173,27 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
             Detail::All => parts.add(format!("measured {hz:.3} Hz ({})", ppm(offset_ppm)), Style::new()),
             Detail::Some => parts.add(format!("measured {hz:.3} Hz"), Style::new()),
             // the previous rate
-            Detail::Least if snapshot.rate_change.is_some() => {}
-            Detail::Least => parts.add(format!("clock {}", ppm(offset_ppm)), Style::new()),
+            Detail::Little | Detail::Least if snapshot.rate_change.is_some() => {}
+            Detail::Little | Detail::Least => parts.add(format!("clock {}", ppm(offset_ppm)), Style::new()),
         }
     }
     if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
-        let [p50, p99, max] = [arrivals.p50_us, arrivals.p99_us, arrivals.max_us].map(|us| digits(us as f64 / 1e3, 3));
-        let word = if detail == Detail::Least { "" } else { "intervals " };
-        parts.add(format!("{word}p50 {p50} p99 {p99} max {max} ms"), Style::new());
+        let [median, most, max] =
+            [arrivals.p50_us, arrivals.p99_us, arrivals.max_us].map(|us| digits(us as f64 / 1e3, 3));
+        let text = match detail {
+            Detail::All => format!("intervals median {median}, 99 % within {most}, longest {max} ms"),
+            Detail::Some => format!("intervals {median}, longest {max} ms"),
+            Detail::Little => format!("every {median}, longest {max} ms"),
+            Detail::Least => format!("longest {max} ms"),
+        };
+        parts.add(text, Style::new());
     }
     if let Some(load) = source.line_load() {
         let style = if load > 0.9 { theme.warning() } else { Style::new() };
-        parts.add(format!("load {:.0} %", 100.0 * load), style);
+        let text = if detail <= Detail::Little { "baud" } else { "of the baud rate" };
+        let load = 100.0 * load;
+        let text = if detail <= Detail::Little { format!("{text} {load:.0} %") } else { format!("{load:.0} % {text}") };
+        parts.add(text, style);
     }
     parts.line()
 }
@@ -194,12 +203,12 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
     let time = match detail {
-        Detail::Least => String::new(),
+        Detail::Little | Detail::Least => String::new(),
         Detail::Some | Detail::All => format!(" in {}", time(timing.duration_s())),
     };
     parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
     let tally = &snapshot.link.tally;
-    let rejected = if detail == Detail::Least { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
+    let rejected = if detail <= Detail::Little { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
     parts.add(format!("rejected {rejected}"), counted(tally.rejected.total()));
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
@@ -230,7 +239,7 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         None => {}
     }
     let temperature = source.values.iter().find(|channel| channel.quantity == Quantity::Temperature);
-    if let Some(mean) = temperature.and_then(|channel| channel.mean).filter(|_| detail != Detail::Least) {
+    if let Some(mean) = temperature.and_then(|channel| channel.mean).filter(|_| detail > Detail::Little) {
         parts.add(theme.spelled(format!("{mean:.1} °C")), Style::new());
     }
     parts.line()
@@ -259,81 +268,4 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Play
     ]);
     frame.render_widget(Paragraph::new(line), area);
     bar
-}
-
-/// Lines of a source, with one below.
-const LINES: usize = 5;
-
-pub(crate) fn draw_overview(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let frozen = if scene.state.frozen { ", FROZEN, still measuring" } else { "" };
-    let block = Block::new().borders(Borders::ALL).title(format!(" {} sources{frozen} ", scene.sources.len()));
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
-    let room = usize::from(inner.height) / LINES;
-    let first = (scene.state.source + 1).saturating_sub(room.max(1));
-    let lines: Vec<Line<'_>> = (scene.sources.iter().enumerate().skip(first).take(room.max(1)))
-        .flat_map(|(place, source)| one(scene, place, source, usize::from(inner.width)))
-        .collect();
-    frame.render_widget(Paragraph::new(lines), inner);
-}
-
-fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec<Line<'static>> {
-    let theme = scene.theme;
-    let (word, style) = link_word(source, theme);
-    let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
-    let chosen = if place == scene.state.source { theme.chosen() } else { Style::new().bold() };
-    let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
-    let lost = snapshot.link.tally.rejected.total() + timing.missing;
-    let health =
-        format!("  rejected {}  dropped {}", grouped(snapshot.link.tally.rejected.total()), grouped(timing.missing));
-    let head = |name: &str| {
-        Line::from(vec![
-            Span::styled(format!(" {} {name} ", place + 1), chosen),
-            Span::raw(" "),
-            Span::styled(word.clone(), style),
-            Span::styled(health.clone(), if lost > 0 { theme.warning() } else { Style::new() }),
-        ])
-    };
-    // what stands behind the name changes, and it does not
-    let beside = head("").width();
-    let head = head(&shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)));
-    let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
-    let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
-    let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
-    let mut warned: Vec<String> = match &source.phase {
-        SourcePhase::Ended(reason) => reason.iter().cloned().collect(),
-        SourcePhase::Preparing | SourcePhase::Measuring => Vec::new(),
-    };
-    warned.extend(source.faults.all().iter().map(|fault| fault.title(source.now)));
-    let broken = !warned.is_empty();
-    let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
-    warned.extend(warnings.map(|warning| theme.spelled(warning.title())));
-    let more = warned.len().saturating_sub(1);
-    let warned = warned.into_iter().next();
-    let more = if more > 0 { format!(" +{more} more") } else { String::new() };
-    let warned = warned.map_or(String::new(), |text| {
-        format!("{}{more}", shortened(&format!("   ! {text}"), width.saturating_sub(more.len())))
-    });
-    vec![
-        head,
-        Line::raw(counts),
-        Line::raw(format!("   {}", noise.join("   "))),
-        Line::styled(warned, if broken { theme.error() } else { theme.warning() }),
-        Line::raw(""),
-    ]
-}
-
-fn white_noise(scene: Scene<'_>, source: &SourceView, quantity: Quantity) -> String {
-    let Some(unit) = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
-        return String::new();
-    };
-    let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
-    let values: Vec<String> = axes
-        .filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White))
-        .map(|white| white.value.map_or("-".into(), |value| digits(value * unit.factor, 2)))
-        .collect();
-    if values.is_empty() {
-        return String::new();
-    }
-    format!("{} N {} {}", names_of(quantity).short, values.join(" "), scene.theme.spelled(shown_unit(unit)))
 }

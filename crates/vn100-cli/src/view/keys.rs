@@ -62,7 +62,16 @@ fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
 fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     let state = scene.state;
     if state.overview {
-        return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
+        return vec![
+            ("q", "quit"),
+            ("?", "help"),
+            ("↑↓", "choose"),
+            ("enter", "open"),
+            ("t", "sort"),
+            ("u", "unit"),
+            ("f", "freeze"),
+            ("s", "save"),
+        ];
     }
     let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
@@ -83,7 +92,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     }
     match state.panel {
         Panel::Warnings => keys.push(("↑↓", "choose")),
-        Panel::Allan => keys.push(("←→", "cursor")),
+        Panel::Allan => keys.extend([("v", "plot"), ("←→", "cursor")]),
         Panel::Parameters | Panel::Statistics | Panel::Signal => {}
     }
     keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save"), ("-=", "zoom")]);
@@ -91,7 +100,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-const KEYS: [(&str, &str); 23] = [
+const KEYS: [(&str, &str); 26] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -101,6 +110,8 @@ const KEYS: [(&str, &str); 23] = [
     ("e enter  esc", "enlarge the panel, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
+    ("X Y Z", "show or hide an axis among all"),
+    ("v  V", "deviation, spectrum, segments, temperature"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
     ("= -", "zoom at the cursor; in Signal: time span"),
@@ -110,7 +121,8 @@ const KEYS: [(&str, &str); 23] = [
     ("w", "warm-up over: exclude everything so far"),
     ("r", "start over: discard everything so far"),
     ("Ctrl-Z", "suspend; nothing is read until fg"),
-    ("o  n p", "several sources: overview, next, previous"),
+    ("o  n p", "several sources: the table, next, previous"),
+    ("t", "in the table: sort by place, warnings, loss, N"),
     ("space  .", "replay: pause or resume; one second forward"),
     ("> <", "replay: faster, slower"),
     ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
@@ -121,7 +133,7 @@ const KEYS: [(&str, &str); 23] = [
 const MEANINGS: [(&str, &str); 17] = [
     ("σ(τ)", "deviation between averages over τ seconds"),
     ("↑ ↓", "the bar extends beyond the plot"),
-    ("edf", "equivalent degrees of freedom of a point"),
+    ("averages", "independent averages behind a point (edf)"),
     ("N", "ARW, VRW: white noise, σ falls as 1/√τ"),
     ("B", "bias instability: flat minimum of σ"),
     ("K", "random walk of the bias: σ rises as √τ"),
@@ -130,10 +142,10 @@ const MEANINGS: [(&str, &str); 17] = [
     ("not measurable", "the message does not carry it"),
     ("sensor", "the sensor's own N, without aliasing"),
     ("S, verdict", "the data sheet, as this stream shows it"),
-    ("fit p", "goodness of fit: below 0.01 rejected"),
+    ("fit", "of the noise model; rejected below p = 0.01"),
     ("ppm", "clock offset: measured over nominal rate"),
-    ("p50 p99 max", "ms between sentences: median, 99 %, max"),
-    ("load", "share of the baud rate in use"),
+    ("intervals", "ms between sentences: median, 99 % of them"),
+    ("baud %", "share of the baud rate that is in use"),
     ("rejected", "damaged sentences: checksum, fields"),
     ("dropped", "samples that never arrived, or rejected"),
 ];

@@ -183,8 +183,17 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         &theme.spelled("τ (s)"),
         quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s))),
     ));
-    lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
+    lines.push(row("fit", quality(|quality| format!("{} p {}", fit_word(quality.p), digits(quality.p, 2)))));
     lines
+}
+
+/// By the probability that the model leaves as much as it does.
+fn fit_word(p: f64) -> &'static str {
+    match p {
+        0.05.. => "good",
+        0.01.. => "doubtful",
+        _ => "rejected",
+    }
 }
 
 fn wrapped(text: &str, width: usize, style: Style) -> Vec<Line<'static>> {

@@ -15,7 +15,7 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
-use super::{faults::Faults, goals::Goals};
+use super::{faults::Faults, goals::Goals, reference::Reference};
 use crate::{status::up, words};
 
 /// One source at one moment.
@@ -37,6 +37,7 @@ pub(crate) struct SourceView {
     pub(crate) warnings: Vec<Warning>,
     /// What is broken now.
     pub(crate) faults: Faults,
+    pub(crate) reference: Option<Arc<Reference>>,
     /// What the measurement ends by.
     pub(crate) goals: Arc<Goals>,
     /// Since the view began.
@@ -78,6 +79,7 @@ impl SourceView {
             values: Vec::new(),
             warnings: Vec::new(),
             faults: Faults::default(),
+            reference: None,
             goals: Arc::default(),
             now: Duration::ZERO,
             verdicts: None,

@@ -9,6 +9,7 @@ use vn100_pipeline::Command;
 
 use super::{
     draw::Regions,
+    overview::SortedBy,
     source::{ChannelGroup, SourceView},
 };
 
@@ -34,6 +35,25 @@ impl Panel {
             Self::Signal => "Signal",
             Self::Warnings => "Warnings",
         }
+    }
+}
+
+/// What the panel of curves shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Plot {
+    #[default]
+    Deviation,
+    Spectrum,
+    Segments,
+    Temperature,
+}
+
+impl Plot {
+    const ALL: [Self; 4] = [Self::Deviation, Self::Spectrum, Self::Segments, Self::Temperature];
+
+    fn next(self, steps: usize) -> Self {
+        let place = Self::ALL.iter().position(|plot| *plot == self).unwrap_or(0);
+        Self::ALL[(place + steps) % Self::ALL.len()]
     }
 }
 
@@ -69,6 +89,7 @@ pub(crate) enum ViewRequest {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct ViewState {
     pub(crate) overview: bool,
+    pub(crate) sorted_by: SortedBy,
     /// The source shown, or chosen among all.
     pub(crate) source: usize,
     pub(crate) panel: Panel,
@@ -76,6 +97,11 @@ pub(crate) struct ViewState {
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
     pub(crate) axes: ShownAxes,
+    /// Those not shown among all.
+    pub(crate) hidden: [bool; 3],
+    pub(crate) plot: Plot,
+    /// The reference is not shown.
+    pub(crate) is_without_reference: bool,
     /// The octave that is read out; `None` for the last one.
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
@@ -95,6 +121,9 @@ pub(crate) struct ViewState {
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
 }
+
+/// Rows of the table that a page is.
+const PAGE: isize = 10;
 
 /// Halvings of an axis that still show something.
 const MOST_ZOOM: u8 = 4;
@@ -134,6 +163,25 @@ impl ViewState {
             ShownAxes::One(axis) => axis.min(group.channels.len() - 1),
         };
         group.channels.get(axis).copied()
+    }
+
+    /// Whether the curve of this axis of the sensor is shown.
+    pub(crate) fn is_shown(&self, axis: usize) -> bool {
+        match self.axes {
+            ShownAxes::All => !self.hidden.get(axis).copied().unwrap_or(false),
+            ShownAxes::One(one) => one == axis,
+        }
+    }
+
+    /// Shows the axis, or hides it; never the last one.
+    fn toggle(&mut self, axis: usize) {
+        if let ShownAxes::One(one) = self.axes {
+            (self.axes, self.hidden) = (ShownAxes::All, [0, 1, 2].map(|axis| axis != one));
+        }
+        self.hidden[axis] = !self.hidden[axis];
+        if self.hidden == [true; 3] {
+            self.hidden = [false; 3];
+        }
     }
 
     /// The octave that is read out, of so many.
@@ -198,7 +246,7 @@ impl ViewState {
             KeyCode::Char('p') => self.source = (self.source + sources.len().max(1) - 1) % sources.len().max(1),
             KeyCode::Char('w') => self.ask(Question::EndWarmUp, sources),
             KeyCode::Char('r') => self.ask(Question::StartOver, sources),
-            _ if self.overview => self.key_of_overview(key.code, sources.len()),
+            _ if self.overview => self.key_of_overview(key.code, sources),
             code => return self.key_of_source(code, sources.get(self.source)?),
         }
         None
@@ -212,19 +260,33 @@ impl ViewState {
         }
     }
 
-    fn key_of_overview(&mut self, code: KeyCode, sources: usize) {
+    fn key_of_overview(&mut self, code: KeyCode, sources: &[SourceView]) {
         match code {
             KeyCode::Enter | KeyCode::Char('e') => self.overview = false,
-            KeyCode::Up | KeyCode::Char('k') => self.source = step(self.source, false, sources),
-            KeyCode::Down | KeyCode::Char('j') => self.source = step(self.source, true, sources),
+            KeyCode::Up | KeyCode::Char('k') => self.step_row(-1, sources),
+            KeyCode::Down | KeyCode::Char('j') => self.step_row(1, sources),
+            KeyCode::PageUp => self.step_row(-PAGE, sources),
+            KeyCode::PageDown => self.step_row(PAGE, sources),
+            KeyCode::Home => self.step_row(isize::MIN, sources),
+            KeyCode::End => self.step_row(isize::MAX, sources),
+            KeyCode::Char('t') => self.sorted_by = self.sorted_by.next(),
+            KeyCode::Char('u') => self.units += 1,
             KeyCode::Char(digit @ '1'..='9') => {
                 let source = digit as usize - '1' as usize;
-                if source < sources {
+                if source < sources.len() {
                     (self.source, self.overview) = (source, false);
                 }
             }
             _ => {}
         }
+    }
+
+    /// So many rows down in the table, no further than its ends.
+    fn step_row(&mut self, rows: isize, sources: &[SourceView]) {
+        let order = self.sorted_by.order(sources);
+        let row = order.iter().position(|place| *place == self.source).unwrap_or(0);
+        let row = row.saturating_add_signed(rows).min(order.len().saturating_sub(1));
+        self.source = order.get(row).copied().unwrap_or(0);
     }
 
     fn key_of_source(&mut self, code: KeyCode, source: &SourceView) -> Option<ViewRequest> {
@@ -239,7 +301,11 @@ impl ViewState {
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,
             KeyCode::Char('c') => self.acknowledge(source),
-            KeyCode::Char('a') => self.axes = ShownAxes::All,
+            KeyCode::Char('a') => (self.axes, self.hidden) = (ShownAxes::All, [false; 3]),
+            KeyCode::Char(axis @ 'X'..='Z') => self.toggle(axis as usize - 'X' as usize),
+            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.next(1), Panel::Allan),
+            KeyCode::Char('V') => (self.plot, self.panel) = (self.plot.next(3), Panel::Allan),
+            KeyCode::Char('R') => self.is_without_reference = !self.is_without_reference,
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
             KeyCode::Char('=' | '+') => *self.zoom_of_panel() = (*self.zoom_of_panel() + 1).min(MOST_ZOOM),

@@ -6,6 +6,7 @@ mod colours;
 mod fixture;
 mod head;
 mod keys;
+mod plots;
 mod restored;
 mod stills;
 
@@ -297,9 +298,21 @@ fn several_sources_have_an_overview() {
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
         let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)).0);
-        for shown in ["rejected 4  dropped 4", ": Discard everything so far and start over? y / n"] {
+        for shown in ["      8  ", ": Discard everything so far and start over? y / n"] {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
+    }
+    let many: Vec<SourceView> = (0..16)
+        .map(|place| {
+            let source = if place == 11 { damaged() } else { measured() };
+            SourceView { name: format!("/dev/ttyUSB{place}"), ..source }
+        })
+        .collect();
+    check("overview-sixteen", &ViewState { source: 14, ..ViewState::new(16) }, &many);
+    for size in SIZES {
+        let screen = text(&drawn(&ViewState { source: 14, ..ViewState::new(16) }, &many, PLAIN, size).0);
+        assert!(screen.contains("/dev/ttyUSB14"), "{screen}");
+        assert_eq!(screen.contains("above,"), size.1 < 24, "{screen}");
     }
     check("second-of-three", &ViewState { source: 1, overview: false, ..ViewState::new(3) }, &sources);
 }

@@ -7,7 +7,7 @@ use vn100_pipeline::{Command, Playback, Speed};
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     source::SourceView,
-    state::{Panel, Question, ShownAxes, ViewRequest, ViewState, mouse},
+    state::{Panel, Plot, Question, ShownAxes, ViewRequest, ViewState, mouse},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -110,6 +110,38 @@ fn panels_sensors_and_axes_are_chosen() {
 }
 
 #[test]
+fn axes_are_shown_and_hidden_one_by_one() {
+    let sources = [measured()];
+    let shown = |keys| {
+        let state = pressed(keys, &sources).0;
+        [0, 1, 2].map(|axis| state.is_shown(axis))
+    };
+    for (keys, axes) in [
+        ("", [true; 3]),
+        ("Y", [true, false, true]),
+        ("YY", [true; 3]),
+        ("XY", [false, false, true]),
+        ("XYZ", [true; 3]),
+        ("Ya", [true; 3]),
+        ("xY", [true, true, false]),
+        ("Yx", [true, false, false]),
+    ] {
+        assert_eq!(shown(keys), axes, "{keys}");
+    }
+    let screen = text(&drawn(&pressed("XZ", &sources).0, &sources, PLAIN, (80, 24)).0);
+    assert!(screen.contains("▲ gyro_y") && !screen.contains("● gyro_x") && !screen.contains("◆ gyro_z"), "{screen}");
+}
+
+#[test]
+fn the_plot_is_chosen() {
+    let plot = |keys| pressed(keys, &[measured()]).0.plot;
+    assert_eq!(
+        [plot("v"), plot("vv"), plot("vvv"), plot("vvvv"), plot("V")],
+        [Plot::Spectrum, Plot::Segments, Plot::Temperature, Plot::Deviation, Plot::Temperature]
+    );
+}
+
+#[test]
 fn the_cursor_stays_on_the_curve() {
     let sources = [measured()];
     let octaves = sources[0].values[0].deviations.len();
@@ -202,6 +234,22 @@ fn sources_are_chosen_in_the_overview_and_beside_it() {
     assert_eq!(state.source, 0);
     press(&mut state, &sources, "po2");
     assert_eq!((state.source, state.overview), (1, false));
+}
+
+#[test]
+fn the_table_is_sorted_by_a_key_and_steps_by_its_rows() {
+    let sources: Vec<SourceView> = (0..16).map(|place| if place == 11 { damaged() } else { measured() }).collect();
+    let mut state = ViewState::new(16);
+    press(&mut state, &sources, "tj");
+    assert_eq!(state.source, 1, "behind the first, which is now the second row");
+    state.key(KeyEvent::new(KeyCode::Home, KeyModifiers::NONE), &sources);
+    assert_eq!(state.source, 11, "what is broken stands first");
+    press(&mut state, &sources, "tt");
+    state.key(KeyEvent::new(KeyCode::End, KeyModifiers::NONE), &sources);
+    press(&mut state, &sources, "t");
+    state.key(KeyEvent::new(KeyCode::PageUp, KeyModifiers::NONE), &sources);
+    press(&mut state, &sources, "\n");
+    assert!(!state.overview && state.source < 16);
 }
 
 #[test]
