@@ -21,6 +21,7 @@ mod pool;
 mod real_captures;
 mod replay_logs;
 mod report;
+mod samples;
 mod schema;
 mod summary;
 #[path = "../support/mod.rs"]

@@ -188,6 +188,21 @@ fn an_interrupt_and_a_hang_up_without_a_view_end_with_the_result() {
 }
 
 #[test]
+fn the_samples_of_a_sensor_are_a_table_of_the_measured_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("samples.csv");
+    let output = run(vn100().args(["attach", "sim", "-d", "2s", "--json", "--samples"]).arg(&table));
+    assert_eq!(output.status.code(), Some(0));
+    let measured = document(&output);
+    // rows that came before the rate was known may lie behind the end
+    let (read, _) = replay(&table, &["--rate", "40", "-d", "2s"]);
+    assert_eq!((&measured["timing"]["samples"], &read["timing"]["samples"]), (&80.into(), &80.into()));
+    for (measured, read) in measured["channels"].as_array().unwrap().iter().zip(read["channels"].as_array().unwrap()) {
+        assert_eq!((&measured["name"], &measured["statistics"]), (&read["name"], &read["statistics"]));
+    }
+}
+
+#[test]
 fn a_reader_that_leaves_ends_in_order() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("left.mcap");

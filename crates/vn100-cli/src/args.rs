@@ -54,14 +54,17 @@ impl Args {
             Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {
                 Some("--resume appends to a recording: name it with --record".into())
             }
-            Subcommand::Attach(AttachArgs { change, .. }) | Subcommand::Record(RecordArgs { change, .. }) => {
-                change.not_measured()
+            Subcommand::Attach(AttachArgs { change, result, sources, .. }) => {
+                change.not_measured().or_else(|| result.refused(sources.len()))
             }
+            Subcommand::Record(RecordArgs { change, .. }) => change.not_measured(),
             Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
                 Some("--pool needs two recordings or more; intervals need three".into())
             }
             Subcommand::Report(args) => args.refused(),
-            Subcommand::Replay(ReplayArgs { files, .. }) => files.refused_taus(),
+            Subcommand::Replay(ReplayArgs { files, result, .. }) => {
+                files.refused_taus().or_else(|| result.refused(files.files.len()))
+            }
             Subcommand::Compare(args) if args.files.taus.is_some() => {
                 Some("--taus is for replay and report: records are compared octave by octave".into())
             }
@@ -75,6 +78,7 @@ impl Args {
 }
 
 #[derive(Debug, clap::Subcommand)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each run of the program")]
 pub(crate) enum Subcommand {
     /// Measure live sensors until stopped; settings are not changed unless requested
     #[command(after_help = help::after("attach"))]

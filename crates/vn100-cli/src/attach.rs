@@ -12,7 +12,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_driver::list_ports;
-use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, Stage, StartError};
+use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Evaluation, Measured};
 
@@ -24,6 +24,7 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     ports::only_likely,
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
+    samples::SampleWriter,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
     view::{self, Goals, MessageQueue, SourceMonitor, View},
@@ -91,11 +92,19 @@ async fn attach_all(
             if recording.is_none() {
                 unrecorded.push(stop.clone());
             }
-            let (session, emulated) = job.session(source, number, recording, stop.clone());
+            let (writer, samples) = job
+                .args
+                .result
+                .samples
+                .as_ref()
+                .map(|path| SampleWriter::start(path, stop.clone()))
+                .transpose()?
+                .unzip();
+            let (session, emulated) = job.session(source, number, recording, samples, stop.clone());
             monitors.push(SourceMonitor::of(&session, Goals::of(&job.settings)));
-            task::spawn(attach_one(session, emulated, Arc::clone(&job), stop))
+            Ok(task::spawn(attach_one(session, emulated, writer, Arc::clone(&job), stop)))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
@@ -144,6 +153,7 @@ impl Job {
         name: &SourceName,
         number: u64,
         recording: Option<PathBuf>,
+        samples: Option<SampleTap>,
         stop: CancellationToken,
     ) -> (Session, Option<EmulatedPort>) {
         let args = &self.args;
@@ -174,6 +184,7 @@ impl Job {
                 excluded_note: words::excluded_note,
             }),
             each_second: self.format.lines().is_some(),
+            samples,
             limits: args.limits.limits(),
             stop,
         };
@@ -185,6 +196,7 @@ async fn attach_one(
     session: Session,
     // powered until the settings are restored
     _emulated: Option<EmulatedPort>,
+    samples: Option<SampleWriter>,
     job: Arc<Job>,
     stop: CancellationToken,
 ) -> Result<Measured> {
@@ -195,7 +207,10 @@ async fn attach_one(
         EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
         _ => true,
     };
-    let measured = evaluated(result, &job.evaluation).await?;
+    let mut measured = evaluated(result, &job.evaluation).await?;
+    if let Some(samples) = samples {
+        samples.finish(&mut measured).await;
+    }
     written?;
     let snapshot = &measured.snapshot;
     if job.args.temperature

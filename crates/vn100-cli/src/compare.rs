@@ -25,7 +25,7 @@ use crate::{
     args::CompareArgs,
     exit::{print, print_json, report},
     inputs::{FileStream, inputs},
-    replay::measure_files,
+    replay::{Outputs, measure_files},
     text::{fill, parameter_name, text},
     user_files::evaluation,
     words::remedy_words,
@@ -42,7 +42,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         report(&format!("{} {text}", path.display()));
         return Ok(Completion::NotGiven);
     }
-    measure_files(&args.files, &inputs, evaluation, None, |measured| {
+    measure_files(&args.files, &inputs, evaluation, Outputs::default(), |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())

@@ -16,6 +16,7 @@ mod ports;
 mod replay;
 mod report;
 mod result;
+mod samples;
 mod selftest;
 mod sensor;
 mod sim;

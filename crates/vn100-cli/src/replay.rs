@@ -2,7 +2,13 @@
 //! pipeline, several at a time, one result each, in the order given; at full speed, or in the view
 //! at the pace of the sensor or another.
 
-use std::{fs, path::Path, sync::Arc, thread, time::Duration};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
+    time::Duration,
+};
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
@@ -23,6 +29,7 @@ use crate::{
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
+    samples::SampleWriter,
     user_files::evaluation,
     view::{self, Goals, MessageQueue, SourceMonitor, View},
     words,
@@ -38,7 +45,8 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let evaluation = evaluation(&files.measure, args.result.filter_models)?;
     let mut writer = ResultWriter::new(args.result.format());
     let mut recordings = Vec::new();
-    measure_files(files, &inputs(files), evaluation, args.result.ndjson, |measured| {
+    let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
+    measure_files(files, &inputs(files), evaluation, outputs, |measured| {
         writer.write(&measured)?;
         recordings.extend(args.pool.then_some(measured));
         Ok(())
@@ -101,16 +109,25 @@ async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation
     evaluated_replay(result, &evaluation).await
 }
 
+/// What is written while files are measured.
+#[derive(Debug, Default)]
+pub(crate) struct Outputs {
+    /// Lines of this form on standard output, for each second and at the end.
+    printed: Option<Ndjson>,
+    /// The samples of the only stream, as CSV.
+    samples: Option<PathBuf>,
+}
+
 /// Measures each input and passes the results to `take`, in the order given; the documents of every
-/// second and of the end are `printed` on the way as lines of that form, or only the end counts.
+/// second and the samples are written on the way as `outputs` say.
 pub(crate) fn measure_files(
     args: &FileArgs,
     inputs: &[FileStream],
     evaluation: Evaluation,
-    printed: Option<Ndjson>,
+    outputs: Outputs,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
-    let work = async |log| measure_all(args, inputs, evaluation, printed, log, take).await;
+    let work = async |log| measure_all(args, inputs, evaluation, outputs, log, take).await;
     run_logged(&mut Builder::new_multi_thread(), &args.log, work)
 }
 
@@ -118,10 +135,14 @@ async fn measure_all(
     args: &FileArgs,
     inputs: &[FileStream],
     evaluation: Evaluation,
-    printed: Option<Ndjson>,
+    outputs: Outputs,
     log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
+    let Outputs { printed, samples } = outputs;
+    if samples.is_some() && inputs.len() > 1 {
+        bail!("--samples takes the samples of one stream, and the file has several: name one with --topic");
+    }
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
         progress: progress_bar(
@@ -137,9 +158,14 @@ async fn measure_all(
         printed,
     });
     let stop = stop_on_interrupt(HangUp::Stops)?;
-    let spec = |input| ReplaySpec { each_second: printed.is_some(), ..replay_spec(args, input, &log, &stop) };
-    let files: Vec<JoinHandle<Result<Measured>>> =
-        inputs.iter().map(|input| task::spawn(measure_one(spec(input.clone()), Arc::clone(&job)))).collect();
+    let mut files: Vec<JoinHandle<Result<Measured>>> = Vec::new();
+    for input in inputs {
+        let spec = replay_spec(args, input.clone(), &log, &stop);
+        let writer = samples.as_deref().map(|path| SampleWriter::start(path, stop.clone())).transpose()?;
+        let (writer, samples) = writer.unzip();
+        let spec = ReplaySpec { each_second: printed.is_some(), samples, ..spec };
+        files.push(task::spawn(measure_one(spec, writer, Arc::clone(&job))));
+    }
     for file in files {
         let measured = file.await.context("internal error: a measurement stopped")??;
         job.progress.suspend(|| take(measured))?;
@@ -156,6 +182,7 @@ fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &Cancell
         read: log.asked(args.measure.read_options()),
         speed: None,
         each_second: false,
+        samples: None,
         observer: None,
         stop: stop.clone(),
     };
@@ -169,11 +196,14 @@ struct Job {
     printed: Option<Ndjson>,
 }
 
-async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
+async fn measure_one(spec: ReplaySpec, samples: Option<SampleWriter>, job: Arc<Job>) -> Result<Measured> {
     let _turn = job.turns.acquire().await?;
     let goals = spec.settings.until.clone();
     let result = follow(Session::replay(spec), &job, &goals).await?;
-    let measured = evaluated_replay(result, &job.evaluation).await?;
+    let mut measured = evaluated_replay(result, &job.evaluation).await?;
+    if let Some(samples) = samples {
+        samples.finish(&mut measured).await;
+    }
     if let Some(form) = job.printed {
         print_result(&measured, form, &goals)?;
     }

@@ -27,7 +27,7 @@ use crate::{
     args::ReportArgs,
     exit::{print, report as complain},
     inputs::inputs,
-    replay::measure_files,
+    replay::{Outputs, measure_files},
     user_files::evaluation,
     words::remedy_words,
 };
@@ -51,7 +51,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(|input| capture_file(&input.path)).collect::<Vec<_>>());
-        measure_files(files, &inputs, evaluation, None, |measured| {
+        measure_files(files, &inputs, evaluation, Outputs::default(), |measured| {
             if let Some(error) = &measured.facts.error {
                 complain(error);
             }

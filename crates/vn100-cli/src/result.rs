@@ -163,7 +163,11 @@ impl ResultWriter {
                 print(&text::result(measured, sections))?;
             }
             OutputFormat::Head if has_text => print(&text::head(measured))?,
-            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head | OutputFormat::Ndjson(_) => {}
+            OutputFormat::Summary(_)
+            | OutputFormat::Sections(_)
+            | OutputFormat::Head
+            | OutputFormat::Ndjson(_)
+            | OutputFormat::Samples => {}
         }
         self.is_begun = true;
         Ok(())
@@ -184,6 +188,7 @@ impl ResultWriter {
         match self.format {
             OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
             OutputFormat::Ndjson(_) => print_json_line(&document())?,
+            OutputFormat::Samples => {}
             OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head => {
                 print(&text::text(|out| text::write_pool(out, pool)))?
             }

@@ -14,6 +14,7 @@ use crate::{
     live_source::LiveSource,
     measure::{Channels, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     recording::{RecordingSpec, metadata},
+    sample_tap::SampleTap,
     sensor_setup::SensorSetup,
     session::{not_started, read_options, result},
     session_event::SessionEvent,
@@ -45,6 +46,8 @@ pub struct LiveSpec {
     /// Whether the states of every second are handed out: all of a stream, which waits until they
     /// are taken; of a link those that are taken in time.
     pub each_second: bool,
+    /// Takes the samples as well.
+    pub samples: Option<SampleTap>,
     /// What ends it by the clock.
     pub limits: WallLimits,
     /// Ends the session.

@@ -36,6 +36,7 @@ use crate::{
     end_reason::{EndReason, Shortfall},
     excluded::Excluded,
     pace::{Due, Pace, PaceStart},
+    sample_tap::{SampleEvent, SampleTap},
     session_event::SessionEvent,
     state::{SourceState, Stage},
     wall_limits::Deadlines,
@@ -52,6 +53,8 @@ pub(crate) struct Channels {
     pub(crate) events: mpsc::Sender<SessionEvent>,
     /// The states of every second of data time; when it is full the measurement waits.
     pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
+    /// Takes the samples as well; of what can wait the measurement waits until they are taken.
+    pub(crate) samples: Option<SampleTap>,
     pub(crate) observer: Option<EventObserver>,
     /// Ends the session.
     pub(crate) stop: CancellationToken,
@@ -288,6 +291,7 @@ impl Measuring {
                     if channels.observer.is_some() {
                         channels.observe(&line.clone().into());
                     }
+                    self.tap(line, channels).await;
                     self.absorb(line, channels).await;
                     self.look(channels).await;
                 }
@@ -297,10 +301,18 @@ impl Measuring {
         };
         channels.observe(&event);
         match event {
-            Event::Batch(batch) => self.absorb(&batch, channels).await,
+            Event::Batch(batch) => {
+                self.tap(&batch, channels).await;
+                self.absorb(&batch, channels).await;
+            }
             // a lost link releases the lines that waited for others
             Event::Link(event) => self.analysis.take_link_event(&event),
-            Event::ReadAgain => self.measure_again(),
+            Event::ReadAgain => {
+                if let Some(samples) = &channels.samples {
+                    samples.send(SampleEvent::Again, true, &channels.stop).await;
+                }
+                self.measure_again();
+            }
             Event::End(end) => {
                 let reason = match end.error {
                     Some(error) => EndReason::SourceFailed(error),
@@ -326,6 +338,13 @@ impl Measuring {
         if let Some(pace) = &mut self.pace {
             let place = pace.playback(None).samples;
             *pace = Pace::new(pace.back_to(place), self.rate_hz, Instant::now());
+        }
+    }
+
+    /// Hands a copy of the samples to who writes them.
+    async fn tap(&self, batch: &Batch, channels: &Channels) {
+        if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
+            samples.send(SampleEvent::Batch(batch.clone().into()), self.link.is_none(), &channels.stop).await;
         }
     }
 

@@ -18,6 +18,7 @@ use crate::{
     measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     pace::{PaceStart, Playback, Speed},
     recording::{conditions, recorded_frames, with_recorded_end},
+    sample_tap::SampleTap,
     session::{not_started, read_options, result},
     state::SourceState,
 };
@@ -39,6 +40,8 @@ pub struct ReplaySpec {
     pub speed: Option<Speed>,
     /// Whether the states of every second are handed out.
     pub each_second: bool,
+    /// Takes the samples as well.
+    pub samples: Option<SampleTap>,
     /// Sees every event.
     pub observer: Option<EventObserver>,
     /// Ends the session.

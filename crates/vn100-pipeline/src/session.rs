@@ -63,7 +63,8 @@ impl Session {
             ..SourceFacts::default()
         };
         let state = SourceState::new(source, &spec.settings);
-        let (channels, face) = open(state, spec.observer(), spec.stop.child_token(), spec.each_second);
+        let (mut channels, face) = open(state, spec.observer(), spec.stop.child_token(), spec.each_second);
+        channels.samples.clone_from(&spec.samples);
         face.run(run_live(spec, channels))
     }
 
@@ -76,7 +77,8 @@ impl Session {
     pub fn replay(spec: ReplaySpec) -> Self {
         let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
         let state = SourceState::new(source, &spec.settings);
-        let (channels, face) = open(state, spec.observer.clone(), spec.stop.child_token(), spec.each_second);
+        let (mut channels, face) = open(state, spec.observer.clone(), spec.stop.child_token(), spec.each_second);
+        channels.samples.clone_from(&spec.samples);
         face.run(run_replay(spec, channels))
     }
 
@@ -128,7 +130,15 @@ pub(crate) fn open(
     let (reporter, events) = mpsc::channel(WAITING_EVENTS);
     let (sender, seconds) = mpsc::channel(WAITING_SECONDS);
     let sender = each_second.then_some(sender);
-    let channels = Channels { state: publisher, commands: inbox, events: reporter, seconds: sender, observer, stop };
+    let channels = Channels {
+        state: publisher,
+        commands: inbox,
+        events: reporter,
+        seconds: sender,
+        samples: None,
+        observer,
+        stop,
+    };
     (channels, Face { state, commands, events, seconds })
 }
 

@@ -44,6 +44,7 @@ fn spec(path: impl Into<PathBuf>) -> ReplaySpec {
         read: ReadOptions::default(),
         speed: None,
         each_second: false,
+        samples: None,
         observer: None,
         stop: CancellationToken::new(),
     }

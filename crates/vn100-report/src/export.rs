@@ -3,4 +3,5 @@
 pub(crate) mod kalibr;
 pub(crate) mod lot;
 pub(crate) mod ros2;
+pub(crate) mod samples;
 pub(crate) mod tables;

@@ -44,6 +44,7 @@ pub use export::{
     kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
     lot::lot_table,
     ros2::{Ros2Error, Ros2Messages, RosFrame, Stamps},
+    samples::SampleTable,
     tables::CsvTable,
 };
 pub use figure::{DrawingError, Figure, Figures, allan_in_unit};

@@ -103,6 +103,7 @@ const COMMANDS: [CommandHelp; 15] = [
         examples: &[
             ("the summary of a capture", "replay capture.mcap"),
             ("without the warm-up, every table", "replay capture.mcap --skip 10min --full"),
+            ("the samples as a table", "replay capture.mcap --samples capture.csv"),
             ("another sensor's table", "replay imu.csv --columns t=stamp:ns,gyro_x=wx:deg/s"),
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],

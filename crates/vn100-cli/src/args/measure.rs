@@ -146,6 +146,24 @@ pub(crate) struct ResultArgs {
     #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true,
         default_missing_value = "whole", conflicts_with_all = ["full", "show"])]
     pub(crate) ndjson: Option<Ndjson>,
+
+    /// Write the samples as CSV, with the time of each; "-" for standard output, instead of the
+    /// result. An existing file is never replaced
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) samples: Option<PathBuf>,
+}
+
+impl ResultArgs {
+    /// Why these outputs cannot be given together.
+    pub(super) fn refused(&self, sources: usize) -> Option<String> {
+        let samples = self.samples.as_ref()?;
+        if sources > 1 {
+            return Some("--samples takes the samples of one source: give one".into());
+        }
+        let has_other = self.json || self.ndjson.is_some() || self.full || !self.show.is_empty();
+        let refusal = "--samples - writes to standard output, where the result would be: name a file";
+        (samples == Path::new("-") && has_other).then(|| refusal.into())
+    }
 }
 
 /// What the lines of a measurement under way hold.
@@ -179,6 +197,7 @@ impl ResultArgs {
         match (self.json, self.ndjson) {
             (true, _) => OutputFormat::Json,
             (_, Some(form)) => OutputFormat::Ndjson(form),
+            _ if self.samples.as_deref() == Some(Path::new("-")) => OutputFormat::Samples,
             _ if self.full => OutputFormat::Sections(Section::value_variants().to_vec()),
             _ if !self.show.is_empty() => OutputFormat::Sections(self.show.clone()),
             _ => OutputFormat::Summary(self.color),
@@ -200,6 +219,8 @@ pub(crate) enum OutputFormat {
     Json,
     /// As text: the source, and its warnings.
     Head,
+    /// Not at all: standard output has the samples.
+    Samples,
     /// As JSON documents in lines, written during the measurement.
     Ndjson(Ndjson),
 }
@@ -377,7 +398,7 @@ pub(crate) struct ReplayArgs {
 
     /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or
     /// "max" for as fast as the machine can
-    #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
+    #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson", "samples"])]
     pub(crate) speed: Option<Speed>,
 
     #[command(flatten)]

@@ -62,6 +62,7 @@ impl Reference {
             read: ReadOptions::default(),
             speed: None,
             each_second: false,
+            samples: None,
             observer: None,
             stop: stop.child_token(),
         };

@@ -46,6 +46,7 @@ fn spec(mut source: LiveSource) -> LiveSpec {
         conditions: BTreeMap::new(),
         recording: None,
         each_second: false,
+        samples: None,
         limits: WallLimits::default(),
         stop: CancellationToken::new(),
     }
@@ -73,6 +74,7 @@ fn replay_of(path: PathBuf) -> ReplaySpec {
         settings: Settings::default(),
         speed: None,
         each_second: false,
+        samples: None,
         observer: None,
         stop: CancellationToken::new(),
     }

@@ -1,0 +1,103 @@
+//! The samples of a session for a writer beside the measurement.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
+
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::stream::Batch;
+
+/// Batches that may wait for the writer: five seconds of 200 reads.
+const WAITING_BATCHES: usize = 1024;
+
+/// What a writer of samples receives.
+#[derive(Debug)]
+pub enum SampleEvent {
+    /// The next samples.
+    Batch(Box<Batch>),
+    /// The capture is read from its start again: what came before counts no more.
+    Again,
+}
+
+/// Hands the samples of a session to a writer. A link never waits for it: what does not fit is
+/// dropped and counted. What can wait does.
+#[derive(Debug, Clone)]
+pub struct SampleTap {
+    batches: mpsc::Sender<SampleEvent>,
+    dropped: Arc<AtomicU64>,
+}
+
+impl SampleTap {
+    /// A tap, and what comes out of it until the session ends.
+    #[must_use]
+    pub fn new() -> (Self, mpsc::Receiver<SampleEvent>) {
+        let (batches, receiver) = mpsc::channel(WAITING_BATCHES);
+        (Self { batches, dropped: Arc::default() }, receiver)
+    }
+
+    /// How many samples were dropped, now and later.
+    #[must_use]
+    pub fn dropped(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.dropped)
+    }
+
+    /// A writer that has ended takes nothing more, and that is no loss: it says why.
+    pub(crate) async fn send(&self, event: SampleEvent, can_wait: bool, stop: &CancellationToken) {
+        if can_wait {
+            tokio::select! {
+                // a stop waits for no writer
+                _ = self.batches.send(event) => {}
+                () = stop.cancelled() => {}
+            }
+        } else if let Err(mpsc::error::TrySendError::Full(SampleEvent::Batch(batch))) = self.batches.try_send(event) {
+            self.dropped.fetch_add(batch.row_count() as u64, Ordering::Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::protocol::VNYMR;
+
+    use super::*;
+
+    fn rows(count: usize) -> SampleEvent {
+        let layout = Arc::new(VNYMR.clone());
+        let counts = vec![0; layout.channels.len() * count];
+        SampleEvent::Batch(Batch { counts, layout: Some(layout), ..Batch::default() }.into())
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_link_waits_for_no_writer_and_every_dropped_sample_is_counted() {
+        let (tap, mut receiver) = SampleTap::new();
+        let stop = CancellationToken::new();
+        for _ in 0..WAITING_BATCHES + 10 {
+            tap.send(rows(3), false, &stop).await;
+        }
+        assert_eq!(tap.dropped().load(Ordering::Relaxed), 30);
+        receiver.close();
+        tap.send(rows(3), false, &stop).await;
+        assert_eq!(tap.dropped().load(Ordering::Relaxed), 30, "a writer that has ended says why itself");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_can_wait_drops_nothing() {
+        let (tap, mut receiver) = SampleTap::new();
+        let writer = tokio::spawn(async move {
+            let mut batches = 0;
+            while receiver.recv().await.is_some() {
+                tokio::time::sleep(std::time::Duration::from_millis(1)).await;
+                batches += 1;
+            }
+            batches
+        });
+        let (stop, dropped) = (CancellationToken::new(), tap.dropped());
+        for _ in 0..5 * WAITING_BATCHES {
+            tap.send(rows(1), true, &stop).await;
+        }
+        drop(tap);
+        assert_eq!((writer.await.unwrap(), dropped.load(Ordering::Relaxed)), (5 * WAITING_BATCHES, 0));
+    }
+}

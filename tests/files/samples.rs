@@ -1,0 +1,86 @@
+//! The samples as a table, which reads back to the same numbers.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::support::{capture, document, replay, replay_log, vn100, with_stdin};
+
+/// What the samples decide: time base, statistics and deviations.
+fn numbers(document: &Value) -> Value {
+    let channels = document["channels"].as_array().unwrap();
+    let of = |channel: &Value| {
+        Value::from(vec![channel["name"].clone(), channel["statistics"].clone(), channel["allan"].clone()])
+    };
+    Value::from(vec![document["timing"].clone(), channels.iter().map(of).collect()])
+}
+
+/// Writes the samples of a capture with these options, and measures them with these.
+fn written_and_read(file: &Path, table: &Path, options: &[&str]) -> (Value, Value) {
+    let (document, status) = replay(file, &[options, &["--samples", table.to_str().unwrap()]].concat());
+    assert_eq!(status, 0);
+    (document, replay(table, options).0)
+}
+
+#[test]
+fn samples_read_back_to_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |name: &str| folder.path().join(name);
+    let timed = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "--duration", "5min"]);
+    let (written, read) = written_and_read(&timed, &table("timed.csv"), &["--skip", "10s"]);
+    assert_eq!(numbers(&written), numbers(&read));
+    // without times the rate is given
+    let untimed = ["--rate", "40", "--compensated", "yes", "-d", "30s"];
+    let (written, read) = written_and_read(&replay_log("clean-minute.vnymr"), &table("untimed.csv"), &untimed);
+    assert_eq!(numbers(&written), numbers(&read));
+    assert_eq!(fs::read_to_string(table("untimed.csv")).unwrap().lines().count(), 1201, "as many as were measured");
+    // packets are floats: their counts are finer than those of a table
+    let packets = capture(folder.path(), "b.mcap", &["--message", "BINARY", "--duration", "1min"]);
+    let (written, read) = written_and_read(&packets, &table("packets.csv"), &[]);
+    assert_eq!(written["timing"]["samples"], read["timing"]["samples"]);
+    let head = fs::read_to_string(table("packets.csv")).unwrap();
+    assert!(head.starts_with("time [ns],device [ns],accel_x [m/s^2],"), "{:.80}", head);
+    for (written, read) in written["channels"].as_array().unwrap().iter().zip(read["channels"].as_array().unwrap()) {
+        let std = |channel: &Value| channel["statistics"]["std"].as_f64().unwrap();
+        assert!((std(written) / std(read) - 1.0).abs() < 1e-6, "{}", written["name"]);
+    }
+}
+
+#[test]
+fn a_stream_that_is_read_again_gives_each_sample_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("samples.csv");
+    // numbers that outgrow the counts of the first rows
+    let value = |row: u32| if row < 5000 { 1e-6 * f64::from(row * 7919 % 101) } else { f64::from(row % 10) * 1e4 };
+    let rows: String = (0..6000).map(|row| format!("{:.2},{:.9}\n", 0.01 * f64::from(row), value(row))).collect();
+    let rows = format!("t,gyro_x\n{rows}");
+    let output = with_stdin(vn100().args(["replay", "-", "--json", "--samples"]).arg(&table), rows.as_bytes());
+    let document = document(&output);
+    let text = fs::read_to_string(&table).unwrap();
+    assert_eq!(text.lines().count() as u64, 1 + document["timing"]["samples"].as_u64().unwrap());
+    assert_eq!(text.matches("gyro_x").count(), 1);
+    // what was printed cannot be taken back
+    let output = with_stdin(vn100().args(["replay", "-", "--samples", "-"]), rows.as_bytes());
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("read from its start again: write to a file"), "{error}");
+}
+
+#[test]
+fn samples_on_standard_output_stand_there_alone_and_no_file_is_replaced() {
+    let log = replay_log("clean-minute.vnymr");
+    let output = vn100().args(["replay", "--samples", "-"]).arg(&log).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!((output.status.code(), text.lines().count()), (Some(0), 2401));
+    assert!(text.lines().all(|line| line.split(',').count() == 12));
+    let folder = tempfile::tempdir().unwrap();
+    let there = folder.path().join("there.csv");
+    fs::write(&there, "precious").unwrap();
+    let output = vn100().args(["replay", "--samples"]).args([&there, &log]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(fs::read_to_string(&there).unwrap(), "precious");
+    for wrong in [&["--json", "--samples", "-"][..], &["--samples", "x.csv", "other.vnymr"]] {
+        let output = vn100().arg("replay").arg(&log).args(wrong).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
+    }
+}
