@@ -14,7 +14,7 @@ mod white_budget;
 
 use imu_noise::{
     ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, Term, counts_to_unit, edf,
+    RecordShape, RollOff, Term, counts_to_unit, edf,
 };
 use vn100_protocol::Channel;
 
@@ -177,7 +177,10 @@ fn noise_of(
     let signal = results.signal.as_ref();
     let evidence = ChannelCurve {
         bands,
-        roll_off: signal.and_then(|signal| signal.roll_off(bands)),
+        roll_off: slower(
+            signal.and_then(|signal| signal.roll_off(bands)),
+            onboard.and_then(|onboard| onboard.own_low_pass()),
+        ),
         fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
         ..ChannelCurve::default()
     };
@@ -187,6 +190,12 @@ fn noise_of(
         noise.was_moved();
     }
     Some(noise)
+}
+
+/// The one that remembers longer.
+fn slower(shown: Option<RollOff>, own: Option<RollOff>) -> Option<RollOff> {
+    let both = shown.into_iter().chain(own);
+    both.max_by(|a, b| a.correlation_samples.total_cmp(&b.correlation_samples))
 }
 
 /// The axes of a snapshot one by one: the parameters that its [`Assessment`] has, but for slow

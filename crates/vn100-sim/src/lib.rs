@@ -38,7 +38,7 @@ pub mod wire;
 pub use capture::{Generator, UnsupportedRate, write_capture};
 pub use device::{Device, DeviceConfig};
 pub use message::Message;
-pub use onboard::AveragingWindow;
+pub use onboard::{AveragingWindow, LowPass};
 pub use packets::PacketStream;
 pub use profile::{Profile, UnknownProfile};
 pub use thermal::{Thermal, ThermalError};

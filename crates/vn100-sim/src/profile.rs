@@ -87,9 +87,9 @@ impl Profile {
             let (mean, noise, window) = match number {
                 0..3 => (0.0, angle, AveragingWindow::None),
                 3..6 => (field_gauss[number - 3], mag, AveragingWindow::MAG_DEFAULT),
-                8 => (-STANDARD_GRAVITY_M_S2, accel, AveragingWindow::IMU_DEFAULT),
-                6..8 => (0.0, accel, AveragingWindow::IMU_DEFAULT),
-                _ => (0.0, gyro, AveragingWindow::IMU_DEFAULT),
+                8 => (-STANDARD_GRAVITY_M_S2, accel, AveragingWindow::ACCELEROMETER_DEFAULT),
+                6..8 => (0.0, accel, AveragingWindow::ACCELEROMETER_DEFAULT),
+                _ => (0.0, gyro, AveragingWindow::GYRO_DEFAULT),
             };
             ChannelProfile { noise: NoiseTruth { mean, ..noise }, window }
         });

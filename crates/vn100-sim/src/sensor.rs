@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     flicker::Flicker,
     noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
-    onboard::{AveragingWindow, IMU_REFRESH_HZ, MAG_REFRESH_HZ, White},
+    onboard::{AveragingWindow, IMU_REFRESH_HZ, LowPass, MAG_REFRESH_HZ, White},
     profile::{Profile, STANDARD_GRAVITY_M_S2},
     thermal::{Thermal, ThermalBias},
 };
@@ -162,14 +162,14 @@ impl SensorChannel {
             _ => (IMU_REFRESH_HZ, DELIVERED_WINDOW),
         };
         let density = channel.noise.white_density;
-        let sigma = match channel.window {
-            AveragingWindow::Boxcar { refresh_hz, .. } => density * f64::from(refresh_hz).sqrt(),
+        let (sigma, low_pass) = match channel.window {
+            AveragingWindow::Boxcar { refresh_hz, low_pass, .. } => (density * f64::from(refresh_hz).sqrt(), low_pass),
             // stated for the output: what the sensor must have for it to come out as delivered
-            AveragingWindow::None => density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(),
+            AveragingWindow::None => (density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(), LowPass::NONE),
         };
         Self {
             truth: channel.noise,
-            white: White::of_values(sigma, refresh_hz, delivered, IMU_REFRESH_HZ, rng(NoiseComponent::White)),
+            white: White::of_values(sigma, low_pass, refresh_hz, delivered, IMU_REFRESH_HZ, rng(NoiseComponent::White)),
             flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(NoiseComponent::Flicker)),
             walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(NoiseComponent::Walk)),
             line_phase_turns: rand::RngExt::random(&mut rng(NoiseComponent::LinePhase)),

@@ -7,7 +7,11 @@ const THERMAL: &str = "gyro=0.002 accel=0.1 lag=30 heating=6 warm-up=400 cycle=1
 #[test]
 fn the_emulated_residual_is_found_and_removed() {
     let folder = tempfile::tempdir().unwrap();
-    let path = capture(folder.path(), "warm.vnymr", &["--message", "VNIMU", "--duration", "1h", "--thermal", THERMAL]);
+    let path = capture(
+        folder.path(),
+        "warm.vnymr",
+        &["--message", "VNIMU", "--duration", "1h", "--seed", "3", "--thermal", THERMAL],
+    );
     let (document, _) = replay(&path, &["--rate", "40"]);
     let noise = |document: &Value, name: &str| channel(document, name)["noise"].clone();
     let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value}"));

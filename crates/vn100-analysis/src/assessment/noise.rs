@@ -278,9 +278,11 @@ fn is_axis(channel: &Channel) -> bool {
     sensor_of(channel.quantity).is_some()
 }
 
-/// The averaging on board, where it is known and depresses short averaging times.
+/// The averaging on board, where it is known and depresses short averaging times: unless the
+/// sensor's own low pass does too, whose transfer function is not known.
 fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
-    onboard.filter(|onboard| onboard.window_known() && onboard.window.overlaps()).map(|onboard| onboard.window)
+    let is_alone = |onboard: &Onboard| onboard.window_known() && onboard.own_low_pass().is_none();
+    onboard.filter(|onboard| is_alone(onboard) && onboard.window.overlaps()).map(|onboard| onboard.window)
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times. A

@@ -72,7 +72,7 @@ fn plans_of_sentences_have_their_rates_and_the_magnetic_field_has_its_packets() 
     assert_eq!(lengths[0], lengths[1], "200 Hz both");
     let without = PlannedMessage::named("BINARY");
     let error = plan("mag N ±5%", without, None).unwrap_err().to_string();
-    assert!(error.contains("BINARY, which has no magnetic field"), "{error}");
+    assert!(error.contains("BINARY, which has no magnetometer: use BINARY+MAG or VNIMU"), "{error}");
     for name in ["BINARY", "binary+mag", "VNIMU"] {
         assert!(PlannedMessage::named(name).is_some_and(|message| message.name().eq_ignore_ascii_case(name)));
     }

@@ -16,6 +16,10 @@ fn white(window: AveragingWindow, rate_hz: u32, samples: usize) -> Vec<f64> {
     (0..samples).map(|_| next()).collect()
 }
 
+fn boxcar(samples: u32) -> AveragingWindow {
+    AveragingWindow::Boxcar { refresh_hz: 800, samples, low_pass: LowPass::NONE }
+}
+
 fn autocorrelation(values: &[f64], lag: usize) -> f64 {
     let products = |lag: usize| -> f64 { values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum() };
     products(lag) / products(0)
@@ -38,7 +42,7 @@ fn boxcar_correlates_neighbours() {
     for (rate_hz, samples, expected) in
         [(800, 4, [0.75, 0.5, 0.25, 0.0, 0.0]), (200, 4, [0.0; 5]), (200, 20, [0.8, 0.6, 0.4, 0.2, 0.0])]
     {
-        let values = white(AveragingWindow::Boxcar { refresh_hz: 800, samples }, rate_hz, n);
+        let values = white(boxcar(samples), rate_hz, n);
         // Bartlett: far from lag 0 the variance is (1 + 2 sum of squared correlations)/n, nearer less
         let squares: f64 = expected.iter().map(|r: &f64| r * r).sum();
         let tolerance = SIGMAS * ((1.0 + 2.0 * squares) / n as f64).sqrt();
@@ -50,13 +54,33 @@ fn boxcar_correlates_neighbours() {
     }
 }
 
+/// One second of a real sensor with firmware 3.1, at the window as delivered.
+#[test]
+fn neighbours_are_correlated_as_in_a_real_sensor() {
+    for (window, measured) in [
+        (AveragingWindow::GYRO_DEFAULT, [0.83, 0.49, 0.17, -0.02, -0.05]),
+        (AveragingWindow::ACCELEROMETER_DEFAULT, [0.86, 0.60, 0.35, 0.14, 0.08]),
+    ] {
+        let values = white(window, 800, 400_000);
+        for (lag, measured) in (1..).zip(measured) {
+            let found = autocorrelation(&values, lag);
+            // one standard deviation of what 800 such samples show
+            assert!((found - measured).abs() < 0.066, "{window:?}, lag {lag}: {found}, measured {measured}");
+        }
+    }
+}
+
 #[test]
 fn density_rises_by_aliasing() {
     for (rate_hz, window, factor) in [
-        (200, AveragingWindow::IMU_DEFAULT, 1.0),
-        (100, AveragingWindow::IMU_DEFAULT, 2.0_f64.sqrt()),
-        (40, AveragingWindow::IMU_DEFAULT, 5.0_f64.sqrt()),
-        (40, AveragingWindow::Boxcar { refresh_hz: 800, samples: 20 }, 1.0),
+        (200, boxcar(4), 1.0),
+        (100, boxcar(4), 2.0_f64.sqrt()),
+        (40, boxcar(4), 5.0_f64.sqrt()),
+        (40, boxcar(20), 1.0),
+        (40, AveragingWindow::GYRO_DEFAULT, 2.307),
+        (40, AveragingWindow::ACCELEROMETER_DEFAULT, 2.082),
+        (200, AveragingWindow::GYRO_DEFAULT, 1.0),
+        (800, AveragingWindow::ACCELEROMETER_DEFAULT, 1.0),
         (40, AveragingWindow::None, 1.0),
         (40, AveragingWindow::MAG_DEFAULT, 6.25_f64.sqrt()),
         (200, AveragingWindow::MAG_DEFAULT, 1.25_f64.sqrt()),
@@ -78,6 +102,7 @@ fn output_faster_than_the_refresh_repeats() {
 
 #[test]
 fn a_window_of_zero_is_a_window_of_one() {
-    let one = white(AveragingWindow::Boxcar { refresh_hz: 250, samples: 1 }, 40, 100);
+    let one = AveragingWindow::Boxcar { refresh_hz: 250, samples: 1, low_pass: LowPass::NONE };
+    let one = white(one, 40, 100);
     assert_eq!(white(AveragingWindow::MAG_DEFAULT, 40, 100), one);
 }

@@ -243,6 +243,9 @@ impl NoiseModel {
         let tails = curve.fourth_cumulant.max(0.0) / self.shape.samples as f64;
         let with_lines = model.beside(lines).with_tails(tails);
         let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, fitted, roll_off));
+        if curve.roll_off.is_some() && filtered.is_none() && self.window.is_none() {
+            return self.without_values(Status::NotObservable);
+        }
         let ceiling = |risk| self.white_ceiling(model, &values[..octaves], curve.roll_off, risk);
         let doubtless = ceiling(0.01);
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
