@@ -141,6 +141,30 @@ fn the_same_bytes_give_the_same_bytes() {
 }
 
 #[test]
+fn the_settings_of_the_user_change_no_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("vn100");
+    fs::create_dir(&settings).unwrap();
+    let log = replay_log("corrupted.vnymr");
+    let run = |arguments: &[&str]| {
+        let output = vn100().args(arguments).arg(&log).env("XDG_CONFIG_HOME", folder.path()).output().unwrap();
+        (output.stdout, output.status.code())
+    };
+    for arguments in [&["replay", "--json"][..], &["replay"], &["replay", "--full"], &["replay", "--fail-on", "gyro N"]]
+    {
+        let without = run(arguments);
+        for text in ["theme = \"light\"\nunits = \"si\"\nport = \"sim\"\n", "no settings at all"] {
+            fs::write(settings.join("vn100.toml"), text).unwrap();
+            assert_eq!(run(arguments), without, "{arguments:?} {text}");
+        }
+        fs::remove_file(settings.join("vn100.toml")).unwrap();
+    }
+    let named = vn100().args(["replay", "--config", "/no/such.toml"]).arg(&log).output().unwrap();
+    assert_eq!(named.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&named.stderr).contains("/no/such.toml"));
+}
+
+#[test]
 fn stdin_differs_in_its_source_only() {
     for log in ["corrupted.vnymr", "binary-between.bin"] {
         let bytes = fs::read(replay_log(log)).unwrap();

@@ -66,9 +66,11 @@ fn the_last_screen_stays_where_that_is_asked_for() {
     session.wait_for("Allan deviation");
     session.press("Q");
     assert_eq!(session.wait().code(), Some(0));
+    let left = session.wait_for(NORMAL_SCREEN);
+    session.wait_for_after(left, "Allan deviation σ(τ) of the gyro");
+    session.wait_for_after(left, "Ending");
     let output = session.output();
-    let left = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
-    assert!(left.contains("Allan deviation σ(τ) of the gyro"));
+    let left = &output[left..];
     assert!(!left.contains("--full: everything as tables"), "it stands for the summary: {left}");
     assert_eq!(Modes::of(&session.line), session.before);
 }
@@ -92,6 +94,7 @@ fn a_signal_that_aborts_leaves_the_terminal_as_it_was() {
         session.signal(signal);
         assert_eq!(session.wait().code(), Some(code));
         assert_eq!(Modes::of(&session.line), session.before, "{signal:?}");
+        session.wait_for(NORMAL_SCREEN);
         let output = session.output();
         assert_eq!(output.matches(ALTERNATE_SCREEN).count(), output.matches(NORMAL_SCREEN).count());
     }
@@ -116,6 +119,30 @@ fn the_theme_is_that_of_the_background_the_terminal_names() {
     assert!(!session.output().contains("\x1b]11;?"));
     session.press("q");
     session.assert_left_well();
+}
+
+#[test]
+fn the_settings_of_the_user_are_those_of_the_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("vn100").join("vn100.toml");
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(&file, "theme = \"light\"\nunits = \"si\"\nport = \"sim\"\n").unwrap();
+    let home = format!("XDG_CONFIG_HOME={}", folder.path().display());
+    let mut session = Session::shell(&format!("{home} exec \"$VN100\" attach"));
+    session.wait_for("38;2;170;75;0");
+    session.wait_to_see("of the gyro, rad/s");
+    session.press("q");
+    session.assert_left_well();
+    // what is chosen on the command line is stronger
+    let mut session = Session::shell(&format!("{home} exec \"$VN100\" attach sim --theme dark"));
+    session.wait_for("38;2;230;159;0");
+    session.press("q");
+    session.assert_left_well();
+    fs::write(&file, "theme = \"light\"\ncolour = 1\n").unwrap();
+    let mut session = Session::shell(&format!("{home} exec \"$VN100\" attach sim"));
+    assert_eq!(session.wait().code(), Some(1));
+    session.wait_for("line 2");
+    assert_eq!(Modes::of(&session.line), session.before);
 }
 
 #[test]

@@ -18,6 +18,7 @@ use vn100_report::{Completion, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
+    config::Config,
     exit::{HangUp, report, stop_on_interrupt},
     heartbeat::Heartbeat,
     live_source::{EmulatedPort, live_source},
@@ -35,6 +36,14 @@ use crate::{
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Completion> {
+    // one that is named is read in any case: a mistake in it is not left to the next time
+    let is_asked = args.sources.is_empty() || args.view.config.is_some();
+    let config = if is_asked { Config::read(args.view.config.as_deref())? } else { Config::default() };
+    if let Some(port) = config.port().filter(|_| args.sources.is_empty()) {
+        let Ok(source) = port.parse();
+        report(&format!("no SOURCE given: using {port}, the port of the settings"));
+        args.sources.push(source);
+    }
     if args.sources.is_empty() {
         match only_likely(&list_ports()) {
             Ok(port) => {

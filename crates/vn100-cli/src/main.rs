@@ -4,6 +4,7 @@
 mod args;
 mod attach;
 mod compare;
+mod config;
 mod documentation;
 mod exit;
 mod explain;

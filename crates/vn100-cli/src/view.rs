@@ -50,11 +50,12 @@ use ratatui::{
 };
 use save::save;
 use source::SourceView;
-use state::{ViewRequest, ViewState, mouse};
+use state::{Selection, ViewRequest, ViewState, mouse};
 use terminal::{Screen, leave_screen, next_event};
 use theme::Theme;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
+use vn100_pipeline::Command;
 use vn100_report::{Evaluation, printable};
 
 use crate::exit::{print, report};
@@ -65,6 +66,7 @@ pub(crate) use reference::Reference;
 pub(crate) use source::SourceMonitor;
 pub(crate) use terminal::{give_back, is_there};
 pub(crate) use theme::ThemeChoice;
+pub(crate) use units::FirstUnits;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -96,7 +98,9 @@ impl View {
         thread::Builder::new()
             .name("vn100-view".into())
             .spawn(move || {
-                let ended = run_view(screen, sources, theme, options.reference, &shared);
+                let mut state = ViewState::new(sources.len());
+                state.units = options.units.steps();
+                let ended = run_view(screen, sources, state, theme, options.reference, &shared);
                 // the program may have left without waiting
                 let _ = sender.send(ended);
             })
@@ -157,6 +161,7 @@ pub(crate) struct Shown<T> {
 #[derive(Debug, Default)]
 pub(crate) struct ViewOptions {
     pub(crate) theme: ThemeChoice,
+    pub(crate) units: FirstUnits,
     pub(crate) reference: Option<PendingReference>,
 }
 
@@ -243,12 +248,12 @@ pub(crate) enum Ended {
 fn run_view(
     mut screen: Screen,
     mut monitors: Vec<SourceMonitor>,
+    mut state: ViewState,
     mut theme: Theme,
     mut reference: Option<PendingReference>,
     shared: &ViewContext,
 ) -> Ended {
     let started = Instant::now();
-    let mut state = ViewState::new(monitors.len());
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
     let mut regions = Regions::default();
     let mut last_screen = None;
@@ -362,8 +367,21 @@ fn run_view(
                 state.message = saved;
             }
             Some(ViewRequest::Control(command)) => {
-                if let Some(source) = monitors.get_mut(state.source) {
-                    state.message = source.command(command);
+                let moves =
+                    matches!(command, Command::GoTo(_) | Command::Seek(_) | Command::TogglePause | Command::Step);
+                if moves && state.selection.from.is_some() && state.selection.to.is_some() {
+                    // what is measured from here on is no longer the part alone
+                    state.selection = Selection::default();
+                    shared.messages.keep(None);
+                }
+                if let (Command::Select(from, to), Some(source)) = (command, shown.get(state.source)) {
+                    let options = source.part_options(from, to).filter(|_| (from, to) != (0.0, 1.0));
+                    shared.messages.keep(options.map(|options| format!("{}: measured as by {options}", source.name)));
+                }
+                if let Some(source) = monitors.get_mut(state.source)
+                    && let Some(answer) = source.command(command)
+                {
+                    state.message = Some(answer);
                 }
             }
             None => {}
@@ -395,6 +413,8 @@ pub(crate) struct MessageQueue {
 struct Messages {
     all: VecDeque<String>,
     seen: bool,
+    /// Written at the end alone.
+    last: Option<String>,
 }
 
 impl MessageQueue {
@@ -407,6 +427,11 @@ impl MessageQueue {
         messages.seen = false;
     }
 
+    /// What is written behind all others, in place of what was kept before.
+    fn keep(&self, last: Option<String>) {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
+    }
+
     /// The latest, if it was not taken here before.
     pub(crate) fn news(&self) -> Option<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
@@ -416,6 +441,7 @@ impl MessageQueue {
 
     pub(crate) fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        messages.all.drain(..).collect()
+        let last = messages.last.take();
+        messages.all.drain(..).chain(last).collect()
     }
 }

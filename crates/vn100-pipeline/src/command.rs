@@ -21,6 +21,8 @@ pub enum Command {
     GoTo(f64),
     /// Continue the playback so much of the capture, -1 to 1, from where it is or is about to be.
     Seek(f64),
+    /// Measure this part of the capture alone, from and to 0 to 1, and pause at its end.
+    Select(f64, f64),
 }
 
 /// Why a command had no effect.

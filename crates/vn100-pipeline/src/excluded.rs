@@ -13,6 +13,11 @@ pub(crate) struct Excluded {
 }
 
 impl Excluded {
+    /// Of a part of the record that begins there.
+    pub(crate) fn until(begin: Duration) -> Self {
+        Self { before: Duration::ZERO, warm_up: begin, is_carried: true }
+    }
+
     pub(crate) fn end_warm_up(&mut self, so_far: Duration) {
         self.warm_up = so_far;
     }

@@ -448,6 +448,17 @@ impl Measuring {
                     pace.run_to(place, now);
                 }
             }
+            (Command::Select(from, to), Some(pace)) => {
+                let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
+                    channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
+                    return None;
+                };
+                let place = |part: f64| (part.clamp(0.0, 1.0) * total as f64).round();
+                let begin_s = place(from.min(to)) / self.rate_hz;
+                let begin = Duration::try_from_secs_f64(begin_s).unwrap_or(Duration::MAX);
+                let excluded = if begin.is_zero() { Excluded::default() } else { Excluded::until(begin) };
+                return Some(MeasurementEnd::Again { start: pace.part_to(place(from.max(to)) as u64), excluded });
+            }
             (command, Some(pace)) => pace.handle(command, now),
         }
         self.show_playback(channels);

@@ -152,6 +152,11 @@ impl Pace {
         PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
     }
 
+    /// The part of the capture up to there, at once; it pauses behind it.
+    pub(crate) fn part_to(&self, samples: u64) -> PaceStart {
+        PaceStart { speed: self.speed, paused: true, run_to: samples }
+    }
+
     pub(crate) fn end(&mut self) {
         self.at_end = true;
     }

@@ -292,6 +292,38 @@ async fn steps_in_quick_succession_add_up() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_part_is_measured_alone() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Max);
+    counted(&mut session).await;
+    until(&mut session, |playback, _| playback.at_end).await;
+    // the ends in either order; each part unlike the one before
+    for (from, to, excluded) in [(0.25, 0.5, 200), (0.75, 0.5, 400), (0.75, 0.25, 200)] {
+        command(&session, Command::Select(from, to)).await;
+        let end = (from.max(to) * SAMPLES as f64) as u64;
+        let part = |playback: Playback, state: &SourceState| {
+            let timing = &state.snapshot.timing;
+            playback.samples == end && (timing.samples, timing.excluded) == (end - excluded, excluded)
+        };
+        assert!(until(&mut session, part).await.paused);
+    }
+    // as the options of a whole replay would
+    let duration = Some(Duration::from_secs(15));
+    let settings = Settings { skip: Duration::from_secs(5), duration, ..Settings::default() };
+    let whole = Session::replay(ReplaySpec { settings, ..spec(file.path()) }).result.await.unwrap().snapshot;
+    let selected = session.state.borrow().snapshot.clone();
+    assert_eq!(whole.timing, selected.timing);
+    let moments = |snapshot: &vn100_analysis::Snapshot| {
+        snapshot.channels.iter().map(|channel| channel.moments.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(moments(&whole), moments(&selected));
+    command(&session, Command::Select(0.0, 1.0)).await;
+    until(&mut session, |_, state| state.snapshot.timing.samples == SAMPLES).await;
+    command(&session, Command::Stop).await;
+    session.result.await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
 async fn from_its_end_it_goes_back_and_pauses() {
     let file = capture(SAMPLES);
     let mut session = paced(&file, Speed::Max);

@@ -17,8 +17,12 @@ pub(crate) struct CommandHelp {
 type ExitStatus = (u8, &'static str);
 
 /// Of every page.
-pub(crate) const ENVIRONMENT: [(&str, &str); 2] =
-    [("NO_COLOR", "no colours where it is set and not empty"), ("TERM", "no colours where it is \"dumb\"")];
+pub(crate) const ENVIRONMENT: [(&str, &str); 4] = [
+    ("NO_COLOR", "no colours where it is set and not empty"),
+    ("TERM", "no colours where it is \"dumb\""),
+    ("COLORFGBG", "the background of the terminal, for the theme of the live view"),
+    ("XDG_CONFIG_HOME", "the folder of settings [~/.config]"),
+];
 
 const GOOD: ExitStatus = (0, "success");
 const FAILED: ExitStatus = (1, "failed");
@@ -33,6 +37,7 @@ const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
 const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
 const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
 const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
+const SETTINGS: (&str, &str) = ("vn100/vn100.toml", "settings of the user (--config)");
 const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
 
 const PROGRAM: CommandHelp = CommandHelp {
@@ -62,7 +67,7 @@ const COMMANDS: [CommandHelp; 15] = [
             ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, CONDITIONS, DATASHEET],
+        files: &[RECORDING, CONDITIONS, DATASHEET, SETTINGS],
         see_also: &["record", "replay", "configure", "ports", "plan"],
     },
     CommandHelp {
@@ -108,7 +113,7 @@ const COMMANDS: [CommandHelp; 15] = [
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET],
+        files: &[RECORDING, SIDECAR, DATASHEET, SETTINGS],
         see_also: &["report", "compare", "explain"],
     },
     CommandHelp {

@@ -6,7 +6,10 @@ use anyhow::{Context, Result};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 
-use crate::view::{Reference, ThemeChoice, ViewOptions};
+use crate::{
+    config::Config,
+    view::{Reference, ThemeChoice, ViewOptions},
+};
 
 /// How the live view looks; no document, report or exit code depends on it.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -19,15 +22,28 @@ pub(crate) struct ViewArgs {
     /// Show the curve of an earlier record below the present one, measured in the same way
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
+
+    /// Settings of the user: theme, units and port [default: vn100/vn100.toml in the folder of
+    /// settings, ~/.config]
+    ///
+    /// A TOML file with theme = "auto", "dark", "light" or "16"; units = "datasheet" or "si", those
+    /// that the view shows first; port = "/dev/ttyUSB0", the source of attach where none is named.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
 }
 
 impl ViewArgs {
     /// Of a measurement by these settings. The reference is measured from now on.
     pub(crate) fn options(&self, settings: &Settings, stop: &CancellationToken) -> Result<ViewOptions> {
+        let config = Config::read(self.config.as_deref())?;
         if let Some(path) = &self.reference {
             std::fs::metadata(path).with_context(|| format!("cannot read the reference {}", path.display()))?;
         }
         let measure = |path: &PathBuf| Reference::measure(path.clone(), settings.clone(), stop);
-        Ok(ViewOptions { theme: self.theme.unwrap_or_default(), reference: self.reference.as_ref().map(measure) })
+        Ok(ViewOptions {
+            theme: self.theme.or(config.theme()?).unwrap_or_default(),
+            units: config.units()?.unwrap_or_default(),
+            reference: self.reference.as_ref().map(measure),
+        })
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -
     match source.playback {
         Some(playback) => {
             let bar = Rect::new(area.x, area.bottom() - 1, area.width, 1);
-            draw_progress(frame, bar, scene.theme, playback)
+            draw_progress(frame, bar, scene, playback)
         }
         None => Rect::default(),
     }
@@ -245,7 +245,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     parts.line()
 }
 
-fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Playback) -> Rect {
+fn draw_progress(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, playback: Playback) -> Rect {
+    let theme = scene.theme;
     let speed = match playback.speed {
         Speed::Times(times) => format!("{times}x"),
         Speed::Max => "max".to_owned(),
@@ -267,5 +268,11 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Play
         Span::styled("┈".repeat(usize::from(bar.width).saturating_sub(filled)), theme.faint()),
     ]);
     frame.render_widget(Paragraph::new(line), area);
+    let ends = [(scene.state.selection.from, "("), (scene.state.selection.to, ")")];
+    for (part, sign) in ends {
+        let Some(part) = part.filter(|_| bar.width > 0) else { continue };
+        let column = bar.x + (part * f64::from(bar.width - 1)).round() as u16;
+        frame.render_widget(Span::styled(sign, theme.chosen()), Rect { x: column, width: 1, ..bar });
+    }
     bar
 }

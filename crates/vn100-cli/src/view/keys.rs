@@ -100,7 +100,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-const KEYS: [(&str, &str); 26] = [
+const KEYS: [(&str, &str); 27] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -126,6 +126,7 @@ const KEYS: [(&str, &str); 26] = [
     ("space  .", "replay: pause or resume; one second forward"),
     ("> <", "replay: faster, slower"),
     ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
+    ("(  )  0", "replay: measure the part from here, to here; all"),
     ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 

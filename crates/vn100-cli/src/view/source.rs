@@ -11,7 +11,9 @@ use vn100_protocol::Quantity;
 use vn100_report::{
     Evaluation,
     names::QUANTITIES,
-    no_sample, printable,
+    no_sample,
+    numbers::plain::digits_trimmed,
+    printable,
     units::{ChannelValues, channel_values},
 };
 
@@ -132,6 +134,13 @@ impl SourceView {
         Some(samples as f64 / total? as f64).filter(|part| part.is_finite())
     }
 
+    /// The options that measure this part of the capture, in seconds of data.
+    pub(crate) fn part_options(&self, from: f64, to: f64) -> Option<String> {
+        let total = self.playback?.total? as f64;
+        let at_s = |part: f64| digits_trimmed((part * total).round() / self.snapshot.timing.rate_hz, 9);
+        Some(format!("--skip {}s --duration {}s", at_s(from.min(to)), at_s(from.max(to))))
+    }
+
     /// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
     pub(crate) fn line_load(&self) -> Option<f64> {
         let baud = up(self.link.as_ref()?)?.baud?;
@@ -199,7 +208,7 @@ impl SourceMonitor {
     /// The present assessment, or for a while the one before: it is as expensive as many seconds of
     /// measuring, and in its first moments a record grows by a twentieth at every look.
     fn due_assessment(&mut self, state: &SourceState, now: Duration) -> Arc<Assessment> {
-        const LASTS: Duration = Duration::from_secs(2);
+        const LASTS: Duration = Duration::from_secs(4);
         let shown = &self.shown;
         let fits = shown.assessment.channels.len() == state.snapshot.channels.len()
             && shown.snapshot.timing.samples <= state.snapshot.timing.samples

@@ -7,7 +7,7 @@ use vn100_pipeline::{Command, Playback, Speed};
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     source::SourceView,
-    state::{Panel, Plot, Question, ShownAxes, ViewRequest, ViewState, mouse},
+    state::{Panel, Plot, Question, Selection, ShownAxes, ViewRequest, ViewState, mouse},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -178,6 +178,29 @@ fn a_capture_is_led_anywhere() {
     assert_eq!(pressed("]", &sources).1, control(Command::Seek(0.1)));
     assert_eq!(pressed("[", &sources).1, control(Command::Seek(-0.1)));
     assert_eq!(pressed(" ", &[measured()]).1, None, "a live source does not wait");
+}
+
+#[test]
+fn a_part_of_a_capture_is_selected_by_its_ends() {
+    let mut source = replayed();
+    let at = |source: &mut SourceView, samples: u64| {
+        source.playback = source.playback.map(|playback| Playback { samples, ..playback });
+    };
+    let mut state = one();
+    assert_eq!(press(&mut state, std::slice::from_ref(&source), "("), None);
+    assert!(state.message.as_ref().unwrap().contains("25.0 %: set its end with )"));
+    assert_eq!(press(&mut state, std::slice::from_ref(&source), ")"), None, "it is empty");
+    at(&mut source, 15_000);
+    let selected = Some(ViewRequest::Control(Command::Select(0.25, 0.75)));
+    assert_eq!(press(&mut state, std::slice::from_ref(&source), ")"), selected);
+    // at 40 Hz
+    assert!(state.message.as_ref().unwrap().contains("--skip 125s --duration 375s"), "{:?}", state.message);
+    let screen = text(&drawn(&ViewState { message: None, ..state.clone() }, &[source.clone()], PLAIN, (80, 24)).0);
+    assert!(screen.lines().any(|line| line.contains('(') && line.contains(')') && line.contains('━')), "{screen}");
+    let whole = Some(ViewRequest::Control(Command::Select(0.0, 1.0)));
+    assert_eq!(press(&mut state, &[source], "0"), whole);
+    assert_eq!(state.selection, Selection::default());
+    assert_eq!(pressed("()", &[measured()]), (one(), None), "a live source has no parts");
 }
 
 #[test]

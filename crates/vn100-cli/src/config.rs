@@ -1,0 +1,141 @@
+//! The user's settings, kept in a file: how the live view looks, and the port that is meant when
+//! none is named. No document, report or exit code depends on them.
+
+use std::{
+    env,
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use serde::Deserialize;
+use vn100_report::parse_toml;
+
+use crate::view::{FirstUnits, ThemeChoice};
+
+/// What the file holds; every key may be missing.
+#[derive(Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Config {
+    theme: Option<String>,
+    units: Option<String>,
+    port: Option<String>,
+}
+
+/// More is no such file.
+const MOST_BYTES: u64 = 64 * 1024;
+
+impl Config {
+    /// From the file named, or from that of the user if there is one.
+    pub(crate) fn read(named: Option<&Path>) -> Result<Self> {
+        match named {
+            Some(path) => Self::of_file(path),
+            None => match user_file(|name| env::var_os(name).map(PathBuf::from)) {
+                Some(path) if path.exists() => Self::of_file(&path),
+                _ => Ok(Self::default()),
+            },
+        }
+    }
+
+    fn of_file(path: &Path) -> Result<Self> {
+        let read = || -> Result<Self> {
+            let mut text = String::new();
+            let file = File::open(path).context("cannot be read")?;
+            file.take(MOST_BYTES + 1).read_to_string(&mut text).context("cannot be read")?;
+            if text.len() as u64 > MOST_BYTES {
+                bail!("is longer than 64 KiB");
+            }
+            Self::parse(&text)
+        };
+        read().with_context(|| format!("the settings in {}", path.display()))
+    }
+
+    fn parse(text: &str) -> Result<Self> {
+        let config: Self = parse_toml(text)?;
+        // refused here, where their file is named
+        config.theme()?;
+        config.units()?;
+        Ok(config)
+    }
+
+    pub(crate) fn theme(&self) -> Result<Option<ThemeChoice>> {
+        one_of("theme", self.theme.as_deref())
+    }
+
+    pub(crate) fn units(&self) -> Result<Option<FirstUnits>> {
+        one_of("units", self.units.as_deref())
+    }
+
+    /// The source that is meant when none is named.
+    pub(crate) fn port(&self) -> Option<&str> {
+        self.port.as_deref()
+    }
+}
+
+fn one_of<T: ValueEnum>(key: &str, value: Option<&str>) -> Result<Option<T>> {
+    let Some(value) = value else { return Ok(None) };
+    let known = || T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+    match T::from_str(value, false) {
+        Ok(value) => Ok(Some(value)),
+        Err(_) => {
+            let names: Vec<String> = known().map(|value| format!("\"{}\"", value.get_name())).collect();
+            bail!("{key} = {value:?} should be one of {}", names.join(", "))
+        }
+    }
+}
+
+/// `vn100/vn100.toml` in the folder of settings.
+fn user_file(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
+    let folder = variable("XDG_CONFIG_HOME").filter(|path| path.is_absolute());
+    let folder = folder.or_else(|| Some(variable("HOME")?.join(".config")))?;
+    Some(folder.join("vn100").join("vn100.toml"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_keys_are_known_and_others_named_with_their_line() {
+        let config = Config::parse("theme = \"16\"\nunits = \"si\"\nport = \"/dev/imu\"\n").unwrap();
+        assert_eq!(config.theme().unwrap(), Some(ThemeChoice::Sixteen));
+        assert_eq!(config.units().unwrap(), Some(FirstUnits::Si));
+        assert_eq!(config.port(), Some("/dev/imu"));
+        assert_eq!(Config::parse("").unwrap(), Config::default());
+        for (text, parts) in [
+            ("theme = \"dark\"\ncolour = 3\n", &["line 2", "colour", "theme", "units", "port"][..]),
+            ("theme = \"pink\"", &["theme", "pink", "\"auto\", \"dark\", \"light\", \"16\""]),
+            ("port = 3", &["line 1", "string"]),
+        ] {
+            let error = format!("{:#}", Config::parse(text).unwrap_err());
+            assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_file_of_the_user_is_where_settings_are_kept() {
+        let of = |variables: &[(&str, &str)]| {
+            user_file(|name| variables.iter().find(|(n, _)| *n == name).map(|(_, value)| value.into()))
+        };
+        let home = ("HOME", "/home/ada");
+        assert_eq!(of(&[home]), Some("/home/ada/.config/vn100/vn100.toml".into()));
+        assert_eq!(of(&[home, ("XDG_CONFIG_HOME", "/etc/xdg")]), Some("/etc/xdg/vn100/vn100.toml".into()));
+        assert_eq!(of(&[home, ("XDG_CONFIG_HOME", "relative")]), Some("/home/ada/.config/vn100/vn100.toml".into()));
+        assert_eq!(of(&[]), None);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_used_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
+        assert!(error.contains("mine.toml") && error.contains("cannot be read"), "{error}");
+        std::fs::write(&path, "x".repeat(70_000)).unwrap();
+        assert!(format!("{:#}", Config::read(Some(&path)).unwrap_err()).contains("64 KiB"));
+        std::fs::write(&path, "\nsize = 3").unwrap();
+        let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
+        assert!(error.contains("line 2") && error.contains("size"), "{error}");
+    }
+}
