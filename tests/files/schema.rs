@@ -1,8 +1,14 @@
 //! The schema of documents: it describes every field that there is, and none besides.
 
-use std::{collections::BTreeSet, fs};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+};
 
 use serde_json::Value;
+use vn100_capture::RecordingWriter;
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 use vn100_report::all_codes;
 
 use crate::support::{capture, document, replay_log, schema, vn100, workspace};
@@ -24,7 +30,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
     let folder = tempfile::tempdir().unwrap();
     let imu = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "--duration", "10min"]);
     let mut seen = BTreeSet::new();
-    let mut see = |files: &[&std::path::Path], options: &[&str]| {
+    let mut see = |files: &[&Path], options: &[&str]| {
         let output = vn100().args(["replay", "--json"]).args(options).args(files).output().unwrap();
         let documents = document(&output);
         for document in documents.as_array().unwrap_or(&vec![documents.clone()]) {
@@ -56,6 +62,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
     }
     fs::write(&answers, lines).unwrap();
     see(&[&answers], &["--rate", "40"]);
+    see(&[&marked(folder.path())], &["--rate", "40"]);
     let mut places = Vec::new();
     schema::places(&schema::analysis(), "", &mut places);
     let missing: Vec<&String> = places
@@ -63,6 +70,23 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
         .filter(|place| !seen.contains(*place) && !RARE.iter().any(|rare| place.starts_with(rare)))
         .collect();
     assert!(missing.is_empty(), "described, and in no document: {missing:#?}");
+}
+
+/// A recording of a clean minute with a mark in its middle.
+fn marked(folder: &Path) -> PathBuf {
+    let mut writer = RecordingWriter::new(Vec::new(), &BTreeMap::new()).unwrap();
+    let lines = fs::read_to_string(replay_log("clean-minute.vnymr")).unwrap();
+    for (line, at_ns) in lines.split_inclusive('\n').zip((0..).step_by(25_000_000)) {
+        let bytes = line.as_bytes().to_vec().into();
+        writer.write(&StreamInput::Chunk(Chunk { at_ns: Some(at_ns), bytes })).unwrap();
+        if at_ns == 30_000_000_000 {
+            let kind = LinkEventKind::Marked { text: "fan on".into() };
+            writer.write(&StreamInput::Link(LinkEvent { at_ns, kind })).unwrap();
+        }
+    }
+    let path = folder.join("marked.mcap");
+    fs::write(&path, writer.finish(None).unwrap()).unwrap();
+    path
 }
 
 #[test]

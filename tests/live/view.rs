@@ -14,7 +14,7 @@ use rustix::{
 };
 
 use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
-use crate::support::{replay, replay_log};
+use crate::support::{replay, replay_log, vn100};
 
 /// The samples of a document, as the summary counts them.
 fn counted(document: &serde_json::Value) -> String {
@@ -280,6 +280,28 @@ fn a_recording_says_what_was_left_out_by_hand() {
     // to the last digit printed
     let std = document["channels"][9]["statistics"]["std"].as_f64().unwrap().to_degrees();
     assert!(result.contains(&format!("{std:.4}")), "{std}: {result}");
+}
+
+#[test]
+fn a_mark_is_kept_in_the_recording_and_shown_in_the_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("marked.mcap");
+    let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
+    session.wait_for("Allan deviation");
+    session.press("mfan <b>on</b>\r");
+    session.wait_to_see("marked: fan <b>on</b>");
+    session.wait_to_see("next: ");
+    session.press("q");
+    session.assert_left_well();
+    let (document, _) = replay(&recording, &[]);
+    let [mark] = &document["source"]["marks"].as_array().unwrap()[..] else { panic!("{}", document["source"]) };
+    assert_eq!(mark["text"], "fan <b>on</b>");
+    let (at_s, duration_s) = (mark["at_s"].as_f64().unwrap(), document["timing"]["duration_s"].as_f64().unwrap());
+    assert!((0.5..=duration_s).contains(&at_s), "{at_s} of {duration_s}");
+    let page = folder.path().join("marked.html");
+    let report = vn100().args(["report", "-o"]).args([&page, &recording]).output().unwrap();
+    assert!(report.status.success(), "{report:?}");
+    assert!(fs::read_to_string(page).unwrap().contains("fan &lt;b&gt;on&lt;/b&gt;"));
 }
 
 #[test]

@@ -43,6 +43,8 @@ pub struct Snapshot {
     pub link: StreamCounts,
     /// When the link was down.
     pub outages: Outages,
+    /// Places that the user marked, in time order; the first thousand.
+    pub marks: Vec<PlaceMark>,
     /// Samples with an axis at the end of its range, as the sensor says.
     pub saturation: Saturation,
     /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.
@@ -79,6 +81,15 @@ pub struct Snapshot {
     pub warnings: Vec<Warning>,
     /// The last minutes, where they were asked for.
     pub recent: Option<Recent>,
+}
+
+/// A place in the record that its user marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaceMark {
+    /// Data time from the beginning of the record, in seconds.
+    pub at_s: f64,
+    /// In the user's words, as they were recorded.
+    pub text: String,
 }
 
 impl Snapshot {

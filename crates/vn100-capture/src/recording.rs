@@ -10,6 +10,8 @@
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](vn100_protocol::stream::LinkEvent), with its time as log time |
 //! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
 //!
+//! Places that the user marked are link events, too.
+//!
 //! Times are nanoseconds since 1970-01-01 UTC. There are no chunks and there is no compression, so
 //! that a file which was cut anywhere holds everything up to the last whole record. The bytes of
 //! both topics, one behind the other, are the stream. Files that other tools have put into chunks
@@ -96,6 +98,7 @@ fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
         LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
         LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
         LinkEventKind::Closed => json!({ "event": "closed" }),
+        LinkEventKind::Marked { text } => json!({ "event": "mark", "text": text }),
     };
     object.to_string().into_bytes()
 }
@@ -123,6 +126,7 @@ fn link_from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
         "output-resumed" => LinkEventKind::OutputResumed,
         "output-paused" => LinkEventKind::OutputPaused,
         "closed" => LinkEventKind::Closed,
+        "mark" => LinkEventKind::Marked { text: text("text")? },
         _ => return None,
     };
     Some(LinkEvent { at_ns, kind })
@@ -153,6 +157,7 @@ mod tests {
             (LinkEventKind::OutputResumed, r#"{"event":"output-resumed"}"#),
             (LinkEventKind::OutputPaused, r#"{"event":"output-paused"}"#),
             (LinkEventKind::Closed, r#"{"event":"closed"}"#),
+            (LinkEventKind::Marked { text: "fan \"on\"".into() }, r#"{"event":"mark","text":"fan \"on\""}"#),
         ];
         for (kind, object) in objects {
             assert_eq!(link_to_json(&kind), object.as_bytes());

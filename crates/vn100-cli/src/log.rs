@@ -190,6 +190,7 @@ fn link_event(kind: &LinkEventKind) -> String {
             format!("unsolicited device error: {error}")
         }
         LinkEventKind::OutputResumed => "the output of the sensor was paused, and is resumed".into(),
+        LinkEventKind::Marked { text } => format!("marked: {text}"),
         LinkEventKind::Closed => "closed while it was lost".into(),
         LinkEventKind::OutputPaused => "the output of the sensor is paused again, as before".into(),
     }

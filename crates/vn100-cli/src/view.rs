@@ -374,7 +374,7 @@ fn run_view(
                     state.selection = Selection::default();
                     shared.messages.keep(None);
                 }
-                if let (Command::Select(from, to), Some(source)) = (command, shown.get(state.source)) {
+                if let (&Command::Select(from, to), Some(source)) = (&command, shown.get(state.source)) {
                     let options = source.part_options(from, to).filter(|_| (from, to) != (0.0, 1.0));
                     shared.messages.keep(options.map(|options| format!("{}: measured as by {options}", source.name)));
                 }

@@ -57,6 +57,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
             "its samples are not counted yet, or cannot be counted".into()
         }
         SessionEvent::Refused(CommandRefusal::AtEnd) => "end of the capture; [ or g goes back and pauses".into(),
+        SessionEvent::Refused(CommandRefusal::NoMark) => "not marked: only the stream of an open link is".into(),
         SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture has ended".into()),
     };
     Some(format!("{name}: {text}"))

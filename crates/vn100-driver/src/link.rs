@@ -136,6 +136,7 @@ pub enum CommandError {
 pub struct LinkHandle {
     pub(crate) state: watch::Receiver<LinkState>,
     pub(crate) commands: mpsc::Sender<SubmittedCommand>,
+    pub(crate) marks: mpsc::Sender<String>,
     pub(crate) counters: Arc<Counters>,
 }
 
@@ -167,6 +168,13 @@ impl LinkHandle {
             | Err(CommandError::Failed(RequestFailure::Device { error: DeviceError::InvalidRegister, .. })) => Ok(None),
             Err(error) => Err(error),
         }
+    }
+
+    /// Marks this place of the stream, and of the recording, with a text. Whether the link takes
+    /// it: not once it is closed, nor where four of them wait.
+    #[must_use]
+    pub fn mark(&self, text: String) -> bool {
+        self.marks.try_send(text).is_ok()
     }
 
     /// Good frames of this kind that the sensor has sent by itself so far; for a message without a

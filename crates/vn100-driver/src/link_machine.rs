@@ -259,6 +259,11 @@ impl LinkMachine {
         matches!(self.phase, Phase::Closed)
     }
 
+    /// Marks this place of the stream.
+    pub(crate) fn mark(&mut self, now: Duration, text: String) {
+        self.context.emit(now, LinkEventKind::Marked { text });
+    }
+
     /// Good frames that the sensor has sent by itself so far, by their kind.
     pub(crate) fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         self.context.reader.frames()

@@ -50,6 +50,7 @@ pub fn open_link<C: Connect>(
     let (stream, events) = mpsc::channel(WAITING_BATCHES);
     let (state_sender, state) = watch::channel(LinkState::Opening);
     let (commands_sender, commands) = mpsc::channel(WAITING_COMMANDS);
+    let (marks_sender, marks) = mpsc::channel(WAITING_MARKS);
     let counters = Arc::new(Counters::default());
     let task = LinkTask {
         recording: options.recording.take().map(LossySender::new),
@@ -58,6 +59,7 @@ pub fn open_link<C: Connect>(
         connection: None,
         stop,
         commands,
+        marks,
         open_commands: BTreeMap::new(),
         command_count: 0,
         stream,
@@ -67,7 +69,7 @@ pub fn open_link<C: Connect>(
     };
     // ends on `stop`, when the receiver of the events is dropped, or when the link fails for good
     tokio::spawn(task.run());
-    (LinkHandle { state, commands: commands_sender, counters }, events)
+    (LinkHandle { state, commands: commands_sender, marks: marks_sender, counters }, events)
 }
 
 struct LinkTask<C: Connect> {
@@ -76,6 +78,7 @@ struct LinkTask<C: Connect> {
     connection: Option<C::Connection>,
     stop: CancellationToken,
     commands: mpsc::Receiver<SubmittedCommand>,
+    marks: mpsc::Receiver<String>,
     /// Where the results of the open commands go, by their numbers.
     open_commands: BTreeMap<u64, oneshot::Sender<Result<Response, CommandError>>>,
     command_count: u64,
@@ -129,6 +132,11 @@ impl<C: Connect> LinkTask<C> {
                     self.command_count += 1;
                     self.open_commands.insert(self.command_count, submitted.result);
                     Input::Command { id: self.command_count, command: submitted.command }
+                }
+                Some(text) = self.marks.recv() => {
+                    let now = self.now();
+                    self.machine.mark(now, text);
+                    continue;
                 }
                 input = next_input(&mut self.connection) => input,
                 () = &mut timer => {
@@ -241,6 +249,9 @@ impl<C: Connect> LinkTask<C> {
         Duration::from_nanos(self.connect.now_ns().try_into().unwrap_or_default())
     }
 }
+
+/// Marks that may wait; further ones are refused.
+const WAITING_MARKS: usize = 4;
 
 /// The next input from a connection; never without one.
 async fn next_input(connection: &mut Option<impl Connection>) -> Input {

@@ -1,12 +1,14 @@
 //! What a face can ask of a session.
 
 /// A command to a session. Those for a playback have no effect on a live source.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Exclude everything so far from the result, as warm-up.
     EndWarmUp,
     /// Discard everything so far and restart; data time counts from here.
     StartOver,
+    /// Mark this place of a live stream, and of its recording, with a text.
+    Mark(String),
     /// End the session. What was measured so far is the result.
     Stop,
     /// Pause the playback, or resume it.
@@ -34,4 +36,6 @@ pub enum CommandRefusal {
     AtEnd,
     /// The measurement is over.
     Over,
+    /// Marks are for the stream of a live link, which is open.
+    NoMark,
 }

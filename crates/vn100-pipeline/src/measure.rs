@@ -408,6 +408,12 @@ impl Measuring {
         let now = Instant::now();
         match (command, &mut self.pace) {
             (Command::Stop, _) => channels.stop.cancel(),
+            (Command::Mark(text), _) => {
+                if !self.link.as_ref().is_some_and(|link| link.mark(text)) {
+                    channels.report(SessionEvent::Refused(CommandRefusal::NoMark));
+                }
+                return None;
+            }
             (Command::EndWarmUp | Command::StartOver, _) if is_over => {
                 channels.report(SessionEvent::Refused(CommandRefusal::Over));
             }
@@ -429,7 +435,7 @@ impl Measuring {
             (Command::TogglePause | Command::Step, Some(_)) if is_over => {
                 channels.report(SessionEvent::Refused(CommandRefusal::AtEnd));
             }
-            (Command::GoTo(_) | Command::Seek(_), Some(pace)) => {
+            (command @ (Command::GoTo(_) | Command::Seek(_)), Some(pace)) => {
                 let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
                     channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
                     return None;

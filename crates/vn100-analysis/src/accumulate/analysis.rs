@@ -17,7 +17,7 @@ use crate::{
     assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
     settings::{Detrend, Settings},
-    snapshot::{MissingFrom, Outages, Snapshot, Timing},
+    snapshot::{MissingFrom, Outages, PlaceMark, Snapshot, Timing},
     warning::advice,
 };
 
@@ -40,10 +40,14 @@ pub struct Analysis {
     counter_before: Option<CounterSummary>,
     link: StreamCounts,
     outages: Outages,
+    marks: Vec<PlaceMark>,
     /// The link was lost, and no row came since.
     is_interrupted: bool,
     last_row_ns: Option<i64>,
 }
+
+/// More marks are no longer kept.
+const MOST_MARKS: usize = 1000;
 
 impl Analysis {
     /// An analysis without samples.
@@ -55,6 +59,7 @@ impl Analysis {
             counter_before: None,
             link: StreamCounts::default(),
             outages: Outages::default(),
+            marks: Vec::new(),
             is_interrupted: false,
             last_row_ns: None,
         }
@@ -190,6 +195,9 @@ impl Analysis {
     /// How many samples are dropped while the link is down only the sensor's own time shows, with
     /// the first row behind it.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
+        if let LinkEventKind::Marked { text } = &event.kind {
+            return self.mark(text);
+        }
         // each row is before one outage
         self.outages.take(event, self.last_row_ns.take());
         if matches!(event.kind, LinkEventKind::Down { .. }) {
@@ -223,6 +231,14 @@ impl Analysis {
     fn end_connection(&mut self, has_restarted: bool) {
         let ended = self.pending.take().and_then(|pending| pending.detector.summary());
         self.record.end_connection(ended, has_restarted);
+    }
+
+    fn mark(&mut self, text: &str) {
+        let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::pending_duration);
+        let at_s = self.record.span.data_time(self.record.rate.hz()).saturating_add(pending).as_secs_f64();
+        if self.marks.len() < MOST_MARKS {
+            self.marks.push(PlaceMark { at_s, text: text.to_owned() });
+        }
     }
 
     /// The stream is over: decides on the rows that are pending.
@@ -297,6 +313,7 @@ impl Analysis {
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.start_over();
+        self.marks.clear();
         if let Some(pending) = &mut self.pending {
             pending.detector.restart_intervals();
         }
@@ -321,6 +338,7 @@ impl Analysis {
             registers: replies.registers.clone(),
             link: self.link,
             outages: self.outages,
+            marks: self.marks.clone(),
             saturation: self.record.saturation.clone(),
             restarts: self.record.gaps.restarts,
             false_times: self.record.gaps.false_times,

@@ -22,6 +22,12 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let question = state.question.as_ref().map(|question| match question {
         Question::StartOver => of_source(scene, area.width, "Discard everything so far and start over? y / n"),
         Question::EndWarmUp => of_source(scene, area.width, "Exclude everything so far as warm-up? y / n"),
+        Question::Mark(typed) => {
+            // of a long text the end, which is written
+            let text = format!(" Mark this place with: {typed}_   enter / esc");
+            let excess = text.chars().count().saturating_sub(usize::from(area.width));
+            text.chars().skip(excess).collect()
+        }
         Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
     });
     if let Some(text) = question {
@@ -100,7 +106,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-const KEYS: [(&str, &str); 27] = [
+const KEYS: [(&str, &str); 28] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -117,6 +123,7 @@ const KEYS: [(&str, &str); 27] = [
     ("= -", "zoom at the cursor; in Signal: time span"),
     ("u", "other units, on all panels alike"),
     ("f", "freeze the view; the measurement continues"),
+    ("m", "mark this place with a text, in the recording too"),
     ("s", "save the result so far as JSON, curve as SVG"),
     ("w", "warm-up over: exclude everything so far"),
     ("r", "start over: discard everything so far"),

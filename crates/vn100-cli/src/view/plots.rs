@@ -20,7 +20,7 @@ use vn100_report::{
 };
 
 use super::{
-    chart::{ChartAxes, LABELS, draw_grid},
+    chart::{ChartAxes, LABELS, draw_grid, put},
     curve::LogAxis,
     draw::{Scene, framed_as},
     source::{ChannelGroup, SourceView},
@@ -166,8 +166,12 @@ fn draw_segments(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[Ser
         (series.axis, segments(series).into_iter().map(|(at_s, std)| (at_s, std * unit.factor)).collect())
     };
     let curves: Vec<(usize, Vec<(f64, f64)>)> = all.iter().map(of).collect();
-    let chart =
-        LinearChart { curves: &curves, is_joined: true, why_empty: "The segments need some seconds of samples." };
+    let chart = LinearChart {
+        curves: &curves,
+        is_joined: true,
+        why_empty: "The segments need some seconds of samples.",
+        marks: scene.source.snapshot.marks.iter().map(|mark| mark.at_s).collect(),
+    };
     chart.draw(frame, area, scene, time);
 }
 
@@ -196,7 +200,8 @@ fn draw_temperature(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[
         "The means need some seconds of samples."
     };
     let label = |celsius: f64| scene.theme.spelled(format!("{celsius:.2} °C"));
-    LinearChart { curves: &curves, is_joined: false, why_empty: why }.draw(frame, area, scene, label);
+    LinearChart { curves: &curves, is_joined: false, why_empty: why, marks: Vec::new() }
+        .draw(frame, area, scene, label);
 }
 
 fn coefficients(theme: Theme, all: &[Series<'_>], unit: &ShownUnit) -> Vec<Line<'static>> {
@@ -224,6 +229,8 @@ struct LinearChart<'a> {
     /// The points follow each other, with lines between them.
     is_joined: bool,
     why_empty: &'static str,
+    /// Places on the horizontal axis that the user marked.
+    marks: Vec<f64>,
 }
 
 impl LinearChart<'_> {
@@ -272,14 +279,20 @@ impl LinearChart<'_> {
             }),
             chart,
         );
+        let column = |x: f64| chart.x + ((x - x_low) / (x_high - x_low) * f64::from(chart.width - 1)).round() as u16;
+        for mark in self.marks.iter().filter(|at| (x_low..=x_high).contains(*at)) {
+            for row in chart.top()..chart.bottom() {
+                put(frame.buffer_mut(), column(*mark), row, "┊", theme.warning());
+            }
+            put(frame.buffer_mut(), column(*mark), chart.top(), "m", theme.chosen());
+        }
         // which curve is which, without colours, too
         for (axis, points) in curves {
             let Some((x, y)) = points.last() else { continue };
-            let column = ((x - x_low) / (x_high - x_low) * f64::from(chart.width - 1)).round() as u16;
             let row = ((y_high - y) / (y_high - y_low) * f64::from(chart.height - 1)).round() as u16;
             let sign = SIGNS.get(*axis).unwrap_or(&"●");
             let style: Style = theme.axis(*axis);
-            super::chart::put(frame.buffer_mut(), chart.x + column, chart.y + row, sign, style);
+            put(frame.buffer_mut(), column(*x), chart.y + row, sign, style);
         }
     }
 }

@@ -233,10 +233,11 @@ impl SourceMonitor {
         if !matches!(self.state.borrow().stage, Stage::Measuring) {
             return Some("no measurement is running there".into());
         }
+        let starts_over = command == Command::StartOver;
         if self.commands.try_send(command).is_err() {
             return Some("the source is busy: press the key again".into());
         }
-        if command == Command::StartOver && self.shown.no_measurement().is_none() {
+        if starts_over && self.shown.no_measurement().is_none() {
             self.began += self.shown.elapsed;
         }
         None

@@ -70,10 +70,12 @@ pub(crate) enum Question {
     EndWarmUp,
     /// Where to go in a capture, in percent, as typed so far.
     GoTo(String),
+    /// What is to be said of this place, as typed so far.
+    Mark(String),
 }
 
 /// What the view asks of the program.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ViewRequest {
     /// End the measurement; with the last screen left on the terminal.
     Quit {
@@ -130,6 +132,9 @@ pub(crate) struct ViewState {
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
 }
+
+/// Of the text of a mark.
+const MOST_SIGNS: usize = 120;
 
 /// Rows of the table that a page is.
 const PAGE: isize = 10;
@@ -309,6 +314,11 @@ impl ViewState {
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,
+            KeyCode::Char('m') if replays => self.message = Some("marks are set while a sensor is measured".into()),
+            KeyCode::Char('m') => match source.no_measurement() {
+                Some(why) => self.message = Some(why.into()),
+                None => self.question = Some(Question::Mark(String::new())),
+            },
             KeyCode::Char('c') => self.acknowledge(source),
             KeyCode::Char('a') => (self.axes, self.hidden) = (ShownAxes::All, [false; 3]),
             KeyCode::Char(axis @ 'X'..='Z') => self.toggle(axis as usize - 'X' as usize),
@@ -382,6 +392,22 @@ impl ViewState {
                     _ => {}
                 }
                 self.question = Some(Question::GoTo(typed));
+                None
+            }
+            Question::Mark(mut typed) => {
+                match code {
+                    KeyCode::Char(sign) if !sign.is_control() && typed.chars().count() < MOST_SIGNS => typed.push(sign),
+                    KeyCode::Backspace => drop(typed.pop()),
+                    KeyCode::Enter if typed.trim().is_empty() => return None,
+                    KeyCode::Enter => {
+                        let text = typed.trim().to_owned();
+                        self.message = Some(format!("marked: {text}"));
+                        return Some(ViewRequest::Control(Command::Mark(text)));
+                    }
+                    KeyCode::Esc => return None,
+                    _ => {}
+                }
+                self.question = Some(Question::Mark(typed));
                 None
             }
         }

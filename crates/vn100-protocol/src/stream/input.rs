@@ -78,4 +78,9 @@ pub enum LinkEventKind {
     OutputPaused,
     /// The link was closed for good while it was lost: until then it was down.
     Closed,
+    /// The user marked this place.
+    Marked {
+        /// In the user's words.
+        text: String,
+    },
 }

@@ -26,6 +26,15 @@ pub(crate) struct SourceDocument {
     stream: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     bag: Option<Bag>,
+    /// Places that the user marked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    marks: Vec<MarkDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct MarkDocument {
+    at_s: f64,
+    text: String,
 }
 
 impl SourceDocument {
@@ -43,6 +52,11 @@ impl SourceDocument {
             csv: facts.csv.as_ref().map(csv),
             stream: facts.stream.clone(),
             bag: facts.bag.as_ref().map(Bag::new),
+            marks: snapshot
+                .marks
+                .iter()
+                .map(|mark| MarkDocument { at_s: mark.at_s, text: mark.text.clone() })
+                .collect(),
         }
     }
 }

@@ -14,7 +14,8 @@ use crate::{
     document::source::RecordingDocument,
     measured::Record,
     names::echoes,
-    numbers::{duration, grouped, trimmed},
+    numbers::{duration, grouped, plain::time, trimmed},
+    printable::printable,
 };
 
 /// What a user can write down in a file of conditions, by the names there.
@@ -48,13 +49,16 @@ pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Ca
         ("Capture", capture(record, options.program)),
         ("Sensor", sensor(record)),
         ("Conditions", conditions(record)),
+        ("Marks", marks(record)),
         ("Time base and losses", timing(record)),
         ("Method", method(record, options.asked)),
         ("Uncertainty and traceability", traceability(record, options)),
         ("Signatures", signatures(record)),
     ];
     html! {
-        @for (name, rows) in &tables { (facts_table(name, rows, captions)) }
+        @for (name, rows) in tables.iter().filter(|(_, rows)| !rows.is_empty()) {
+            (facts_table(name, rows, captions))
+        }
     }
 }
 
@@ -200,6 +204,12 @@ fn conditions(record: &Record<'_>) -> Vec<Row> {
     let others = meta.into_iter().flatten().filter(|(name, _)| CONDITIONS.iter().all(|(known, _)| known != name));
     rows.extend(others.map(|(name, value)| fact(name, value.clone())));
     rows
+}
+
+/// What the user said of places in the record, by the data time.
+fn marks(record: &Record<'_>) -> Vec<Row> {
+    let marks = record.measured.snapshot.marks.iter();
+    marks.map(|mark| fact(&time(mark.at_s), printable(&mark.text))).collect()
 }
 
 fn timing(record: &Record<'_>) -> Vec<Row> {

@@ -204,6 +204,24 @@ fn a_part_of_a_capture_is_selected_by_its_ends() {
 }
 
 #[test]
+fn a_place_is_marked_with_a_text() {
+    let live = [measured()];
+    let mark = |text: &str| Some(ViewRequest::Control(Command::Mark(text.into())));
+    assert_eq!(pressed("mfan on q\n", &live).1, mark("fan on q"), "letters are no keys meanwhile");
+    assert_eq!(pressed("mab\x08\x08door\n", &live).1, mark("door"));
+    for nothing in ["m\n", "m  \n", "mfan\x1b"] {
+        assert_eq!(pressed(nothing, &live), (one(), None), "{nothing}");
+    }
+    let (state, request) = pressed("m", &[replayed()]);
+    assert!(request.is_none() && state.question.is_none() && state.message.unwrap().contains("while a sensor"));
+    let state = pressed(&format!("m{}", "long ".repeat(60)), &live).0;
+    let Some(Question::Mark(typed)) = &state.question else { panic!("{:?}", state.question) };
+    assert_eq!(typed.chars().count(), 120);
+    let screen = text(&drawn(&state, &live, PLAIN, (60, 20)).0);
+    assert!(screen.contains("long long _   enter / esc") || screen.contains("long_   enter / esc"), "{screen}");
+}
+
+#[test]
 fn at_the_end_of_a_capture_what_has_no_effect_says_why() {
     let mut source = replayed();
     source.playback = source.playback.map(|playback| Playback { at_end: true, ..playback });

@@ -31,6 +31,19 @@ fn each_plot_in_place_of_the_deviation() {
 }
 
 #[test]
+fn marks_stand_in_the_segments() {
+    let mut source = measured();
+    let snapshot = Arc::make_mut(&mut source.snapshot);
+    snapshot.marks.push(vn100_analysis::PlaceMark { at_s: 250.0, text: "fan on".into() });
+    let state = ViewState { plot: Plot::Segments, ..one() };
+    let screen = text(&drawn(&state, &[source], PLAIN, (80, 24)).0);
+    let column = screen.lines().find_map(|line| {
+        line.chars().position(|sign| sign == 'm').filter(|_| line.contains('⠺') || line.contains("┈m"))
+    });
+    assert!(column.is_some_and(|column| (35..55).contains(&column)), "{column:?}\n{screen}");
+}
+
+#[test]
 fn a_large_screen_shows_more_at_once() {
     let screen = text(&drawn(&one(), &[measured()], PLAIN, (200, 60)).0);
     for shown in
