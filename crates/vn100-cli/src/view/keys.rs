@@ -106,7 +106,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-const KEYS: [(&str, &str); 28] = [
+pub(super) const KEYS: [(&str, &str); 29] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -118,6 +118,7 @@ const KEYS: [(&str, &str); 28] = [
     ("x y z  a", "one axis with its model; all axes"),
     ("X Y Z", "show or hide an axis among all"),
     ("v  V", "deviation, spectrum, segments, temperature"),
+    ("R", "show or hide the curve of the reference"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
     ("= -", "zoom at the cursor; in Signal: time span"),

@@ -6,6 +6,7 @@ use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
+    keys::KEYS,
     source::SourceView,
     state::{Panel, Plot, Question, Selection, ShownAxes, ViewRequest, ViewState, mouse},
 };
@@ -69,6 +70,16 @@ fn the_help_has_pages_and_closes() {
         {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
+    }
+}
+
+#[test]
+fn every_key_of_the_help_is_in_the_documentation() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/live-view.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for (key, does) in KEYS {
+        let row = format!("| `{key}` | {does} |");
+        assert!(page.contains(&row), "{row}");
     }
 }
 
