@@ -30,7 +30,7 @@ use vn100_protocol::{
 
 pub(crate) use reader::RecordingSamples;
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
-pub use recorder::{RecordError, Recorder, RecordingState};
+pub use recorder::{LowSpace, RecordError, Recorder, RecordingState};
 pub use writer::RecordingWriter;
 
 /// How every MCAP file begins.

@@ -7,7 +7,7 @@ use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, Prog
 use vn100_analysis::Snapshot;
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
-use vn100_report::printable;
+use vn100_report::{numbers::plain::time, printable};
 
 use crate::{
     exit::{about, report},
@@ -52,7 +52,15 @@ impl StatusLines {
         let bar = ProgressBar::no_length().with_style(style).with_finish(ProgressFinish::AndClear);
         let bar = self.lines.add(bar);
         let (status, name) = (self.clone(), printable(name));
-        StatusLine { bar, status, name, reported: None, failure_reported: false, hint_reported: false }
+        StatusLine {
+            bar,
+            status,
+            name,
+            reported: None,
+            failure_reported: false,
+            low_space_reported: false,
+            hint_reported: false,
+        }
     }
 
     /// Clears the lines while `print` writes to the terminal.
@@ -67,6 +75,7 @@ pub(crate) struct StatusLine {
     name: String,
     reported: Option<LinkState>,
     failure_reported: bool,
+    low_space_reported: bool,
     /// How to shorten the latency of the adapter.
     hint_reported: bool,
 }
@@ -84,6 +93,17 @@ impl StatusLine {
             let failure =
                 format!("{}: RECORDING FAILED, {}: {error}; the measurement continues", self.name, path.display());
             self.status.report(&failure);
+        }
+        if let Some(RecordingState { path, low_space: Some(low), .. }) = recording
+            && !self.low_space_reported
+        {
+            self.low_space_reported = true;
+            let (free, lasts) = (HumanBytes(low.free_bytes), time(low.lasts.as_secs_f64()));
+            let path = path.display();
+            self.status.report(&format!(
+                "{}: the disk of {path} has {free} left, enough for {lasts} at the present rate: make room",
+                self.name
+            ));
         }
         let state = link.map_or("reading".into(), link_name);
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
@@ -189,6 +209,7 @@ fn counts(snapshot: &Snapshot) -> String {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::{Analysis, Settings};
+    use vn100_capture::LowSpace;
     use vn100_driver::LatencyTimer;
     use vn100_protocol::VNYMR;
     use vn100_protocol::stream::{Arrival, Batch};
@@ -254,6 +275,21 @@ mod tests {
         let reported = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
         assert!(reported.contains("paused again on exit"), "{reported}");
         assert_eq!(event(Some(&silent_again), &resumed).unwrap(), "the sensor sends again");
+    }
+
+    #[test]
+    fn a_disk_that_will_be_full_is_reported_once_with_both_numbers() {
+        let messages = MessageQueue::default();
+        let mut line = StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu");
+        let low_space = Some(LowSpace { free_bytes: 12_582_912, lasts: Duration::from_secs(2500) });
+        let recording = RecordingState { path: "a.mcap".into(), bytes: 7, low_space, error: None, ended: false };
+        let snapshot = Analysis::new(Settings::default()).snapshot();
+        for _ in 0..3 {
+            line.show(None, Some(&recording), &snapshot);
+        }
+        let expected =
+            "/dev/imu: the disk of a.mcap has 12.00 MiB left, enough for 41 min 40 s at the present rate: make room";
+        assert_eq!(messages.take(), [expected]);
     }
 
     #[test]

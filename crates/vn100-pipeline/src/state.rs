@@ -189,7 +189,8 @@ mod tests {
     #[test]
     fn facts_hold_recording_and_playback() {
         let error = Some(Arc::new(std::io::Error::other("no space")));
-        let recording = RecordingState { path: PathBuf::from("a/b.mcap"), bytes: 7, error, ended: false };
+        let recording =
+            RecordingState { path: PathBuf::from("a/b.mcap"), bytes: 7, low_space: None, error, ended: false };
         let playback = Playback { samples: 5, total: Some(9), speed: Speed::Max, paused: true, at_end: false };
         let state =
             SourceState { recording: Some(recording), unrecorded_bytes: 3, playback: Some(playback), ..state() };

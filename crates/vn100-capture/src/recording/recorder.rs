@@ -1,5 +1,6 @@
 //! Records a link while it is measured, to a new file or behind a recording that is there.
 
+mod disk_space;
 mod resume;
 
 use std::{
@@ -14,6 +15,8 @@ use std::{
 use tokio::sync::{mpsc, watch};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
+use self::disk_space::DiskWatch;
+pub use self::disk_space::LowSpace;
 use self::resume::{begins_as_ours, replaced, resume};
 use super::{reader::RecordingError, writer::RecordingWriter};
 
@@ -60,6 +63,8 @@ pub struct RecordingState {
     pub path: PathBuf,
     /// Bytes of the stream that this recorder has handed to the file.
     pub bytes: u64,
+    /// Its disk, where that will be full soon.
+    pub low_space: Option<LowSpace>,
     /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds
     /// what came before, and the measurement continues.
     pub error: Option<Arc<io::Error>>,
@@ -140,12 +145,13 @@ impl Recorder {
         sync: impl FnOnce(W) -> io::Result<()> + Send + 'static,
     ) -> io::Result<Self> {
         let (sender, inputs) = mpsc::channel(WAITING_INPUTS);
-        let state = RecordingState { path: path.to_owned(), bytes: 0, error: None, ended: false };
+        let state = RecordingState { path: path.to_owned(), bytes: 0, low_space: None, error: None, ended: false };
         let (states, state) = watch::channel(state);
         let reason = Arc::new(OnceLock::new());
         let reason_of_end = Arc::clone(&reason);
+        let disk = DiskWatch::of(path);
         let work = move || {
-            let error = record(writer, inputs, &states, &reason_of_end).and_then(sync).err().map(Arc::new);
+            let error = record(writer, inputs, disk, &states, &reason_of_end).and_then(sync).err().map(Arc::new);
             states.send_modify(|state| (state.error, state.ended) = (error, true));
         };
         // ends at an error, or when all senders are dropped
@@ -200,16 +206,19 @@ impl Recorder {
 fn record<W: Write>(
     mut writer: RecordingWriter<W>,
     mut inputs: mpsc::Receiver<StreamInput>,
+    mut disk: DiskWatch,
     states: &watch::Sender<RecordingState>,
     reason: &OnceLock<String>,
 ) -> io::Result<W> {
     let mut bytes = 0;
+    let mut low_space = None;
     let mut oldest_unflushed_ns: Option<i64> = None;
     while let Some(input) = inputs.blocking_recv() {
         writer.write(&input)?;
         let flush = match input {
             StreamInput::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
                 bytes += more.len() as u64;
+                low_space = disk.note(more.len(), at_ns);
                 at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
             }
             // how much time has passed is not known
@@ -222,7 +231,7 @@ fn record<W: Write>(
         if flush {
             writer.flush()?;
             oldest_unflushed_ns = None;
-            states.send_modify(|state| state.bytes = bytes);
+            states.send_modify(|state| (state.bytes, state.low_space) = (bytes, low_space));
         }
     }
     let out = writer.finish(reason.get().map(String::as_str))?;

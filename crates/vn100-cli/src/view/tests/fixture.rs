@@ -101,8 +101,13 @@ fn source(mut snapshot: Snapshot) -> SourceView {
     });
     let assessment = Assessment::new(&snapshot, 0.95);
     let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
-    let recording =
-        RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
+    let recording = RecordingState {
+        path: PathBuf::from("bench/flight.mcap"),
+        bytes: 2_512_345,
+        low_space: None,
+        error: None,
+        ended: false,
+    };
     let mut source = nothing();
     source.show(Arc::new(snapshot), Arc::new(assessment));
     SourceView {
