@@ -35,6 +35,7 @@ fn a_wrong_command_line_is_usage() {
         &["attach", "sim", "--window", "900"],
         &["attach", "sim", "--set-message", "VNYBA"],
         &["attach", "sim", "--resume", "--duration", "1s"],
+        &["attach", "sim", "--rotate", "1h", "--duration", "1s"],
         &["record", "sim", "-o", "x.mcap", "--set-message", "VNYBA"],
         &["configure", "sim", "--set-rate", "0"],
         &["configure", "sim", "--set-message", "VNXYZ"],

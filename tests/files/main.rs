@@ -17,6 +17,7 @@ mod formats;
 mod measure_options;
 mod numbers;
 mod packets;
+mod parts;
 mod pool;
 mod real_captures;
 mod replay_logs;

@@ -18,7 +18,7 @@ use crate::{
     csv::{self, ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
-    recording::{Recorded, RecordingError, RecordingReader, RecordingSamples},
+    recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     timing_sidecar::{Sidecar, TimedReader},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
@@ -204,8 +204,14 @@ impl Capture {
                     RecordingError::Io(source) => failed(source),
                     problem => OpenError::Recording { path: path.to_owned(), problem },
                 })?;
-                recorded = Some(recording.recorded().clone());
-                (Format::Mcap, Box::new(|options, stop| read_file(RecordingSamples::new(recording, options), stop)))
+                let later = LaterParts::new(&options.later_parts, &stored_bytes_read);
+                recorded = Some(match options.later_parts.is_empty() {
+                    true => recording.recorded().clone(),
+                    false => later.joined(recording.recorded()),
+                });
+                let start: StartReading =
+                    Box::new(|options, stop| read_file(RecordingSamples::new(recording, later, options), stop));
+                (Format::Mcap, start)
             }
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
@@ -232,6 +238,8 @@ pub struct CaptureOptions {
     /// The topic of a bag; `None` for the only one of a sensor. Of a table of numbers the columns
     /// to be read, by quantity or channel with spaces between them; `None` for all.
     pub topic: Option<String>,
+    /// The later parts of a recording of which the capture is a part, in their order.
+    pub later_parts: Vec<PathBuf>,
 }
 
 /// Why a capture could not be opened.

@@ -45,8 +45,8 @@ pub use detect_format::Format;
 pub use lossy_sender::LossySender;
 pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
-    LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingReader, RecordingState,
-    RecordingWriter,
+    LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,
+    RecordingState, RecordingWriter, Rotation, part_path, recording_path,
 };
 pub use source::{Clock, ReaderSource, Source};
 pub use unpack::ArchiveError;

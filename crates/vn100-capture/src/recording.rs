@@ -4,6 +4,7 @@
 //! | in the file | is |
 //! |---|---|
 //! | metadata `vn100.recording` | `format` (this form is 2) and `program` |
+//! | metadata `vn100.part` | of a recording in parts: its `id`, the same in all, and the `number` of this one, from 1 |
 //! | metadata `vn100.metadata` | what the caller gave, if anything |
 //! | topic `/vn100/bytes` | the bytes of a read of the port, with its time as log time |
 //! | topic `/vn100/reads` | reads that came within 50 ms, 4 KiB of them at most (`reads.rs`), with the time of the first as log time |
@@ -17,9 +18,11 @@
 //! both topics, one behind the other, are the stream. Files that other tools have put into chunks
 //! and compressed are read as well, and so is form 1, which has no `/vn100/reads`.
 
+pub(crate) mod part;
 mod reader;
 mod reads;
 mod recorder;
+mod samples;
 mod writer;
 
 use serde_json::{Value, json};
@@ -28,9 +31,10 @@ use vn100_protocol::{
     stream::{LinkEvent, LinkEventKind},
 };
 
-pub(crate) use reader::RecordingSamples;
+pub use part::{RecordingPart, Rotation, part_path, recording_path};
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
 pub use recorder::{LowSpace, RecordError, Recorder, RecordingState};
+pub(crate) use samples::{LaterParts, RecordingSamples};
 pub use writer::RecordingWriter;
 
 /// How every MCAP file begins.

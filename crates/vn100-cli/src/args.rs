@@ -54,6 +54,9 @@ impl Args {
             Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {
                 Some("--resume appends to a recording: name it with --record".into())
             }
+            Subcommand::Attach(args) if args.recording.rotate.is_some() && args.record.is_empty() => {
+                Some("--rotate cuts a recording into parts: name it with --record".into())
+            }
             Subcommand::Attach(AttachArgs { change, result, sources, .. }) => {
                 change.not_measured().or_else(|| result.refused(sources.len()))
             }

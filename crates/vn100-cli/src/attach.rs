@@ -190,6 +190,7 @@ impl Job {
             recording: recording.map(|path| RecordingSpec {
                 path,
                 resume: args.recording.resume,
+                rotation: args.recording.rotate,
                 excluded_note: words::excluded_note,
             }),
             each_second: self.format.lines().is_some(),

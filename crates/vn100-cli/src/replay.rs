@@ -151,7 +151,7 @@ async fn measure_all(
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
         progress: progress_bar(
-            inputs.iter().map(|input| stored_bytes(&input.path)),
+            inputs.iter().flat_map(FileStream::files).map(stored_bytes),
             args.log.quiet || takes_terminal(&args.log),
         ),
         // documents of several files must not mingle line by line

@@ -26,7 +26,7 @@ use vn100_report::{
 use crate::{
     args::ReportArgs,
     exit::{print, report as complain},
-    inputs::inputs,
+    inputs::{FileStream, inputs},
     replay::{Outputs, measure_files},
     user_files::evaluation,
     words::remedy_words,
@@ -50,7 +50,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let evaluation = evaluation(&files.measure, args.filter_models)?;
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
-        let stored = scope.spawn(|| inputs.iter().map(|input| capture_file(&input.path)).collect::<Vec<_>>());
+        let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
         measure_files(files, &inputs, evaluation, Outputs::default(), |measured| {
             if let Some(error) = &measured.facts.error {
                 complain(error);
@@ -150,6 +150,11 @@ fn option_text(args: &ReportArgs) -> String {
     option("kalibr-span", span.map(length));
     option("accept-unchecked", flag(measure.accept_unchecked));
     words.join(" ")
+}
+
+/// That of a capture; parts that are joined are several files, and have none.
+fn capture_of(input: &FileStream) -> Option<FileFacts> {
+    if input.options.later_parts.is_empty() { capture_file(&input.path) } else { None }
 }
 
 /// Of the stored bytes, compressed or not; `None` where they cannot be read again.

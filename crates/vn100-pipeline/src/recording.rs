@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
 use tokio::task;
 use vn100_analysis::{Goal, Settings, protocol::stream::MeasuredFrames};
-use vn100_capture::{RecordError, Recorded, Recorder, RecordingState};
+use vn100_capture::{RecordError, Recorded, Recorder, RecordingState, Rotation};
 
 /// Which recording is made.
 #[derive(Debug, Clone)]
@@ -15,6 +15,8 @@ pub struct RecordingSpec {
     /// Whether to append to an existing recording, after a break, and to begin it where there is
     /// none; else the file must be new.
     pub resume: bool,
+    /// When it continues in the next file; `None` for one file.
+    pub rotation: Option<Rotation>,
     /// Added to the reason of the end: the data time excluded by command, for the replay.
     pub excluded_note: fn(Duration) -> String,
 }
@@ -22,10 +24,12 @@ pub struct RecordingSpec {
 impl RecordingSpec {
     /// Begins the recording. An existing one is copied first, which takes its time.
     pub(crate) async fn begin(&self, metadata: BTreeMap<String, String>) -> Result<Recorder, RecordError> {
-        let (path, resume) = (self.path.clone(), self.resume);
+        let Self { path, resume, rotation, .. } = self.clone();
         let failed = |error| RecordError::Io { path: self.path.clone(), source: std::io::Error::other(error) };
-        let begin = move || {
-            if resume { Recorder::resume_or_create(path, &metadata) } else { Recorder::create(path, &metadata) }
+        let begin = move || match rotation {
+            Some(rotation) => Recorder::in_parts(path, &metadata, rotation, resume),
+            None if resume => Recorder::resume_or_create(path, &metadata),
+            None => Recorder::create(path, &metadata),
         };
         task::spawn_blocking(begin).await.map_err(failed)?
     }
@@ -101,8 +105,8 @@ pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> Mea
 
 /// The settings with the end of the recorded measurement, where they name none.
 pub(crate) fn with_recorded_end(mut settings: Settings, recorded: &Recorded) -> Settings {
-    // of a resumed recording it is the end of the first part alone
-    if !recorded.resumed {
+    // of a resumed recording it is the end before the break, and a part ends where the next begins
+    if !recorded.resumed && recorded.part.is_none() {
         let duration = || humantime::parse_duration(recorded.metadata.get(DURATION)?).ok();
         settings.duration = settings.duration.or_else(duration);
         if settings.until.is_empty() {
@@ -118,7 +122,7 @@ mod tests {
     use super::*;
 
     fn spec(path: PathBuf, resume: bool) -> RecordingSpec {
-        RecordingSpec { path, resume, excluded_note: |time| format!("without {time:?}") }
+        RecordingSpec { path, resume, rotation: None, excluded_note: |time| format!("without {time:?}") }
     }
 
     #[tokio::test]

@@ -10,7 +10,7 @@ use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
 use vn100_analysis::{RateFrom, Settings, SourceFacts};
-use vn100_capture::{Capture, CaptureOptions, Event, OpenError};
+use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
     end_reason::{EndReason, SessionResult, StartError},
@@ -50,10 +50,15 @@ pub struct ReplaySpec {
 
 impl ReplaySpec {
     /// The file's name without its folder, for a result does not depend on the place of its
-    /// capture; and the topic if that is one of several streams.
+    /// capture, that of a recording for its parts together; and the topic if that is one of several
+    /// streams.
     #[must_use]
     pub fn name(&self) -> String {
-        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy();
+        let path = match self.capture.later_parts.is_empty() {
+            true => self.path.clone(),
+            false => recording_path(&self.path),
+        };
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         match self.capture.topic.as_deref().filter(|_| self.is_one_of_several) {
             Some(topic) => format!("{name} {topic}"),
             None => name.into_owned(),

@@ -29,7 +29,7 @@ pub(crate) fn check(input: &[u8]) {
     let [options, size, bytes @ ..] = input else { return };
     let map = (options & 4 == 4).then(|| "gyro_x=1:deg/s,accel_z=az:g,t=t:ns".parse().unwrap());
     let topic = (options & 48 == 48).then(|| "gyro".to_owned());
-    let capture_options = CaptureOptions { columns: map, topic };
+    let capture_options = CaptureOptions { columns: map, topic, ..CaptureOptions::default() };
     let open = |piece| Capture::from_reader(Dribble { bytes: Cursor::new(bytes.to_vec()), piece }, &capture_options);
     let line_by_line = options & 2 == 2;
     let read = |piece, line_by_line| {

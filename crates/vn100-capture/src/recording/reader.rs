@@ -12,14 +12,12 @@ use mcap::records::{Channel, Metadata, Record, op};
 
 use super::{
     BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, FORMAT_1, LINK_TOPIC, READS_TOPIC, RECORDING_METADATA, RESUMED,
-    UNSTAMPED, at_ns, io_error, link_from_json, reads::reads_of,
+    UNSTAMPED, at_ns, io_error, link_from_json,
+    part::{PART_METADATA, RecordingPart},
+    reads::reads_of,
 };
-use crate::{
-    mcap_records::{McapRecords, Next},
-    read_samples::{Event, FileReader},
-    source,
-};
-use vn100_protocol::stream::{Batch, Chunk, FileReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
+use crate::mcap_records::{McapRecords, Next};
+use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 /// How much of a file is searched for a topic of ours: a tool that merges may put much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
@@ -35,6 +33,8 @@ pub struct Recorded {
     pub metadata: BTreeMap<String, String>,
     /// It was resumed: what `metadata` says of its length is of the first part alone.
     pub resumed: bool,
+    /// Which part of a recording it is; `None` for a whole one, and for parts that are joined.
+    pub part: Option<RecordingPart>,
     /// How it ended; set when it was read to there.
     pub end: Arc<OnceLock<RecordingEnd>>,
 }
@@ -125,6 +125,9 @@ impl<R: Read> RecordingReader<R> {
                 new.first = Some(entry);
                 break;
             }
+        }
+        if let Some(part) = &mut new.recorded.part {
+            part.resumed = new.recorded.resumed;
         }
         let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
         if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
@@ -224,6 +227,7 @@ impl<R: Read> RecordingReader<R> {
                 self.recorded.resumed = values.contains_key(RESUMED);
             }
             CALLER_METADATA => self.recorded.metadata = values.clone(),
+            PART_METADATA => self.recorded.part = RecordingPart::from_metadata(values),
             _ => {}
         }
         self.head.push(metadata);
@@ -333,49 +337,6 @@ impl Contents {
         }
         self.reason = None;
         Ok(Some(Taken::Entry(entry)))
-    }
-}
-
-/// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
-pub(crate) struct RecordingSamples<R> {
-    recording: RecordingReader<R>,
-    samples: SampleReader,
-    /// Bytes since the last batch.
-    unsent: usize,
-}
-
-impl<R: Read> RecordingSamples<R> {
-    pub(crate) fn new(recording: RecordingReader<R>, options: ReadOptions) -> Self {
-        Self { recording, samples: SampleReader::new(options), unsent: 0 }
-    }
-}
-
-impl<R: Read + Send + 'static> FileReader for RecordingSamples<R> {
-    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let Self { recording, samples, unsent } = self;
-        let link_event = recording.next_entry(|entry| match entry {
-            Entry::Bytes { at_ns, bytes } => {
-                samples.push(&bytes, at_ns);
-                *unsent += bytes.len();
-                None
-            }
-            Entry::Link(event) => Some(event),
-            Entry::Metadata(_) => None,
-        })?;
-        let due: Vec<Event> = match link_event {
-            None => return Ok(None),
-            Some(Some(event)) => Event::from_input(samples, StreamInput::Link(event)).collect(),
-            Some(None) if *unsent >= source::READ_BYTES => {
-                samples.take_batches().into_iter().map(Event::from).collect()
-            }
-            Some(None) => return Ok(Some(Vec::new())),
-        };
-        *unsent = 0;
-        Ok(Some(due))
-    }
-
-    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
-        (self.samples.finish(), None)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Records a link while it is measured, to a new file or behind a recording that is there.
 
 mod disk_space;
+mod parts;
 mod resume;
 
 use std::{
@@ -17,8 +18,13 @@ use vn100_protocol::stream::{Chunk, StreamInput};
 
 use self::disk_space::DiskWatch;
 pub use self::disk_space::LowSpace;
+use self::parts::Parts;
 use self::resume::{begins_as_ours, replaced, resume};
-use super::{reader::RecordingError, writer::RecordingWriter};
+use super::{
+    part::{CONTINUED, Rotation},
+    reader::RecordingError,
+    writer::RecordingWriter,
+};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. The sender drops the others.
 const WAITING_INPUTS: usize = 1024;
@@ -100,7 +106,7 @@ impl Recorder {
         })?;
         NamedFile::claim(&file);
         let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(failed)?;
-        Self::start(path, writer, |file| file.sync_all()).map_err(failed)
+        Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
     }
 
     /// [`resume`](Self::resume)s the recording of this name; begins it where there is none, or one
@@ -115,10 +121,31 @@ impl Recorder {
             Err(RecordError::NotResumable { problem: RecordingError::NotBegun, .. }) if begins_as_ours(path) => {
                 let failed = |source| RecordError::Io { path: path.to_owned(), source };
                 let writer = replaced(path, metadata).map_err(failed)?;
-                Self::start(path, writer, |file| file.sync_all()).map_err(failed)
+                Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
             }
             resumed => resumed,
         }
+    }
+
+    /// Begins a recording in parts, whose files are named by [`part_path`](super::part::part_path);
+    /// or resumes the one that is there, where that is asked for, in its next part.
+    ///
+    /// # Errors
+    /// [`RecordError`] when a part is there that is not to be resumed, cannot be read, or is
+    /// recorded to by another program; or when the next one cannot be written.
+    pub fn in_parts(
+        path: impl AsRef<Path>,
+        metadata: &BTreeMap<String, String>,
+        rotation: Rotation,
+        resume: bool,
+    ) -> Result<Self, RecordError> {
+        let path = path.as_ref();
+        let (mut parts, part, writer, known_serial) = Parts::begin(path, metadata, rotation, resume)?;
+        let is_resumed = parts.is_resumed();
+        let next_part: NextPart<NamedFile> = Box::new(move |input| parts.next_before(input));
+        let recorder = Self::start(&part, writer, NamedFile::sync_all, Some(next_part))
+            .map_err(|source| RecordError::Io { path: part, source })?;
+        Ok(Self { known_serial, is_resumed, ..recorder })
     }
 
     /// Resumes a recording, whole or cut: its readable part, then
@@ -134,7 +161,7 @@ impl Recorder {
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let (writer, known_serial) = resume(path, metadata)?;
-        let recorder = Self::start(path, writer, |file| file.sync_all())
+        let recorder = Self::start(path, writer, NamedFile::sync_all, None)
             .map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
         Ok(Self { known_serial, is_resumed: true, ..recorder })
     }
@@ -142,7 +169,8 @@ impl Recorder {
     fn start<W: Write + Send + 'static>(
         path: &Path,
         writer: RecordingWriter<W>,
-        sync: impl FnOnce(W) -> io::Result<()> + Send + 'static,
+        sync: fn(&W) -> io::Result<()>,
+        next_part: Option<NextPart<W>>,
     ) -> io::Result<Self> {
         let (sender, inputs) = mpsc::channel(WAITING_INPUTS);
         let state = RecordingState { path: path.to_owned(), bytes: 0, low_space: None, error: None, ended: false };
@@ -151,7 +179,8 @@ impl Recorder {
         let reason_of_end = Arc::clone(&reason);
         let disk = DiskWatch::of(path);
         let work = move || {
-            let error = record(writer, inputs, disk, &states, &reason_of_end).and_then(sync).err().map(Arc::new);
+            let recorded = record(writer, next_part, sync, inputs, disk, &states, &reason_of_end);
+            let error = recorded.err().map(Arc::new);
             states.send_modify(|state| (state.error, state.ended) = (error, true));
         };
         // ends at an error, or when all senders are dropped
@@ -202,18 +231,29 @@ impl Recorder {
     }
 }
 
-/// Records until all senders are gone; gives the finished file.
+/// The next part of a recording and its file, where one begins before an input.
+type NextPart<W> = Box<dyn FnMut(&StreamInput) -> Option<io::Result<(PathBuf, RecordingWriter<W>)>> + Send>;
+
+/// Records until all senders are gone, and hands the finished files to the disk.
 fn record<W: Write>(
     mut writer: RecordingWriter<W>,
+    mut next_part: Option<NextPart<W>>,
+    sync: fn(&W) -> io::Result<()>,
     mut inputs: mpsc::Receiver<StreamInput>,
     mut disk: DiskWatch,
     states: &watch::Sender<RecordingState>,
     reason: &OnceLock<String>,
-) -> io::Result<W> {
+) -> io::Result<()> {
     let mut bytes = 0;
     let mut low_space = None;
     let mut oldest_unflushed_ns: Option<i64> = None;
     while let Some(input) = inputs.blocking_recv() {
+        if let Some(begun) = next_part.as_mut().and_then(|next_part| next_part(&input)) {
+            let (path, part) = begun?;
+            sync(&std::mem::replace(&mut writer, part).finish(Some(CONTINUED))?)?;
+            states.send_modify(|state| state.path = path);
+            oldest_unflushed_ns = None;
+        }
         writer.write(&input)?;
         let flush = match input {
             StreamInput::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
@@ -236,7 +276,7 @@ fn record<W: Write>(
     }
     let out = writer.finish(reason.get().map(String::as_str))?;
     states.send_modify(|state| state.bytes = bytes);
-    Ok(out)
+    sync(&out)
 }
 
 /// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is

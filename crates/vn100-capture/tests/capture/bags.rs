@@ -21,7 +21,11 @@ fn path(name: &str) -> PathBuf {
 }
 
 pub(crate) fn options(topic: Option<&str>, columns: Option<&str>) -> CaptureOptions {
-    CaptureOptions { topic: topic.map(Into::into), columns: columns.map(|map| map.parse().unwrap()) }
+    CaptureOptions {
+        topic: topic.map(Into::into),
+        columns: columns.map(|map| map.parse().unwrap()),
+        ..CaptureOptions::default()
+    }
 }
 
 /// What a capture gives: rows of values, their times, and what became of the messages.

@@ -71,7 +71,11 @@ fn told(capture: Capture) -> (Told, u32) {
 }
 
 fn options() -> CaptureOptions {
-    CaptureOptions { columns: Some("gyro_x=a:deg/s,accel_x=b:g,t=t:s".parse().unwrap()), topic: None }
+    CaptureOptions {
+        columns: Some("gyro_x=a:deg/s,accel_x=b:g,t=t:s".parse().unwrap()),
+        topic: None,
+        ..CaptureOptions::default()
+    }
 }
 
 fn as_file(text: &str) -> Told {

@@ -75,6 +75,7 @@ const COMMANDS: [CommandHelp; 15] = [
         examples: &[
             ("five hours, with conditions", "record /dev/ttyUSB0 -o imu.mcap -d 5h --meta bench.toml"),
             ("first start and restart alike", "record /dev/ttyUSB0 -o imu.mcap --resume --give-up 10min"),
+            ("a file for each hour, joined again by a replay", "record /dev/ttyUSB0 -o imu.mcap --rotate 1h"),
         ],
         exit_status: OF_SENSOR,
         files: &[RECORDING, CONDITIONS],

@@ -3,6 +3,7 @@
 use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr, time::Duration};
 
 use clap::Args;
+use vn100_capture::Rotation;
 use vn100_driver::OutputSettings;
 use vn100_pipeline::WallLimits;
 use vn100_protocol::{
@@ -205,6 +206,11 @@ pub(crate) struct RecordingArgs {
     #[arg(long)]
     pub(crate) resume: bool,
 
+    /// Continue in the next file, NAME.0001.mcap, NAME.0002.mcap ..., after so many bytes of the
+    /// stream (500MB, 1GiB) or so much time (1h); a number without a unit is seconds
+    #[arg(long, value_name = "SIZE|T", value_parser = rotation)]
+    pub(crate) rotate: Option<Rotation>,
+
     /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) meta: Option<PathBuf>,
@@ -228,6 +234,28 @@ pub(crate) struct LimitArgs {
 impl LimitArgs {
     pub(crate) const fn limits(self) -> WallLimits {
         WallLimits { give_up: self.give_up, wall: self.wall }
+    }
+}
+
+/// The units of sizes, and the bytes in each.
+const SIZES: [(&str, u64); 6] =
+    [("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10), ("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000)];
+
+/// Parts of less would be more files than a folder is made for.
+const SMALLEST_PART: f64 = 10_000.0;
+
+fn rotation(text: &str) -> Result<Rotation, String> {
+    let size = |(unit, bytes): &(&str, u64)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * *bytes as f64);
+    match SIZES.iter().find_map(size) {
+        Some(bytes) if bytes.is_finite() && bytes >= SMALLEST_PART => Ok(Rotation::Bytes(bytes as u64)),
+        Some(_) => {
+            Err("parts of less than 10 kB are too small; give a size such as 500MB, or a time such as 1h".into())
+        }
+        None => match length(text) {
+            Ok(time) if time >= Duration::from_secs(1) => Ok(Rotation::Time(time)),
+            Ok(_) => Err("parts of less than a second are too short; give a time such as 1h".into()),
+            Err(_) => Err("neither a size, such as 500MB or 1GiB, nor a time, such as 1h".into()),
+        },
     }
 }
 
@@ -277,6 +305,22 @@ mod tests {
         ] {
             assert_eq!(text.parse(), Ok(source.clone()));
             assert_eq!(source.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn parts_are_of_a_size_or_a_time() {
+        for (text, expected) in [
+            ("500MB", Rotation::Bytes(500_000_000)),
+            ("1.5 GiB", Rotation::Bytes(1_610_612_736)),
+            ("10kB", Rotation::Bytes(10_000)),
+            ("1h", Rotation::Time(Duration::from_secs(3600))),
+            ("90", Rotation::Time(Duration::from_secs(90))),
+        ] {
+            assert_eq!(rotation(text), Ok(expected), "{text}");
+        }
+        for wrong in ["", "9kB", "-1GB", "nanMB", "infGB", "0", "10ms", "5 apples", "MB"] {
+            assert!(rotation(wrong).unwrap_err().contains("1h"), "{wrong}");
         }
     }
 

@@ -347,6 +347,10 @@ pub(crate) struct FileArgs {
     #[arg(long, help_heading = "Capture", value_name = "NAME")]
     pub(crate) topic: Option<String>,
 
+    /// Do not join the parts of a recording that was cut by --rotate: a result for each file
+    #[arg(long, help_heading = "Capture")]
+    pub(crate) separate: bool,
+
     /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
     /// where the capture does not contain the register
     #[arg(long, help_heading = "Capture", value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]

@@ -62,7 +62,12 @@ fn duration(seconds: u64) -> Settings {
 
 fn recording(folder: &TempDir) -> Option<RecordingSpec> {
     let path = folder.path().join("bench.mcap");
-    Some(RecordingSpec { path, resume: false, excluded_note: |time| format!("without {} s", time.as_secs()) })
+    Some(RecordingSpec {
+        path,
+        resume: false,
+        rotation: None,
+        excluded_note: |time| format!("without {} s", time.as_secs()),
+    })
 }
 
 fn replay_of(path: PathBuf) -> ReplaySpec {

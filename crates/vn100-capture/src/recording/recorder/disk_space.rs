@@ -2,7 +2,7 @@
 
 use std::{path::Path, time::Duration};
 
-/// Less is told.
+/// Less is reported.
 const ENOUGH: Duration = Duration::from_secs(3600);
 
 /// How often the disk is asked, in time of the stream; before the first time no rate is known.
@@ -29,8 +29,9 @@ pub(super) struct DiskWatch {
 impl DiskWatch {
     /// Asks the disk of the file at `path`.
     pub(super) fn of(path: &Path) -> Self {
-        let path = path.to_owned();
-        Self::asking(move || free_bytes(&path))
+        // of its folder: the file may be moved away
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned();
+        Self::asking(move || free_bytes(&folder))
     }
 
     /// With another answer to how many bytes are free; `None` where that is not known.
@@ -38,7 +39,7 @@ impl DiskWatch {
         Self { free_bytes: Box::new(free_bytes), begun_ns: None, asked_ns: 0, bytes: 0, low: None }
     }
 
-    /// So many bytes more were recorded until that time: what is to be told.
+    /// So many bytes more were recorded until that time: what is to be reported.
     pub(super) fn note(&mut self, bytes: usize, at_ns: i64) -> Option<LowSpace> {
         self.bytes += bytes as u64;
         let begun_ns = *self.begun_ns.get_or_insert_with(|| {
@@ -84,17 +85,17 @@ mod tests {
     const SECOND_NS: i64 = 1_000_000_000;
 
     #[test]
-    fn a_disk_that_lasts_less_than_an_hour_at_the_present_rate_is_told() {
+    fn a_disk_that_lasts_less_than_an_hour_at_the_present_rate_is_reported() {
         let free = Arc::new(AtomicU64::new(100_000_000));
         let asked = Arc::clone(&free);
         let mut watch = DiskWatch::asking(move || Some(asked.load(Ordering::Relaxed)));
         // 5000 bytes a second
         let mut record = |seconds: std::ops::Range<i64>| {
-            let mut told = None;
+            let mut low = None;
             for second in seconds {
-                told = watch.note(5000, second * SECOND_NS);
+                low = watch.note(5000, second * SECOND_NS);
             }
-            told
+            low
         };
         assert_eq!(record(0..100), None, "20000 s are left");
         free.store(10_000_000, Ordering::Relaxed);
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn before_a_rate_is_known_and_where_the_disk_does_not_say_nothing_is_told() {
+    fn before_a_rate_is_known_and_where_the_disk_does_not_say_nothing_is_reported() {
         let mut watch = DiskWatch::asking(|| Some(0));
         assert_eq!(watch.note(5000, 7 * SECOND_NS), None);
         assert_eq!(watch.note(5000, 8 * SECOND_NS), None);

@@ -68,15 +68,10 @@ fn copy_inputs(
     recording: &mut RecordingReader<impl Read>,
     writer: &mut RecordingWriter<NamedFile>,
 ) -> io::Result<Option<String>> {
-    let mut parser = SampleReader::new(ReadOptions::default());
-    let mut serial = None;
+    let mut serial = SerialNumber::new();
     let mut copy = |entry: Entry<'_>| match entry {
         Entry::Bytes { at_ns, bytes } => {
-            parser.push(&bytes, None);
-            let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
-            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER) {
-                serial = Some(value.fields.to_string());
-            }
+            serial.look_in(&bytes);
             writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
         }
         Entry::Link(event) => writer.write(&StreamInput::Link(event)),
@@ -87,14 +82,46 @@ fn copy_inputs(
     }
     let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
         // nothing came, so that nothing was interrupted
-        return Ok(serial);
+        return Ok(serial.found);
     };
     let cause = match reason {
         Some(reason) => format!("recording ended ({reason}) and resumed"),
         None => "recording interrupted".into(),
     };
     writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
-    Ok(serial)
+    Ok(serial.found)
+}
+
+/// Reads a recording to its end, for the last serial number in it.
+pub(super) fn serial_number(recording: &mut RecordingReader<impl Read>) -> io::Result<Option<String>> {
+    let mut serial = SerialNumber::new();
+    let look = |entry: Entry<'_>, serial: &mut SerialNumber| {
+        if let Entry::Bytes { bytes, .. } = entry {
+            serial.look_in(&bytes);
+        }
+    };
+    while recording.next_entry(|entry| look(entry, &mut serial))?.is_some() {}
+    Ok(serial.found)
+}
+
+/// The last serial number in a stream.
+struct SerialNumber {
+    parser: SampleReader,
+    found: Option<String>,
+}
+
+impl SerialNumber {
+    fn new() -> Self {
+        Self { parser: SampleReader::new(ReadOptions::default()), found: None }
+    }
+
+    fn look_in(&mut self, bytes: &[u8]) {
+        self.parser.push(bytes, None);
+        let registers = self.parser.take_batches().into_iter().flat_map(|batch| batch.registers);
+        if let Some(value) = registers.filter(|value| value.register == Register::SERIAL_NUMBER).last() {
+            self.found = Some(value.fields.to_string());
+        }
+    }
 }
 
 /// The copy as long as it has not taken its place; removed if it never does.

@@ -61,7 +61,7 @@ fn replay(disk: &Disk) -> Vec<StreamInput> {
 }
 
 fn start<W: Write + Send + 'static>(out: W) -> io::Result<Recorder> {
-    Recorder::start(Path::new("x.mcap"), RecordingWriter::new(out, &BTreeMap::new())?, |_| Ok(()))
+    Recorder::start(Path::new("x.mcap"), RecordingWriter::new(out, &BTreeMap::new())?, |_| Ok(()), None)
 }
 
 #[tokio::test]

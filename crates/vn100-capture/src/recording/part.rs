@@ -1,0 +1,134 @@
+//! Recordings in several files: parts with the identity of the recording and their number, which
+//! are joined to what one file would be.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    hash::{BuildHasher, RandomState},
+    io,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use mcap::records::Metadata;
+
+use super::reader::RecordingReader;
+use crate::unpack::unpacked_file;
+
+/// When a recording continues in the next part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rotation {
+    /// Once a part holds so many bytes of the stream.
+    Bytes(u64),
+    /// Once a part holds so much time of it.
+    Time(Duration),
+}
+
+/// Which part of which recording a file is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordingPart {
+    /// The same in all parts of a recording.
+    pub id: String,
+    /// From 1.
+    pub number: u32,
+    /// The recording was interrupted before it.
+    pub resumed: bool,
+}
+
+pub(super) const PART_METADATA: &str = "vn100.part";
+
+/// Why a part ended that another one follows.
+pub(super) const CONTINUED: &str = "continued in the next part";
+
+impl RecordingPart {
+    /// That of a file; `None` for what is no part of a recording.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
+        RecordingReader::open(reader).ok()?.recorded().part.clone()
+    }
+
+    /// An identity that no other recording has.
+    pub(super) fn new_id() -> String {
+        // seeded by the system, and differently each time
+        let draw = || RandomState::new().hash_one(std::process::id());
+        format!("{:016x}{:016x}", draw(), draw())
+    }
+
+    pub(super) fn metadata(&self) -> Metadata {
+        let values = BTreeMap::from([("id".into(), self.id.clone()), ("number".into(), self.number.to_string())]);
+        Metadata { name: PART_METADATA.into(), metadata: values }
+    }
+
+    pub(super) fn from_metadata(values: &BTreeMap<String, String>) -> Option<Self> {
+        let number = values.get("number")?.parse().ok().filter(|number| *number > 0)?;
+        Some(Self { id: values.get("id")?.clone(), number, resumed: false })
+    }
+}
+
+/// The file of a part: `night.0001.mcap` of `night.mcap`.
+#[must_use]
+pub fn part_path(recording: &Path, number: u32) -> PathBuf {
+    let mut name = recording.file_stem().unwrap_or_default().to_owned();
+    name.push(format!(".{number:04}"));
+    if let Some(extension) = recording.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    recording.with_file_name(name)
+}
+
+/// The recording of that part of it: `night.mcap` of `night.0001.mcap`; any other name as it is.
+#[must_use]
+pub fn recording_path(part: &Path) -> PathBuf {
+    let Some(stem) = part.file_stem().map(Path::new) else { return part.to_owned() };
+    let is_number = |end: &str| end.len() >= 4 && end.bytes().all(|digit| digit.is_ascii_digit());
+    match (stem.extension().and_then(|end| end.to_str()).filter(|end| is_number(end)), part.extension()) {
+        (Some(_), Some(extension)) => {
+            part.with_file_name(stem.with_extension(extension).file_name().unwrap_or_default())
+        }
+        _ => part.to_owned(),
+    }
+}
+
+/// The parts of a recording that are there, by their numbers.
+pub(super) fn existing_parts(recording: &Path) -> io::Result<BTreeMap<u32, PathBuf>> {
+    let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut parts = BTreeMap::new();
+    for entry in fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        let path = recording.with_file_name(&name);
+        let number = Path::new(&name).file_stem().and_then(|stem| Path::new(stem).extension()?.to_str()?.parse().ok());
+        if let Some(number) = number.filter(|number| part_path(recording, *number) == path) {
+            parts.insert(number, path);
+        }
+    }
+    Ok(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_named_by_their_recording_and_number() {
+        for (recording, number, part) in [
+            ("night.mcap", 1, "night.0001.mcap"),
+            ("a/b.c/night.mcap", 12_345, "a/b.c/night.12345.mcap"),
+            ("night.1.mcap", 2, "night.1.0002.mcap"),
+        ] {
+            assert_eq!(part_path(Path::new(recording), number), Path::new(part));
+            assert_eq!(recording_path(Path::new(part)), Path::new(recording));
+        }
+        for other in ["night.mcap", "night.1.mcap", "night", "2024", ""] {
+            assert_eq!(recording_path(Path::new(other)), Path::new(other));
+        }
+        assert_eq!(part_path(Path::new("night"), 3), Path::new("night.0003"));
+    }
+
+    #[test]
+    fn identities_differ() {
+        assert_ne!(RecordingPart::new_id(), RecordingPart::new_id());
+        assert_eq!(RecordingPart::new_id().len(), 32);
+    }
+}

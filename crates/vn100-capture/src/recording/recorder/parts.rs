@@ -1,0 +1,141 @@
+//! A recording in several files: when the next one begins, and how it is resumed.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io,
+    path::{Path, PathBuf},
+};
+
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
+
+use super::{NamedFile, RecordError, resume::serial_number};
+use crate::recording::{
+    RECORDING_METADATA, RESUMED,
+    part::{RecordingPart, Rotation, existing_parts, part_path},
+    reader::{RecordingEnd, RecordingReader},
+    writer::{RecordingWriter, head},
+};
+
+/// The parts of a recording that is made.
+pub(super) struct Parts {
+    recording: PathBuf,
+    metadata: BTreeMap<String, String>,
+    rotation: Rotation,
+    part: RecordingPart,
+    begun_ns: Option<i64>,
+    bytes: u64,
+}
+
+/// What is known of the parts that are there.
+#[derive(Default)]
+struct Before {
+    part: Option<RecordingPart>,
+    end: Option<RecordingEnd>,
+    serial: Option<String>,
+}
+
+impl Parts {
+    /// Begins the first part; or where the recording is there and may be resumed, the next one,
+    /// which begins with the break. Gives the serial number in the parts before.
+    pub(super) fn begin(
+        recording: &Path,
+        metadata: &BTreeMap<String, String>,
+        rotation: Rotation,
+        resume: bool,
+    ) -> Result<(Self, PathBuf, RecordingWriter<NamedFile>, Option<String>), RecordError> {
+        let failed = |source| RecordError::Io { path: recording.to_owned(), source };
+        let existing = existing_parts(recording).map_err(failed)?;
+        if let Some(part) = existing.values().next_back().filter(|_| !resume) {
+            return Err(RecordError::Exists(part.clone()));
+        }
+        let before = Before::of(&existing)?;
+        let number = existing.keys().next_back().map_or(1, |last| last + 1);
+        let resumed = !existing.is_empty();
+        let id = before.part.map_or_else(RecordingPart::new_id, |part| part.id);
+        let part = RecordingPart { id, number, resumed };
+        let parts = Self {
+            recording: recording.to_owned(),
+            metadata: metadata.clone(),
+            rotation,
+            part,
+            begun_ns: None,
+            bytes: 0,
+        };
+        let (path, mut writer) = parts.open().map_err(failed)?;
+        if let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = before.end {
+            let cause = match reason {
+                Some(reason) => format!("recording ended ({reason}) and resumed"),
+                None => "recording interrupted".into(),
+            };
+            let down = LinkEvent { at_ns, kind: LinkEventKind::Down { cause } };
+            writer.write(&StreamInput::Link(down)).and_then(|()| writer.flush()).map_err(failed)?;
+        }
+        Ok((parts, path, writer, before.serial))
+    }
+
+    /// Whether the recording was there before.
+    pub(super) const fn is_resumed(&self) -> bool {
+        self.part.resumed
+    }
+
+    /// The next part, where one begins before this input.
+    pub(super) fn next_before(
+        &mut self,
+        input: &StreamInput,
+    ) -> Option<io::Result<(PathBuf, RecordingWriter<NamedFile>)>> {
+        let StreamInput::Chunk(Chunk { bytes, at_ns }) = input else { return None };
+        let begun_ns = self.begun_ns.or(*at_ns);
+        let is_due = match self.rotation {
+            Rotation::Bytes(most) => self.bytes > 0 && self.bytes + bytes.len() as u64 > most,
+            // a clock that is set back begins no part
+            Rotation::Time(time) => at_ns.zip(begun_ns).is_some_and(|(at_ns, begun_ns)| {
+                at_ns.checked_sub(begun_ns).is_some_and(|ns| ns >= 0 && ns as u128 >= time.as_nanos())
+            }),
+        };
+        if !is_due {
+            (self.begun_ns, self.bytes) = (begun_ns, self.bytes + bytes.len() as u64);
+            return None;
+        }
+        (self.begun_ns, self.bytes) = (*at_ns, bytes.len() as u64);
+        (self.part.number, self.part.resumed) = (self.part.number + 1, false);
+        Some(self.open())
+    }
+
+    fn open(&self) -> io::Result<(PathBuf, RecordingWriter<NamedFile>)> {
+        let path = part_path(&self.recording, self.part.number);
+        let file = File::create_new(&path)?;
+        NamedFile::claim(&file);
+        let mut head = head(&self.metadata);
+        for about in head.iter_mut().filter(|about| self.part.resumed && about.name == RECORDING_METADATA) {
+            about.metadata.insert(RESUMED.into(), "true".into());
+        }
+        head.push(self.part.metadata());
+        Ok((path, RecordingWriter::begin(NamedFile(file), &head)?))
+    }
+}
+
+impl Before {
+    /// Of the last part that has it, each.
+    fn of(parts: &BTreeMap<u32, PathBuf>) -> Result<Self, RecordError> {
+        let mut before = Self::default();
+        for path in parts.values().rev() {
+            let failed = |source| RecordError::Io { path: path.clone(), source };
+            let not_resumable = |problem| RecordError::NotResumable { path: path.clone(), problem };
+            let file = File::open(path).map_err(failed)?;
+            if !NamedFile::claim(&file) {
+                return Err(RecordError::InUse(path.clone()));
+            }
+            let mut reader = RecordingReader::open(file).map_err(not_resumable)?;
+            before.part = before.part.or_else(|| reader.recorded().part.clone());
+            let serial = serial_number(&mut reader).map_err(failed)?;
+            before.serial = before.serial.or(serial);
+            let end = reader.recorded().end.get().filter(|end| end.ended_ns.is_some()).cloned();
+            before.end = before.end.or(end);
+            if before.part.is_some() && before.serial.is_some() && before.end.is_some() {
+                break;
+            }
+        }
+        Ok(before)
+    }
+}

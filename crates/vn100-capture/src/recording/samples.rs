@@ -1,0 +1,141 @@
+//! The samples of a recording, or of the parts of one, one behind the other.
+
+use std::{
+    collections::VecDeque,
+    fs::File,
+    io::{self, Read},
+    mem,
+    path::{Path, PathBuf},
+    sync::{Arc, OnceLock, atomic::AtomicU64},
+};
+
+use vn100_protocol::stream::{Batch, FileReport, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
+
+use super::{
+    part::RecordingPart,
+    reader::{Entry, Recorded, RecordingEnd, RecordingReader},
+};
+use crate::{
+    capture::CountedReader,
+    read_samples::{Event, FileReader},
+    source,
+    unpack::{UnpackError, unpacked_file},
+};
+
+type Stored = Box<dyn Read + Send>;
+
+/// The parts that follow the one that is read.
+pub(crate) struct LaterParts {
+    paths: VecDeque<PathBuf>,
+    stored_bytes_read: Arc<AtomicU64>,
+    /// That of all parts, set behind the last.
+    end: Arc<OnceLock<RecordingEnd>>,
+}
+
+impl LaterParts {
+    /// The parts in these files, in their order; the bytes read of them are counted.
+    pub(crate) fn new(paths: &[PathBuf], stored_bytes_read: &Arc<AtomicU64>) -> Self {
+        let paths = paths.iter().cloned().collect();
+        Self { paths, stored_bytes_read: Arc::clone(stored_bytes_read), end: Arc::default() }
+    }
+
+    /// What is known of the recording of `first` and these parts: that of a whole one.
+    pub(crate) fn joined(&self, first: &Recorded) -> Recorded {
+        let resumed = |path: &PathBuf| RecordingPart::of(path).is_some_and(|part| part.resumed);
+        let resumed = first.resumed || self.paths.iter().any(resumed);
+        Recorded { resumed, part: None, end: Arc::clone(&self.end), ..first.clone() }
+    }
+
+    fn open(&self, path: &Path) -> io::Result<RecordingReader<Stored>> {
+        let counted = |inner| CountedReader { inner, read: Arc::clone(&self.stored_bytes_read) };
+        let reader = unpacked_file(File::open(path)?, counted).map_err(|error| match error {
+            UnpackError::Io(error) => error,
+            UnpackError::Archive(problem) => io::Error::other(problem),
+        })?;
+        RecordingReader::open(reader).map_err(io::Error::other)
+    }
+}
+
+/// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
+pub(crate) struct RecordingSamples {
+    recording: RecordingReader<Stored>,
+    later: LaterParts,
+    samples: SampleReader,
+    /// Bytes since the last batch.
+    unsent: usize,
+    /// The latest connection.
+    up: Option<LinkEventKind>,
+}
+
+impl RecordingSamples {
+    pub(crate) fn new(recording: RecordingReader<Stored>, later: LaterParts, options: ReadOptions) -> Self {
+        Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None }
+    }
+
+    /// Continues with the next part; `None` behind the last. Where a part is missing, or the end of
+    /// one, the link counts as lost meanwhile.
+    fn next_part(&mut self) -> io::Result<Option<Vec<Event>>> {
+        let end = self.recording.recorded().end.get().cloned();
+        let Some(path) = self.later.paths.pop_front() else {
+            end.into_iter().for_each(|end| _ = self.later.end.set(end));
+            return Ok(None);
+        };
+        let next = self.later.open(&path)?;
+        let last = mem::replace(&mut self.recording, next);
+        let number = |recorded: &Recorded| recorded.part.as_ref().map_or(0, |part| part.number);
+        let (last_number, now) = (number(last.recorded()), self.recording.recorded());
+        let is_cut = end.as_ref().is_some_and(|end| !end.complete);
+        let cause = if number(now) > last_number + 1 {
+            format!("part {} of the recording is missing", last_number + 1)
+        } else if is_cut && !now.resumed {
+            format!("part {last_number} of the recording is cut")
+        } else {
+            // a break is in the part that was begun behind it
+            return Ok(Some(Vec::new()));
+        };
+        let Some(at_ns) = end.and_then(|end| end.ended_ns) else { return Ok(Some(Vec::new())) };
+        let lost = LinkEvent { at_ns, kind: LinkEventKind::Down { cause } };
+        let found = self.up.clone().zip(now.started_ns).filter(|_| !now.resumed);
+        let found = found.map(|(kind, at_ns)| LinkEvent { at_ns, kind });
+        self.unsent = 0;
+        let mut events = Vec::new();
+        for event in [Some(lost), found].into_iter().flatten() {
+            events.extend(Event::from_input(&mut self.samples, StreamInput::Link(event)));
+        }
+        Ok(Some(events))
+    }
+}
+
+impl FileReader for RecordingSamples {
+    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
+        let Self { recording, samples, unsent, up, .. } = self;
+        let link_event = recording.next_entry(|entry| match entry {
+            Entry::Bytes { at_ns, bytes } => {
+                samples.push(&bytes, at_ns);
+                *unsent += bytes.len();
+                None
+            }
+            Entry::Link(event) => Some(event),
+            Entry::Metadata(_) => None,
+        })?;
+        let due: Vec<Event> = match link_event {
+            None => return self.next_part(),
+            Some(Some(event)) => {
+                if let kind @ LinkEventKind::Up { .. } = &event.kind {
+                    *up = Some(kind.clone());
+                }
+                Event::from_input(samples, StreamInput::Link(event)).collect()
+            }
+            Some(None) if *unsent >= source::READ_BYTES => {
+                samples.take_batches().into_iter().map(Event::from).collect()
+            }
+            Some(None) => return Ok(Some(Vec::new())),
+        };
+        *unsent = 0;
+        Ok(Some(due))
+    }
+
+    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
+        (self.samples.finish(), None)
+    }
+}

@@ -1,0 +1,161 @@
+//! Recordings in parts: joined they are the undivided one, whatever their order on the command line.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::Write,
+    path::{Path, PathBuf},
+    process::Stdio,
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+use vn100_capture::{Recorder, RecordingReader, Rotation, part_path};
+use vn100_protocol::stream::{Chunk, StreamInput};
+
+use crate::support::{capture, document, replay_log, vn100};
+
+/// A recording of an emulated sensor, as one file and in parts.
+struct Recorded {
+    _folder: tempfile::TempDir,
+    whole: PathBuf,
+    parts: Vec<PathBuf>,
+}
+
+/// The names of the whole one and of its parts are the same but for the numbers.
+fn recorded(rotation: Rotation) -> Recorded {
+    let folder = tempfile::tempdir().unwrap();
+    let source = capture(folder.path(), "source.mcap", &["--message", "VNIMU", "--duration", "2min"]);
+    let mut reader = RecordingReader::open(File::open(&source).unwrap()).unwrap();
+    // a time since 1970, as a recording has
+    let dated = |input| match input {
+        StreamInput::Chunk(Chunk { bytes, at_ns }) => {
+            StreamInput::Chunk(Chunk { bytes, at_ns: at_ns.map(|ns| ns + 1_700_000_000_000_000_000) })
+        }
+        event => event,
+    };
+    let inputs: Vec<StreamInput> = std::iter::from_fn(|| reader.next_input().unwrap()).map(dated).collect();
+    let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
+    fs::create_dir(folder.path().join("whole")).unwrap();
+    let (whole, in_parts) = (folder.path().join("whole/night.mcap"), folder.path().join("night.mcap"));
+    let recorders = [
+        Recorder::create(&whole, &conditions).unwrap(),
+        Recorder::in_parts(&in_parts, &conditions, rotation, false).unwrap(),
+    ];
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    for recorder in recorders {
+        runtime.block_on(async {
+            for input in &inputs {
+                recorder.inputs().send(input.clone()).await.unwrap();
+            }
+            let state = recorder.finish("stopped").await;
+            assert!(state.error.is_none(), "{:?}", state.error);
+        });
+    }
+    let parts = (1..).map(|number| part_path(&in_parts, number)).take_while(|part| part.exists()).collect();
+    Recorded { _folder: folder, whole, parts }
+}
+
+fn replayed(files: &[&Path], options: &[&str]) -> (Value, String) {
+    let output = vn100().args(["replay", "--json"]).args(options).args(files).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    (document(&output), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn parts_are_joined_to_the_document_of_the_undivided_recording_in_any_order() {
+    for rotation in [Rotation::Bytes(150_000), Rotation::Time(Duration::from_secs(25))] {
+        let Recorded { _folder, whole, parts } = recorded(rotation);
+        assert!((4..=6).contains(&parts.len()), "{parts:?}");
+        let (undivided, _) = replayed(&[&whole], &[]);
+        let mut files: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
+        assert_eq!(replayed(&files, &[]).0, undivided);
+        files.reverse();
+        files.swap(0, 2);
+        let (shuffled, error) = replayed(&files, &[]);
+        assert_eq!((shuffled, error.as_str()), (undivided.clone(), ""));
+        // with another file between them
+        let other = replay_log("clean-minute.vnymr");
+        files.insert(2, &other);
+        let (both, _) = replayed(&files, &[]);
+        assert_eq!(
+            (&both[0], &both[1]["source"]["name"], &both[2]),
+            (&undivided, &"clean-minute.vnymr".into(), &Value::Null)
+        );
+        let report = |files: &[&Path], out: &Path| {
+            let output = vn100().args(["report", "--export", "json", "-o"]).arg(out).args(files).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            fs::read(out.with_extension("json")).unwrap()
+        };
+        files.remove(2);
+        let folder = whole.parent().unwrap();
+        assert_eq!(report(&files, &folder.join("a.html")), report(&[&whole], &folder.join("b.html")));
+    }
+}
+
+#[test]
+fn each_part_replays_alone_and_separately_all_do() {
+    let Recorded { _folder, whole, parts } = recorded(Rotation::Bytes(150_000));
+    let files: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
+    let (documents, _) = replayed(&files, &["--separate"]);
+    let documents = documents.as_array().unwrap();
+    assert_eq!(documents.len(), files.len());
+    let samples = |document: &Value| document["timing"]["samples"].as_u64().unwrap();
+    // a line that is cut between two parts is in neither
+    let (all, most) = (documents.iter().map(samples).sum::<u64>(), samples(&replayed(&[&whole], &[]).0));
+    assert!((most - files.len() as u64..=most).contains(&all), "{all} of {most}");
+    let (alone, error) = replayed(&files[1..2], &[]);
+    assert_eq!((&alone, error.as_str()), (&documents[1], ""));
+    assert_eq!(alone["source"]["name"], "night.0002.mcap");
+}
+
+#[test]
+fn a_missing_part_is_an_outage_and_reported() {
+    let Recorded { _folder, parts, .. } = recorded(Rotation::Time(Duration::from_secs(25)));
+    let (document, error) = replayed(&[&parts[0], &parts[2], &parts[3], &parts[4]], &[]);
+    assert!(error.contains("night.mcap: part 2 is missing"), "{error}");
+    assert_eq!(document["timing"]["segments"], 2);
+    let samples = document["timing"]["samples"].as_u64().unwrap();
+    assert!((3790..=3800).contains(&samples), "a fifth of 4800 and a line: {samples}");
+}
+
+#[test]
+fn a_killed_recording_in_parts_is_resumed_by_the_same_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("night.mcap");
+    let log = fs::read(replay_log("clean-minute.vnymr")).unwrap();
+    let files =
+        || (1..).map(|number| part_path(&recording, number)).take_while(|part| part.exists()).collect::<Vec<_>>();
+    let stored = || files().iter().map(|file| fs::metadata(file).map_or(0, |file| file.len())).sum::<u64>();
+    // begun and killed, resumed and killed, resumed to the end
+    for round in 0..3 {
+        let before = stored();
+        let mut record = vn100();
+        record.args(["record", "-", "--rotate", "40kB", "--resume", "-q", "-o"]).arg(&recording);
+        let mut record = record.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut stdin = record.stdin.take().unwrap();
+        stdin.write_all(&log).unwrap();
+        if round < 2 {
+            let begun = Instant::now();
+            while stored() < before + 150_000 {
+                assert!(begun.elapsed() < Duration::from_secs(60), "{} bytes in {:?}", stored(), files());
+                thread::yield_now();
+            }
+            record.kill().unwrap();
+            record.wait().unwrap();
+        } else {
+            drop(stdin);
+            assert!(record.wait().unwrap().success());
+        }
+    }
+    let files = files();
+    let all: Vec<&Path> = files.iter().rev().map(PathBuf::as_path).collect();
+    let (document, error) = replayed(&all, &["--rate", "40"]);
+    assert_eq!((error.as_str(), &document["source"]["name"]), ("", &"night.mcap".into()));
+    assert_eq!(document["timing"]["segments"], 3, "two breaks");
+    // 150 kB twice, and all
+    let samples = document["timing"]["samples"].as_u64().unwrap();
+    assert!((4400..=7200).contains(&samples), "{samples}");
+    assert_eq!(document["link"]["bad_frames"]["checksum"], 0);
+}
