@@ -14,9 +14,12 @@ mod faults;
 mod goals;
 mod health;
 mod keys;
+mod messages;
+mod mouse;
 mod overview;
 mod parameters;
 mod plots;
+mod question;
 mod reference;
 mod save;
 mod sheet;
@@ -31,10 +34,9 @@ mod waiting;
 mod warnings;
 
 use std::{
-    collections::VecDeque,
     io,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -44,23 +46,25 @@ use std::{
 use anyhow::{Context, Result, anyhow};
 use background::Taken;
 use draw::{Regions, Scene, draw, is_too_small};
+use mouse::mouse;
 use ratatui::{
     buffer::Buffer,
     crossterm::event::{Event, KeyEventKind},
 };
 use save::save;
 use source::SourceView;
-use state::{Selection, ViewRequest, ViewState, mouse};
+use state::{Selection, ViewRequest, ViewState};
 use terminal::{Screen, leave_screen, next_event};
 use theme::Theme;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 use vn100_pipeline::Command;
-use vn100_report::{Evaluation, printable};
+use vn100_report::Evaluation;
 
 use crate::exit::{print, report};
 
 pub(crate) use goals::Goals;
+pub(crate) use messages::MessageQueue;
 use reference::PendingReference;
 pub(crate) use reference::Reference;
 pub(crate) use source::SourceMonitor;
@@ -398,50 +402,4 @@ fn screen_text(buffer: &Buffer) -> String {
         out.push('\n');
     }
     out
-}
-
-/// Messages that are kept until the end; the oldest are dropped first.
-const MOST_MESSAGES: usize = 100;
-
-/// What would be written to the terminal: shown in the view, and written when that is over.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct MessageQueue {
-    messages: Arc<Mutex<Messages>>,
-}
-
-#[derive(Debug, Default)]
-struct Messages {
-    all: VecDeque<String>,
-    seen: bool,
-    /// Written at the end alone.
-    last: Option<String>,
-}
-
-impl MessageQueue {
-    pub(crate) fn push(&self, message: String) {
-        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        if messages.all.len() == MOST_MESSAGES {
-            messages.all.pop_front();
-        }
-        messages.all.push_back(message);
-        messages.seen = false;
-    }
-
-    /// What is written behind all others, in place of what was kept before.
-    fn keep(&self, last: Option<String>) {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
-    }
-
-    /// The latest, if it was not taken here before.
-    pub(crate) fn news(&self) -> Option<String> {
-        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let seen = std::mem::replace(&mut messages.seen, true);
-        if seen { None } else { messages.all.back().map(|message| printable(message)) }
-    }
-
-    pub(crate) fn take(&self) -> Vec<String> {
-        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = messages.last.take();
-        messages.all.drain(..).chain(last).collect()
-    }
 }

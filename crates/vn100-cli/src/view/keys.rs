@@ -9,13 +9,7 @@ use ratatui::{
 };
 use vn100_pipeline::Playback;
 
-use super::{
-    draw::Scene,
-    health::LEAST_NAME,
-    state::{Panel, Question},
-    theme::Theme,
-    warnings::shortened,
-};
+use super::{draw::Scene, health::LEAST_NAME, question::Question, state::Panel, theme::Theme, warnings::shortened};
 
 pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);

@@ -1,15 +1,12 @@
-//! What is shown and selected, and how keys and the mouse change it. Pure: input in, requests out.
+//! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
-use ratatui::{
-    crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind},
-    layout::Position,
-};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
 use super::{
-    draw::Regions,
     overview::SortedBy,
+    question::Question,
     source::{ChannelGroup, SourceView},
 };
 
@@ -62,16 +59,6 @@ pub(crate) enum ShownAxes {
     #[default]
     All,
     One(usize),
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Question {
-    StartOver,
-    EndWarmUp,
-    /// Where to go in a capture, in percent, as typed so far.
-    GoTo(String),
-    /// What is to be said of this place, as typed so far.
-    Mark(String),
 }
 
 /// What the view asks of the program.
@@ -132,9 +119,6 @@ pub(crate) struct ViewState {
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
 }
-
-/// Of the text of a mark.
-const MOST_SIGNS: usize = 120;
 
 /// Rows of the table that a page is.
 const PAGE: isize = 10;
@@ -266,14 +250,6 @@ impl ViewState {
         None
     }
 
-    /// Asks before what cannot be undone; where it has no effect, says why.
-    fn ask(&mut self, question: Question, sources: &[SourceView]) {
-        match sources.get(self.source).and_then(SourceView::no_measurement) {
-            Some(why) => self.message = Some(why.into()),
-            None => self.question = Some(question),
-        }
-    }
-
     fn key_of_overview(&mut self, code: KeyCode, sources: &[SourceView]) {
         match code {
             KeyCode::Enter | KeyCode::Char('e') => self.overview = false,
@@ -375,44 +351,6 @@ impl ViewState {
         Some(ViewRequest::Control(Command::Select(from, to)))
     }
 
-    fn answer(&mut self, question: Question, code: KeyCode) -> Option<ViewRequest> {
-        let yes = matches!(code, KeyCode::Char('y' | 'Y') | KeyCode::Enter);
-        match question {
-            Question::StartOver => yes.then_some(ViewRequest::Control(Command::StartOver)),
-            Question::EndWarmUp => yes.then_some(ViewRequest::Control(Command::EndWarmUp)),
-            Question::GoTo(mut typed) => {
-                match code {
-                    KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
-                    KeyCode::Backspace => drop(typed.pop()),
-                    KeyCode::Enter => {
-                        let percent: f64 = typed.parse().ok()?;
-                        return Some(ViewRequest::Control(Command::GoTo(percent / 100.0)));
-                    }
-                    KeyCode::Esc => return None,
-                    _ => {}
-                }
-                self.question = Some(Question::GoTo(typed));
-                None
-            }
-            Question::Mark(mut typed) => {
-                match code {
-                    KeyCode::Char(sign) if !sign.is_control() && typed.chars().count() < MOST_SIGNS => typed.push(sign),
-                    KeyCode::Backspace => drop(typed.pop()),
-                    KeyCode::Enter if typed.trim().is_empty() => return None,
-                    KeyCode::Enter => {
-                        let text = typed.trim().to_owned();
-                        self.message = Some(format!("marked: {text}"));
-                        return Some(ViewRequest::Control(Command::Mark(text)));
-                    }
-                    KeyCode::Esc => return None,
-                    _ => {}
-                }
-                self.question = Some(Question::Mark(typed));
-                None
-            }
-        }
-    }
-
     fn next_panel(&mut self, steps: usize) {
         let place = Panel::ALL.iter().position(|panel| *panel == self.panel).unwrap_or(0);
         self.panel = Panel::ALL[(place + steps) % Panel::ALL.len()];
@@ -464,53 +402,4 @@ impl ViewState {
 /// The next of `count` places, or the one before; no further than the ends.
 pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
-}
-
-pub(crate) fn mouse(
-    event: MouseEvent,
-    state: &mut ViewState,
-    regions: &Regions,
-    sources: &[SourceView],
-) -> Option<ViewRequest> {
-    let at = Position::new(event.column, event.row);
-    let source = sources.get(state.source)?;
-    if state.is_too_small || state.help.is_some() || state.question.is_some() {
-        return None;
-    }
-    match event.kind {
-        MouseEventKind::Down(MouseButton::Left) => {
-            if regions.progress.contains(at) {
-                let part = f64::from(at.x - regions.progress.x) / f64::from(regions.progress.width.max(1));
-                return source.progress().map(|_| ViewRequest::Control(Command::GoTo(part)));
-            }
-            let panels = regions.tabs.iter().chain(&regions.panels);
-            if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {
-                state.panel = *panel;
-            }
-            if let Some((_, sensor)) = regions.sensors.iter().find(|(area, _)| area.contains(at)) {
-                state.sensor = *sensor;
-            }
-            let statistics = regions.panels.iter().find(|(_, panel)| *panel == Panel::Statistics);
-            if let Some((_, channel)) = regions.channels.iter().find(|(row, _)| *row == at.y)
-                && statistics.is_some_and(|(area, _)| area.contains(at))
-            {
-                state.choose_channel(*channel, source);
-            }
-            if regions.chart.contains(at) {
-                let nearest = regions.octaves.iter().min_by_key(|(column, _)| column.abs_diff(at.x));
-                state.cursor = nearest.map(|(_, octave)| *octave);
-            }
-        }
-        MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
-            let down = event.kind == MouseEventKind::ScrollDown;
-            if state.panel == Panel::Warnings {
-                state.warning = step(state.warning, down, source.findings());
-            } else {
-                let octaves = regions.octaves.len();
-                state.cursor = Some(step(state.octave(octaves).unwrap_or(0), down, octaves));
-            }
-        }
-        _ => {}
-    }
-    None
 }

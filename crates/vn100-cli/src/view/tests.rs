@@ -21,8 +21,9 @@ use vn100_pipeline::{Playback, Speed};
 use super::{
     curve::NextOctave,
     draw::{Regions, Scene, draw},
+    question::Question,
     source::{SourcePhase, SourceView},
-    state::{Panel, Question, ShownAxes, ViewState},
+    state::{Panel, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};

@@ -7,8 +7,10 @@ use vn100_pipeline::{Command, Playback, Speed};
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     keys::KEYS,
+    mouse::mouse,
+    question::Question,
     source::SourceView,
-    state::{Panel, Plot, Question, Selection, ShownAxes, ViewRequest, ViewState, mouse},
+    state::{Panel, Plot, Selection, ShownAxes, ViewRequest, ViewState},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {

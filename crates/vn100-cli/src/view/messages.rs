@@ -1,0 +1,54 @@
+//! What would be written to the terminal while the view has it.
+
+use std::{
+    collections::VecDeque,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use vn100_report::printable;
+
+/// Messages that are kept until the end; the oldest are dropped first.
+const MOST_MESSAGES: usize = 100;
+
+/// What would be written to the terminal: shown in the view, and written when that is over.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MessageQueue {
+    messages: Arc<Mutex<Messages>>,
+}
+
+#[derive(Debug, Default)]
+struct Messages {
+    all: VecDeque<String>,
+    seen: bool,
+    /// Written at the end alone.
+    last: Option<String>,
+}
+
+impl MessageQueue {
+    pub(crate) fn push(&self, message: String) {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.all.len() == MOST_MESSAGES {
+            messages.all.pop_front();
+        }
+        messages.all.push_back(message);
+        messages.seen = false;
+    }
+
+    /// What is written behind all others, in place of what was kept before.
+    pub(super) fn keep(&self, last: Option<String>) {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
+    }
+
+    /// The latest, if it was not taken here before.
+    pub(crate) fn news(&self) -> Option<String> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let seen = std::mem::replace(&mut messages.seen, true);
+        if seen { None } else { messages.all.back().map(|message| printable(message)) }
+    }
+
+    pub(crate) fn take(&self) -> Vec<String> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = messages.last.take();
+        messages.all.drain(..).chain(last).collect()
+    }
+}

@@ -1,0 +1,70 @@
+//! What is asked before something is done, and the answers.
+
+use ratatui::crossterm::event::KeyCode;
+use vn100_pipeline::Command;
+
+use super::{
+    source::SourceView,
+    state::{ViewRequest, ViewState},
+};
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Question {
+    StartOver,
+    EndWarmUp,
+    /// Where to go in a capture, in percent, as typed so far.
+    GoTo(String),
+    /// What is to be said of this place, as typed so far.
+    Mark(String),
+}
+
+/// Of the text of a mark.
+const MOST_SIGNS: usize = 120;
+
+impl ViewState {
+    /// Asks before what cannot be undone; where it has no effect, says why.
+    pub(super) fn ask(&mut self, question: Question, sources: &[SourceView]) {
+        match sources.get(self.source).and_then(SourceView::no_measurement) {
+            Some(why) => self.message = Some(why.into()),
+            None => self.question = Some(question),
+        }
+    }
+
+    pub(super) fn answer(&mut self, question: Question, code: KeyCode) -> Option<ViewRequest> {
+        let yes = matches!(code, KeyCode::Char('y' | 'Y') | KeyCode::Enter);
+        match question {
+            Question::StartOver => yes.then_some(ViewRequest::Control(Command::StartOver)),
+            Question::EndWarmUp => yes.then_some(ViewRequest::Control(Command::EndWarmUp)),
+            Question::GoTo(mut typed) => {
+                match code {
+                    KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
+                    KeyCode::Backspace => drop(typed.pop()),
+                    KeyCode::Enter => {
+                        let percent: f64 = typed.parse().ok()?;
+                        return Some(ViewRequest::Control(Command::GoTo(percent / 100.0)));
+                    }
+                    KeyCode::Esc => return None,
+                    _ => {}
+                }
+                self.question = Some(Question::GoTo(typed));
+                None
+            }
+            Question::Mark(mut typed) => {
+                match code {
+                    KeyCode::Char(sign) if !sign.is_control() && typed.chars().count() < MOST_SIGNS => typed.push(sign),
+                    KeyCode::Backspace => drop(typed.pop()),
+                    KeyCode::Enter if typed.trim().is_empty() => return None,
+                    KeyCode::Enter => {
+                        let text = typed.trim().to_owned();
+                        self.message = Some(format!("marked: {text}"));
+                        return Some(ViewRequest::Control(Command::Mark(text)));
+                    }
+                    KeyCode::Esc => return None,
+                    _ => {}
+                }
+                self.question = Some(Question::Mark(typed));
+                None
+            }
+        }
+    }
+}
