@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel,
-    Octave, Octaves, Parameter, RecordShape, SpectrumPlan, Status, Term, Terms,
+    Octave, Octaves, Parameter, RecordShape, RollOff, SpectrumPlan, Status, Term, Terms,
 };
 
 use crate::oracle;
@@ -361,4 +361,48 @@ fn a_process_is_not_seen_in_white_noise_alone() {
     }
     // 5 % of 60 are 3, with a standard deviation of 1.7
     assert!(seen <= 8, "a process was seen in {seen} of {records} records of white noise");
+}
+
+/// Behind a filter every octave is below white noise by a part that falls with the averaging time;
+/// long records show it, and it is no reason to reject the white noise of longer ones.
+#[test]
+fn a_filter_bounds_no_long_record_below_its_white_noise() {
+    let interval_s = 1.0 / 800.0;
+    for samples in [40_000, 14_400_000] {
+        let shape = RecordShape { samples, interval_s, estimator: Estimator::Strided, deviation: Deviation::Allan };
+        let octaves = shape.octaves();
+        // N = 1; what a window of four and a pole at 176 Hz take of each octave
+        let variance = |octave: &Octave| {
+            let m = octave.m as f64;
+            (1.0 / m - 2.1 / (m * m)).max(0.03 / m) / interval_s
+        };
+        let variances: Vec<f64> = octaves.iter().map(variance).collect();
+        let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
+        for factor in [1.0, 1.5] {
+            // what no model explains is bounded
+            let broken = |(at, value): (usize, &f64)| if at % 2 == 0 { value * factor } else { *value };
+            let variances: Vec<f64> = variances.iter().enumerate().map(broken).collect();
+            let roll_off = Some(RollOff { correlation_samples: 5.0 });
+            let curve = ChannelCurve { roll_off, ..ChannelCurve::new(&variances, None) };
+            let white = model.fit(&curve, 0.95).parameter(Term::White).unwrap();
+            assert!(white.upper.unwrap() >= 1.0, "{samples} samples, times {factor}: {white:?}");
+            assert_eq!(white.status == Status::Estimated, factor == 1.0, "{white:?}");
+        }
+    }
+}
+
+#[test]
+fn a_record_within_the_memory_of_a_filter_shows_nothing() {
+    let shape = RecordShape {
+        samples: 50,
+        interval_s: 1.0 / 800.0,
+        estimator: Estimator::Strided,
+        deviation: Deviation::Allan,
+    };
+    let octaves = shape.octaves();
+    let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / octave.m as f64).collect();
+    let roll_off = Some(RollOff { correlation_samples: 5.0 });
+    let curve = ChannelCurve { roll_off, ..ChannelCurve::new(&variances, None) };
+    let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&curve, 0.95);
+    assert_eq!(fit.parameter(Term::White).unwrap().status, Status::NotObservable);
 }

@@ -51,6 +51,9 @@ pub struct NoiseFit {
     parameters: [Option<Parameter>; Term::ALL.len()],
     /// Gauss-Markov noise beside the terms, in rising correlation time.
     pub processes: Vec<GaussMarkovProcess>,
+    /// Whether the record shows processes beyond doubt. Otherwise they keep the interval of N from
+    /// being too narrow, and may as well be absent.
+    pub is_process_proved: bool,
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
     pub lacks_free_band: bool,
@@ -105,12 +108,17 @@ impl NoiseFit {
     }
 
     /// N that long averages show, in unit/√Hz: that of the white and the Gauss-Markov noise
-    /// together, √(N² + Σ 2σ²T). `None` where there is no Gauss-Markov noise or N has no value.
+    /// together, √(N² + Σ 2σ²T). `None` where no Gauss-Markov noise is proved or N has no value.
     #[must_use]
     pub fn apparent_white(&self) -> Option<f64> {
-        let white = self.parameter(Term::White)?.value.filter(|_| !self.processes.is_empty())?;
+        let white = self.parameter(Term::White)?.value.filter(|_| self.is_process_proved)?;
         let of = |process: &GaussMarkovProcess| 2.0 * process.sigma.powi(2) * process.correlation_time_s;
         Some((white * white + self.processes.iter().map(of).sum::<f64>()).sqrt())
+    }
+
+    fn with_proved_processes(mut self) -> Self {
+        self.is_process_proved = !self.processes.is_empty();
+        self
     }
 
     /// The fit where `term` is known to be no more than bounded, as other channels of the record
@@ -246,7 +254,8 @@ impl NoiseModel {
         if curve.roll_off.is_some() && filtered.is_none() && self.window.is_none() {
             return self.without_values(Status::NotObservable);
         }
-        let ceiling = |risk| self.white_ceiling(model, &values[..octaves], curve.roll_off, risk);
+        let white = filtered.as_ref().map_or(model, |(behind_filter, _)| behind_filter).white().to_vec();
+        let ceiling = |risk| self.white_ceiling(&white, &values[..octaves], curve.roll_off, risk);
         let doubtless = ceiling(0.01);
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         let solve = |model: &Model, range: Range<usize>| {
@@ -285,7 +294,7 @@ impl NoiseModel {
                 let with = with.filter(|_| fall > PERHAPS_A_PROCESS);
                 let with = with.and_then(|with| read_out(&with_processes, range.clone(), with));
                 if fall > A_PROCESS_BEYOND_DOUBT {
-                    return with;
+                    return with.map(NoiseFit::with_proved_processes);
                 }
                 let without = read_out(model, range, without);
                 let (mut fit, other, terms) = match fall > PROCESS {
@@ -300,7 +309,7 @@ impl NoiseModel {
             found.or_else(|| {
                 ranges.clone().find_map(|range| {
                     let with = solve(&with_processes, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
-                    read_out(&with_processes, range, with)
+                    read_out(&with_processes, range, with).map(NoiseFit::with_proved_processes)
                 })
             })
         };
@@ -332,10 +341,10 @@ impl NoiseModel {
     /// that of the white noise and whatever adds, so that its upper end bounds N². The upper ends
     /// of all octaves hold together (Bonferroni), with the degrees of freedom of a random walk,
     /// which has fewest. Behind an unknown filter those octaves count that average over ten times
-    /// its correlation.
-    fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
+    /// its correlation, less the most that the filter can take from them.
+    fn white_ceiling(&self, white: &[f64], values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
         let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
-        let octaves = self.octaves.iter().zip(&self.least_edf).zip(values).zip(model.white());
+        let octaves = self.octaves.iter().zip(&self.least_edf).zip(values).zip(white);
         let counted: Vec<(f64, f64)> = octaves
             .filter(|((((_, octave), edf), _), _)| octave.m as f64 >= shortest && **edf >= 10.0)
             .map(|(((_, edf), value), white)| (value / white, *edf))
@@ -390,6 +399,7 @@ impl NoiseModel {
             quality: None,
             parameters: Term::ALL.map(parameter),
             processes: Vec::new(),
+            is_process_proved: false,
             lacks_free_band: false,
             roll_off: None,
             edf: Vec::new(),
