@@ -121,6 +121,20 @@ fn a_missing_part_is_an_outage_and_reported() {
 }
 
 #[test]
+fn a_last_part_that_was_cut_at_its_beginning_leaves_the_others_whole() {
+    let Recorded { _folder, parts, .. } = recorded(Rotation::Time(Duration::from_secs(25)));
+    let files: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
+    let (without, _) = replayed(&files[..files.len() - 1], &["-d", "1h"]);
+    let last = files[files.len() - 1];
+    fs::write(last, &fs::read(last).unwrap()[..500]).unwrap();
+    let (document, _) = replayed(&files, &["-d", "1h"]);
+    assert_eq!(document["timing"], without["timing"]);
+    let recorded = &document["source"]["recorded"];
+    assert_eq!((&recorded["ended"], &recorded["complete"]), (&without["source"]["recorded"]["ended"], &false.into()));
+    assert!(recorded["ended"].is_string(), "{recorded}");
+}
+
+#[test]
 fn a_killed_recording_in_parts_is_resumed_by_the_same_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("night.mcap");

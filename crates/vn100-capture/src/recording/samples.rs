@@ -65,17 +65,22 @@ pub(crate) struct RecordingSamples {
     unsent: usize,
     /// The latest connection.
     up: Option<LinkEventKind>,
+    /// When the last input came, in the parts that were read.
+    ended_ns: Option<i64>,
 }
 
 impl RecordingSamples {
     pub(crate) fn new(recording: RecordingReader<Stored>, later: LaterParts, options: ReadOptions) -> Self {
-        Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None }
+        Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None, ended_ns: None }
     }
 
     /// Continues with the next part; `None` behind the last. Where a part is missing, or the end of
     /// one, the link counts as lost meanwhile.
     fn next_part(&mut self) -> io::Result<Option<Vec<Event>>> {
         let end = self.recording.recorded().end.get().cloned();
+        self.ended_ns = end.as_ref().and_then(|end| end.ended_ns).or(self.ended_ns);
+        // a part that was begun and cut at once has no time
+        let end = end.map(|end| RecordingEnd { ended_ns: self.ended_ns, ..end });
         let Some(path) = self.later.paths.pop_front() else {
             end.into_iter().for_each(|end| _ = self.later.end.set(end));
             return Ok(None);
