@@ -51,6 +51,35 @@ fn the_baud_rate_is_found_and_a_replay_equals_the_measurement() {
     }
 }
 
+/// What was given is wrong, and nothing was done.
+#[test]
+fn what_cannot_be_done_as_given_ends_with_two() {
+    let sensor = Sensor::start(&[]);
+    for (command, options, expected) in [
+        ("configure", &[][..], "nothing to change"),
+        ("info", &["--listen-only"], "cannot be identified"),
+        ("record", &["--meta", "/dev/zero", "--duration", "1s", "-o", "/dev/null/x"], "longer than 1 MiB"),
+    ] {
+        let output = sensor.run(command, options);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.contains(expected), "{command} {options:?}: {error}");
+        assert_eq!(
+            output.status.code(),
+            Some(if command == "record" { 1 } else { 2 }),
+            "{command} {options:?}: {error}"
+        );
+    }
+}
+
+#[test]
+fn a_port_that_is_given_twice_is_in_use_by_the_program_itself() {
+    let sensor = Sensor::start(&[]);
+    let port = sensor.port();
+    let output = sensor.run("attach", &[port.to_str().unwrap(), "--duration", "1s"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("in use by this program itself"), "{error}");
+}
+
 #[test]
 fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
     let sensor = Sensor::start(&[]);

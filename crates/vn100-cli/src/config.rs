@@ -3,8 +3,6 @@
 
 use std::{
     env,
-    fs::File,
-    io::Read,
     path::{Path, PathBuf},
 };
 
@@ -13,6 +11,7 @@ use clap::ValueEnum;
 use serde::Deserialize;
 use vn100_report::parse_toml;
 
+use crate::user_files::read_text;
 use crate::view::{FirstUnits, ThemeChoice};
 
 /// What the file holds; every key may be missing.
@@ -23,9 +22,6 @@ pub(crate) struct Config {
     units: Option<String>,
     port: Option<String>,
 }
-
-/// More is no such file.
-const MOST_BYTES: u64 = 64 * 1024;
 
 impl Config {
     /// From the file named, or from that of the user if there is one.
@@ -40,15 +36,7 @@ impl Config {
     }
 
     fn of_file(path: &Path) -> Result<Self> {
-        let read = || -> Result<Self> {
-            let mut text = String::new();
-            let file = File::open(path).context("cannot be read")?;
-            file.take(MOST_BYTES + 1).read_to_string(&mut text).context("cannot be read")?;
-            if text.len() as u64 > MOST_BYTES {
-                bail!("is longer than 64 KiB");
-            }
-            Self::parse(&text)
-        };
+        let read = || -> Result<Self> { Self::parse(&read_text(path).context("cannot be read")?) };
         read().with_context(|| format!("the settings in {}", path.display()))
     }
 
@@ -132,8 +120,8 @@ mod tests {
         let path = folder.path().join("mine.toml");
         let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
         assert!(error.contains("mine.toml") && error.contains("cannot be read"), "{error}");
-        std::fs::write(&path, "x".repeat(70_000)).unwrap();
-        assert!(format!("{:#}", Config::read(Some(&path)).unwrap_err()).contains("64 KiB"));
+        std::fs::write(&path, "x".repeat(1 << 21)).unwrap();
+        assert!(format!("{:#}", Config::read(Some(&path)).unwrap_err()).contains("1 MiB"));
         std::fs::write(&path, "\nsize = 3").unwrap();
         let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
         assert!(error.contains("line 2") && error.contains("size"), "{error}");

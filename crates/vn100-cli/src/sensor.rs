@@ -17,7 +17,7 @@ use vn100_report::{Completion, printable};
 
 use crate::{
     args::{ConfigureArgs, InfoArgs, LinkArgs, SourceName},
-    exit::{HangUp, print, print_json, stop_on_interrupt},
+    exit::{HangUp, print, print_json, report, stop_on_interrupt},
     live_source::live_source,
     log::run_logged,
     status::up,
@@ -29,7 +29,8 @@ const REGISTERS: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 30, 35, 75, 76, 77, 82, 85]
 
 pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     if args.link.listen_only {
-        bail!("--listen-only sends nothing, so the sensor cannot be identified");
+        report("--listen-only sends nothing, so the sensor cannot be identified");
+        return Ok(Completion::NotGiven);
     }
     let name = args.source.to_string();
     let info = with_sensor(&args.source, &args.link, async |link, stop| {
@@ -253,13 +254,16 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
         ..args.change.settings().unwrap_or_default()
     };
     if settings == OutputSettings::default() {
-        bail!("nothing to change: give --set-rate, --set-message, --set-baud, --window, --count or --save");
+        report("nothing to change: give --set-rate, --set-message, --set-baud, --window, --count or --save");
+        return Ok(Completion::NotGiven);
     }
     if args.link.listen_only {
-        bail!("--listen-only sends nothing, so the sensor cannot be configured");
+        report("--listen-only sends nothing, so the sensor cannot be configured");
+        return Ok(Completion::NotGiven);
     }
     if settings.baud.is_some() && args.source.kind() == "tcp" {
-        bail!("the serial server would lose the sensor at another baud rate: --set-baud needs a serial port");
+        report("the serial server would lose the sensor at another baud rate: --set-baud needs a serial port");
+        return Ok(Completion::NotGiven);
     }
     let configured = with_sensor(&args.source, &args.link, async |link, stop| {
         Ok(vn100_driver::configure(&link, &settings, &stop).await?)

@@ -1,7 +1,7 @@
 //! What users write as TOML: the conditions of a measurement, kept with its data, and the data
 //! sheet of a sensor.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, fs, io::Read, path::Path};
 
 use anyhow::{Context, Result, bail};
 use toml::Value;
@@ -11,9 +11,20 @@ use vn100_report::{Asked, Evaluation, parse_datasheet, parse_toml};
 
 use crate::{args::MeasureArgs, exit::report};
 
+/// A text that a user has written; what is longer than a megabyte is something else.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    const MOST_BYTES: u64 = 1 << 20;
+    let mut text = String::new();
+    fs::File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_BYTES {
+        bail!("it is longer than 1 MiB");
+    }
+    Ok(text)
+}
+
 pub(crate) fn read_conditions(file: Option<&Path>) -> Result<BTreeMap<String, String>> {
     let Some(file) = file else { return Ok(BTreeMap::new()) };
-    let text = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = read_text(file).with_context(|| format!("cannot read {}", file.display()))?;
     parse_conditions(&text).with_context(|| format!("{}", file.display()))
 }
 
@@ -40,7 +51,7 @@ fn parse_conditions(text: &str) -> Result<BTreeMap<String, String>> {
 
 /// A user's.
 pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read the data sheet {}", path.display()))?;
+    let text = read_text(path).with_context(|| format!("cannot read the data sheet {}", path.display()))?;
     parse_datasheet(&text).with_context(|| format!("the data sheet {}", path.display()))
 }
 

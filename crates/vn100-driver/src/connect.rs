@@ -202,11 +202,16 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
 /// the port and not its user.
 fn holder_of(path: &Path) -> Option<String> {
     let port = fs::canonicalize(path).ok()?;
-    fs::read_dir("/proc").ok()?.flatten().find_map(|process| {
+    let is_number =
+        |process: &fs::DirEntry| process.file_name().to_str().is_some_and(|name| name.parse::<u32>().is_ok());
+    fs::read_dir("/proc").ok()?.flatten().filter(is_number).find_map(|process| {
         let files: Vec<_> = fs::read_dir(process.path().join("fd")).ok()?.flatten().collect();
         let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port))
             && !files.iter().any(|file| is_other_side(&process.path(), &file.file_name(), &port));
         let name = holds.then(|| fs::read_to_string(process.path().join("comm")).ok()).flatten()?;
+        if process.file_name().to_str().and_then(|name| name.parse().ok()) == Some(std::process::id()) {
+            return Some("this program itself, for another source".into());
+        }
         Some(format!("{} (process {})", name.trim(), process.file_name().to_string_lossy()))
     })
 }

@@ -19,6 +19,9 @@ use crate::message::{decimal::DecimalError, layout::Channel};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum GrammarError {
+    /// What is before the first comma is no name of a message.
+    #[error("the sentence has no name of a message")]
+    Name,
     /// Not as many fields as the message has.
     #[error("the sentence has {found} fields, {expected} are expected")]
     FieldCount {

@@ -40,6 +40,17 @@ impl<'a> Sentence<'a> {
         &self.body[..end]
     }
 
+    /// Whether the header can be the name of a message: `VN` and three letters, or of another
+    /// device three letters and digits or more, the first a letter.
+    #[must_use]
+    pub fn has_name(&self) -> bool {
+        match self.header() {
+            [b'V', b'N', name @ ..] => name.len() == 3 && name.iter().all(u8::is_ascii_alphabetic),
+            name @ [first, _, _, ..] => first.is_ascii_alphabetic() && name.iter().all(u8::is_ascii_alphanumeric),
+            _ => false,
+        }
+    }
+
     /// Whether this is the reply of a VN-100 to a command: the command's own name, or `VNERR`.
     #[must_use]
     pub fn is_reply(&self) -> bool {

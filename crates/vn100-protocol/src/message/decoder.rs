@@ -4,8 +4,9 @@ use crate::{
     framing::checksum::Check,
     framing::framer::{Frame, Framer, Options},
     framing::packet::{MAX_PACKET, Packet},
-    framing::sentence::{RejectedSentence, Sentence},
+    framing::sentence::{RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
+    message::GrammarError,
     message::increments::{self, VNDTV},
     message::sample::Sample,
     message::table::read_quickly,
@@ -190,6 +191,9 @@ impl Framer {
                 Some(Err(kind)) => return Item::Rejected(self.reject(sentence, kind)),
                 None => (Item::Other(sentence), &mut self.tally.other),
             },
+            None if !sentence.has_name() => {
+                return Item::Rejected(self.reject(sentence, RejectReason::Grammar(GrammarError::Name)));
+            }
             None if sentence.is_reply() => (Item::Reply(sentence), &mut self.tally.replies),
             None => (Item::Other(sentence), &mut self.tally.other),
         };

@@ -369,3 +369,34 @@ proptest! {
         prop_assert_eq!(sample.print_format, PrintFormat::Old);
     }
 }
+
+#[test]
+fn a_sentence_without_the_name_of_a_message_is_malformed() {
+    for (body, is_message) in [
+        ("", false),
+        ("VN", false),
+        ("VNYMR(+0,1", false),
+        ("VNYM1,1", false),
+        ("VNXYZQ,1", false),
+        ("1GP,2", false),
+        ("GP-GA,2", false),
+        ("VNXYZ,1", true),
+        ("GPGGA,123519", true),
+        ("PUBX,00", true),
+    ] {
+        let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+        let line = format!("${body}*{checksum:02X}\r\n");
+        let mut items = 0;
+        Decoder::new(Options::default()).push(line.as_bytes(), |item| {
+            items += 1;
+            match item {
+                Item::Other(_) => assert!(is_message, "{line}"),
+                Item::Rejected(rejected) => {
+                    assert!(!is_message && rejected.kind == RejectReason::Grammar(GrammarError::Name), "{line}");
+                }
+                item => panic!("{line}: {item:?}"),
+            }
+        });
+        assert_eq!(items, 1, "{line}");
+    }
+}

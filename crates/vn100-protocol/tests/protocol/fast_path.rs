@@ -1,7 +1,7 @@
 //! The decoder with its fast path against the framer and the message parser, which have none.
 
 use proptest::{collection::vec, prelude::*, sample::select};
-use vn100_protocol::{Frame, Item, Options, RejectedSentence, Sample, xor8};
+use vn100_protocol::{Frame, GrammarError, Item, Options, RejectReason, RejectedSentence, Sample, xor8};
 
 use crate::support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
 
@@ -13,6 +13,10 @@ fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
         Frame::Sentence(sentence) => match Sample::parse(&sentence) {
             Some(Ok(sample)) => Item::Sample(sample),
             Some(Err(kind)) => Item::Rejected(RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset }),
+            None if !sentence.has_name() => {
+                let kind = RejectReason::Grammar(GrammarError::Name);
+                Item::Rejected(RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset })
+            }
             None if sentence.is_reply() => Item::Reply(sentence),
             None => Item::Other(sentence),
         },
