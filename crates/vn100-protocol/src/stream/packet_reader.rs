@@ -10,6 +10,8 @@ pub(super) struct PacketReader {
     pub(super) form: Option<PacketForm>,
     pub(super) counts: MeasuredPackets,
     last_device_ns: Option<u64>,
+    /// Where a packet is tried, to know whether it is a row.
+    tried: Vec<i32>,
 }
 
 /// What a packet is.
@@ -50,9 +52,10 @@ impl PacketReader {
     }
 
     /// Whether the packet is a row, with nothing else to be said.
-    pub(super) fn is_one_more_row(&self, packet: &Packet<'_>) -> bool {
+    pub(super) fn is_one_more_row(&mut self, packet: &Packet<'_>) -> bool {
         let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else { return false };
-        let is_read = form.read(packet, &mut Vec::new()).is_ok();
+        self.tried.clear();
+        let is_read = form.read(packet, &mut self.tried).is_ok();
         is_read && form.saturation(packet) == 0 && !is_repeated(self.last_device_ns, form.device_ns(packet))
     }
 }

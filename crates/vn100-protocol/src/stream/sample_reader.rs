@@ -363,7 +363,7 @@ impl Stream {
     }
 
     /// Whether the item is a row like that before it, with nothing else to be said.
-    fn is_one_more_row(&self, item: &Item<'_>) -> bool {
+    fn is_one_more_row(&mut self, item: &Item<'_>) -> bool {
         match item {
             Item::Sample(sample) => {
                 let is_ours = self.layout.as_ref().is_some_and(|layout| layout.message == sample.layout.message);
