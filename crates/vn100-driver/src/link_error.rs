@@ -24,6 +24,13 @@ pub(crate) enum LinkError {
         /// Whether the sensor was asked.
         asked: bool,
     },
+    #[error("no sensor found on {port}, but {}: ${}", other_device(sentences, *baud), sentences.join(", $"))]
+    OtherDevice {
+        port: String,
+        baud: Option<u32>,
+        /// Names of what it sends.
+        sentences: Vec<String>,
+    },
     #[error("{bytes} bytes received in {ms} ms contain no valid sentence")]
     Garbled { bytes: u64, ms: u128 },
     #[error("the server closed the connection: it stopped, or serves the port to another program")]
@@ -107,6 +114,19 @@ fn lost(error: &io::Error) -> String {
 
 const GONE: &str = "the port disappeared, as when the cable is unplugged or the adapter loses power";
 
+/// A device by the names of its sentences: those of NMEA 0183 have two letters for the talker and
+/// three for the message, or a `P` and the letters of a maker.
+fn other_device(sentences: &[String], baud: Option<u32>) -> String {
+    let is_nmea =
+        |name: &String| name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit());
+    let at_speed = at_speeds(baud.as_slice());
+    if sentences.iter().all(is_nmea) {
+        format!("a device that sends NMEA sentences{at_speed}, such as a GPS")
+    } else {
+        format!("another device that sends sentences{at_speed}")
+    }
+}
+
 fn at_speeds(tried: &[u32]) -> String {
     match tried {
         [] => String::new(),
@@ -142,6 +162,20 @@ mod tests {
         }
         let other = LinkError::from(io::Error::other("a fault")).to_string();
         assert_eq!(other, "disconnected: a fault");
+    }
+
+    #[test]
+    fn another_device_is_named_by_what_it_sends() {
+        let error = |baud, sentences: &[&str]| {
+            let sentences = sentences.iter().copied().map(String::from).collect();
+            LinkError::OtherDevice { port: "x".into(), baud, sentences }.to_string()
+        };
+        assert_eq!(
+            error(Some(9600), &["GPGGA", "GPRMC"]),
+            "no sensor found on x, but a device that sends NMEA sentences at 9600 baud, such as a GPS: $GPGGA, $GPRMC"
+        );
+        assert_eq!(error(None, &["IMU"]), "no sensor found on x, but another device that sends sentences: $IMU");
+        assert!(error(None, &["PUBX"]).contains("NMEA"));
     }
 
     #[test]

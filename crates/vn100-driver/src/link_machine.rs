@@ -467,7 +467,7 @@ impl LinkMachine {
     fn may_reconnect(&self, error: &LinkError) -> bool {
         let was_connected = self.context.was_connected;
         match error {
-            LinkError::OtherSensor { .. } => false,
+            LinkError::OtherSensor { .. } | LinkError::OtherDevice { .. } => false,
             LinkError::Open(error) => was_connected && error.is_passing(),
             LinkError::NoSensor { tried, bytes, echoes: 0, .. } if tried.len() > 1 && *bytes > 0 => {
                 was_connected || self.context.attempts < FIRST_ATTEMPTS_GARBLED

@@ -20,7 +20,7 @@ pub(crate) const QUESTION_BYTES: u64 = 14;
 /// How long to listen before asking: three frames of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// The same where asking is not allowed: a period of the slowest output, besides the frame itself.
+/// The same where nothing is asked: a period of the slowest output, besides the frame itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
 /// How long the sensor may take to answer, besides the time on the line.
@@ -62,10 +62,16 @@ enum AttemptStage {
     Listening,
     /// The answer to the question, or a frame.
     Asking,
+    /// A frame of a sensor beside the sentences of another device.
+    Doubting,
 }
 
 /// Tries baud rates one after the other until a good frame arrives. At the first rate a silent
 /// sensor is waited for: it may be booting.
+///
+/// What arrives at a wrong rate comes from a device that sends by itself, and that may be no sensor
+/// where none was connected before: then nothing more is asked, and every rate is listened to for
+/// as long as the slowest output needs. Every second scan asks all the same.
 ///
 /// A sensor that is silent at the rate it had before may be stalled: its adapter holds back the
 /// bytes, answers too, and delivers them all at once, perhaps while another rate is tried. So the
@@ -82,11 +88,14 @@ pub(super) struct BaudScan {
     /// Whether bytes may be delayed.
     may_be_stalled: bool,
     began: Duration,
+    attempt_began: Duration,
     tried: Vec<u32>,
     /// Bytes discarded.
     bytes: u64,
     /// Copies of the question among them.
     echoes: u64,
+    /// Bytes of neither a sensor nor an echo, at the rates tried before.
+    unframed: u64,
 }
 
 impl BaudScan {
@@ -103,9 +112,11 @@ impl BaudScan {
             is_found: false,
             may_be_stalled: false,
             began: now,
+            attempt_began: now,
             tried: Vec::new(),
             bytes: 0,
             echoes: 0,
+            unframed: 0,
         };
         scan.begin_attempt(context, now);
         scan
@@ -118,12 +129,21 @@ impl BaudScan {
 
     /// Handles what was received, all of it pending.
     pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
+        let pending = &context.pending;
         match self.stage {
-            AttemptStage::Listening | AttemptStage::Asking if context.pending.has_sensor() => {
-                self.finish_attempt(context, now)
+            AttemptStage::Switching | AttemptStage::Settling => {}
+            _ if pending.has_sensor() => return self.finish_attempt(context, now),
+            AttemptStage::Listening | AttemptStage::Asking if !pending.other_sentences.is_empty() => {
+                context.requests.handle_link_down();
+                (self.stage, self.until) = (AttemptStage::Doubting, now + LISTEN_ONLY + self.line_time());
             }
-            _ => Ok(()),
+            // at the right rate a frame is complete by then; bytes before that may be stray
+            AttemptStage::Listening if now >= self.attempt_began + SETTLE && self.only_listens(context) => {
+                self.until = self.until.min(now + LISTEN + self.line_time());
+            }
+            AttemptStage::Listening | AttemptStage::Asking | AttemptStage::Doubting => {}
         }
+        Ok(())
     }
 
     /// The port has been switched to the baud rate, or does not support it.
@@ -152,12 +172,19 @@ impl BaudScan {
                 self.bytes += context.discard_pending(now);
                 self.begin_attempt(context, now);
             }
-            AttemptStage::Listening if !context.options.listen_only => {
+            AttemptStage::Listening if !self.only_listens(context) => {
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
                 (self.stage, self.until) = (AttemptStage::Asking, now + ANSWER + self.line_time());
             }
             AttemptStage::Listening | AttemptStage::Asking => return self.finish_attempt(context, now),
+            AttemptStage::Doubting => {
+                return Err(LinkError::OtherDevice {
+                    port: context.given_name.clone(),
+                    baud: self.attempt.baud,
+                    sentences: context.pending.other_sentences.clone(),
+                });
+            }
         }
         Ok(())
     }
@@ -168,14 +195,19 @@ impl BaudScan {
 
     fn begin_attempt(&mut self, context: &mut LinkContext, now: Duration) {
         let baud = self.attempt.baud;
+        self.attempt_began = now;
         self.tried.extend(baud.filter(|baud| !self.tried.contains(baud)));
         context.publish(LinkState::Probing { port: context.port.name.clone(), baud });
-        self.listen(context, now);
+        let time = if self.only_listens(context) { LISTEN_ONLY + self.line_time() } else { LISTEN };
+        (self.stage, self.until) = (AttemptStage::Listening, now + time);
     }
 
-    fn listen(&mut self, context: &LinkContext, now: Duration) {
-        let listen = if context.options.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
-        (self.stage, self.until) = (AttemptStage::Listening, now + listen);
+    /// Whether nothing is asked at this rate.
+    fn only_listens(&self, context: &LinkContext) -> bool {
+        let pending = &context.pending;
+        let unframed = self.unframed + without_echoes(pending.bytes(), pending.echoes);
+        let may_be_other = unframed > STRAY_BYTES && !context.was_connected && !context.attempts.is_multiple_of(2);
+        context.options.listen_only || may_be_other
     }
 
     /// How long the bytes before the answer, and the answer, are on the way.
@@ -191,6 +223,9 @@ impl BaudScan {
         let before = context.pending.take_before_sensor();
         let bytes = context.discard(now, before);
         (self.bytes, self.echoes) = (self.bytes + bytes, self.echoes + echoes);
+        if !is_found {
+            self.unframed += without_echoes(bytes, echoes);
+        }
         if is_found {
             if !self.may_be_stalled {
                 self.is_found = true;
@@ -202,10 +237,18 @@ impl BaudScan {
                 self.attempts.push_front(self.attempt);
             }
             self.attempts.push_front(BaudAttempt { baud: context.last_baud, settle: SETTLE });
-        } else if self.is_first && bytes <= echoes * QUESTION_BYTES + STRAY_BYTES {
+        } else if self.is_first && without_echoes(bytes, echoes) <= STRAY_BYTES {
             self.may_be_stalled |= context.last_baud.is_some();
-            if now < self.began + BOOT {
-                self.listen(context, now);
+            let booted = self.began + BOOT;
+            if now < booted {
+                // what sends once a second is received before it is asked again
+                let until = now + LISTEN_ONLY + self.line_time();
+                let until = match context.was_connected {
+                    _ if self.only_listens(context) => until,
+                    true => now + LISTEN,
+                    false => until.min(booted),
+                };
+                (self.stage, self.until) = (AttemptStage::Listening, until);
                 return Ok(());
             }
         }
@@ -233,4 +276,9 @@ impl BaudScan {
         }
         Ok(())
     }
+}
+
+/// The number of bytes besides so many copies of the question.
+const fn without_echoes(bytes: u64, echoes: u64) -> u64 {
+    bytes.saturating_sub(echoes * QUESTION_BYTES)
 }

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, mem, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
-use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
+use vn100_protocol::{Check, Frame, Framer, Options, Register, RegisterContents, Reply, Sentence};
 
 use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::Requests};
 use crate::{
@@ -207,11 +207,23 @@ pub(super) struct PendingInputs {
     sensor_at: Option<u64>,
     /// Copies of the question of a baud scan that arrived before that: an echo is no sensor.
     pub(super) echoes: u64,
+    /// Names of the sentences of another device, the first few different ones.
+    pub(super) other_sentences: Vec<String>,
 }
+
+/// How many sentences of another device are named.
+const NAMED_SENTENCES: usize = 3;
 
 impl PendingInputs {
     pub(super) fn new(options: Options) -> Self {
-        Self { options, inputs: VecDeque::new(), scanner: FrameScanner::new(options), sensor_at: None, echoes: 0 }
+        Self {
+            options,
+            inputs: VecDeque::new(),
+            scanner: FrameScanner::new(options),
+            sensor_at: None,
+            echoes: 0,
+            other_sentences: Vec::new(),
+        }
     }
 
     /// Keeps an input, and gives the replies that it completes.
@@ -224,7 +236,12 @@ impl PendingInputs {
                         (Reply::parse(&sentence).ok(), sentence.offset)
                     }
                     Frame::Packet(packet) => (None, packet.offset),
-                    Frame::Sentence(_) | Frame::Rejected(_) => return,
+                    Frame::Sentence(sentence) => {
+                        let names = &mut self.other_sentences;
+                        names.extend(name_of_other(&sentence).filter(|name| !names.contains(name)));
+                        return names.truncate(NAMED_SENTENCES);
+                    }
+                    Frame::Rejected(_) => return,
                 };
                 if reply == Some(Reply::Question(Register::MODEL)) {
                     self.echoes += u64::from(self.sensor_at.is_none());
@@ -236,6 +253,14 @@ impl PendingInputs {
         }
         self.inputs.push_back(input);
         replies
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        let length = |input: &StreamInput| match input {
+            StreamInput::Chunk(chunk) => chunk.bytes.len() as u64,
+            StreamInput::Link(_) => 0,
+        };
+        self.inputs.iter().map(length).sum()
     }
 
     pub(super) fn has_sensor(&self) -> bool {
@@ -269,6 +294,14 @@ impl PendingInputs {
         self.sensor_at = Some(0);
         before
     }
+}
+
+/// The name of a sentence of another device: one with a checksum and a name of capital letters and
+/// digits, which damaged bytes do not make.
+fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
+    let name = sentence.header();
+    let is_name = (3..=8).contains(&name.len()) && name.iter().all(|b| matches!(b, b'A'..=b'Z' | b'0'..=b'9'));
+    (is_name && sentence.check != Check::None).then(|| String::from_utf8_lossy(name).into_owned())
 }
 
 #[cfg(test)]
@@ -313,8 +346,10 @@ mod tests {
     #[test]
     fn other_sentences_are_no_sensor() {
         // a satellite receiver on the same kind of adapter
-        let pieces = ["$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n", "$VNYPR,+010.071,+000.278,-002.026*61\r\n"];
-        assert!(!pending(&pieces).has_sensor());
+        let gpgll = "$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n";
+        let receiver = pending(&[gpgll, "$VNYPR,+010.071,+000.278,-002.026*61\r\n", gpgll, "$*00\r\n$a,b*4F\r\n"]);
+        assert!(!receiver.has_sensor());
+        assert_eq!(receiver.other_sentences, ["GPGLL"]);
         assert!(pending(&["$VNYPR,-129.867,-000.355,-000.296*61\r\n"]).has_sensor());
     }
 

@@ -77,12 +77,18 @@ fn a_scan_listens_and_asks_at_each_baud_rate() {
     assert_eq!(bench.port.len(), 1);
     bench.wait(ms(1));
     assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
-    bench.wait(ms(8 * (150 + 370)));
+    // what arrives is sent without a question, perhaps by no sensor: nothing more is asked
+    for (tried, baud) in BAUD_RATES.into_iter().enumerate().skip(1) {
+        assert_eq!(bench.port.len(), 1 + tried);
+        bench.wait(ms(1201 + u64::from(2_560_000 / baud)));
+    }
+    assert_eq!(bench.sent, [""; 0]);
     let set = bench.port[1..9].iter().map(|action| match action {
         PortAction::SetBaud(baud) => *baud,
         other => panic!("{other:?}"),
     });
     assert_eq!(set.collect::<Vec<_>>(), BAUD_RATES[1..]);
+    bench.wait(ms(100));
     assert_eq!(bench.phase(), "scanning", "a second time");
     bench.assert_ledger();
 }
@@ -93,7 +99,7 @@ fn a_silent_sensor_is_waited_for_at_the_first_baud_rate_as_long_as_it_boots() {
         let mut bench = Bench::new(LinkOptions { baud, ..LinkOptions::default() });
         bench.wait(ms(1990));
         assert_eq!(bench.port.len(), 1);
-        assert!(bench.sent.len() >= 4 && bench.sent.iter().all(|line| line == ASK_MODEL));
+        assert!(bench.sent.len() >= 2 && bench.sent.iter().all(|line| line == ASK_MODEL));
         // the rest of a frame is no sign of a sensor that sends
         bench.receive("-00.9");
         bench.wait(ms(500));
@@ -210,4 +216,40 @@ fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
         bench.assert_ledger();
         assert_eq!(bench.rows, 2);
     }
+}
+
+#[test]
+fn another_device_is_named_and_asked_no_more_than_once() {
+    let burst = [sentence("GPGGA,123519,4807.038,N"), sentence("GPRMC,123519,A,4807.038,N")].concat();
+    for (has_baud, expected) in [
+        (
+            true,
+            "no sensor found on imu, but a device that sends NMEA sentences at 9600 baud, such as a GPS: $GPGGA, $GPRMC",
+        ),
+        (false, "no sensor found on imu, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC"),
+    ] {
+        let mut bench = Bench::of(has_baud, LinkOptions::default());
+        // once a second
+        for _ in 0..30 {
+            bench.wait(ms(1000));
+            let is_at_its_rate = !has_baud || bench.port.last() == Some(&PortAction::SetBaud(9600));
+            if bench.phase() == "scanning" {
+                bench.receive(&if is_at_its_rate { burst.clone() } else { "x".repeat(120) });
+            }
+        }
+        assert_eq!((bench.phase(), bench.error.as_deref()), ("closed", Some(expected)));
+        assert_eq!(bench.sent, [ASK_MODEL]);
+        bench.assert_ledger();
+    }
+}
+
+#[test]
+fn a_sensor_that_shares_its_line_with_another_device_is_connected() {
+    let mut bench = Bench::new(LinkOptions::default());
+    bench.receive(&sentence("GPGGA,123519,4807.038,N"));
+    bench.wait(ms(1000));
+    assert_eq!((bench.phase(), bench.sent.len()), ("scanning", 0));
+    bench.receive(FRAME);
+    assert_eq!(bench.phase(), "connected");
+    bench.assert_ledger();
 }
