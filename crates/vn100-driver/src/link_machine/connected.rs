@@ -264,6 +264,14 @@ const SILENT_AT_LEAST: Duration = Duration::from_millis(250);
 /// The timeout of a stream whose period is not known: three periods of the slowest output.
 const SILENT_UNKNOWN: Duration = Duration::from_secs(3);
 
+/// A server that collects lines sends them in bursts: the longest recent pause between two of them
+/// is no silence, and the next may be twice as long. Longer than this may be a restart.
+const LONGEST_PAUSE_S: f64 = 1.2;
+const SILENT_PAUSES: f64 = 2.0;
+
+/// In this time a pause that does not return is forgotten but for a third.
+const PAUSE_MEMORY_S: f64 = 4.0;
+
 /// Weight of a new period in the estimate: a read may bring one frame more or less.
 const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
 
@@ -286,12 +294,14 @@ struct StreamHealth {
     bad_bytes: u64,
     last_output_ns: Option<i64>,
     period_s: Option<f64>,
+    /// The longest pause between two reads, as far as it is recent.
+    pause_s: f64,
 }
 
 impl StreamHealth {
     /// At the start of a connection; `counts` are those of the connections before.
     fn new(counts: FrameCounts) -> Self {
-        Self { counts, bad_since_ns: None, bad_bytes: 0, last_output_ns: None, period_s: None }
+        Self { counts, bad_since_ns: None, bad_bytes: 0, last_output_ns: None, period_s: None, pause_s: 0.0 }
     }
 
     /// Judges a read by its time, its length and the frames carried up to its end: whether it
@@ -317,17 +327,20 @@ impl StreamHealth {
 
     /// How long after its last frame the output counts as silent.
     fn silence_timeout(&self) -> Duration {
-        match self.period_s {
-            Some(period_s) => Duration::from_secs_f64(period_s)
-                .saturating_mul(SILENT_PERIODS)
-                .clamp(SILENT_AT_LEAST, SILENT_UNKNOWN * 2),
-            None => SILENT_UNKNOWN,
-        }
+        let Some(period_s) = self.period_s else { return SILENT_UNKNOWN };
+        let periods = Duration::from_secs_f64(period_s).saturating_mul(SILENT_PERIODS);
+        let pauses = Duration::from_secs_f64(self.pause_s * SILENT_PAUSES);
+        periods.max(pauses).clamp(SILENT_AT_LEAST, SILENT_UNKNOWN * 2)
     }
 
     fn update_period(&mut self, at_ns: i64, frames: u64) {
         if let Some(last_ns) = self.last_output_ns.replace(at_ns) {
-            let seen_s = duration_ns(at_ns, last_ns).as_secs_f64() / frames as f64;
+            let pause_s = duration_ns(at_ns, last_ns).as_secs_f64();
+            self.pause_s *= (-pause_s / PAUSE_MEMORY_S).exp();
+            if pause_s <= LONGEST_PAUSE_S {
+                self.pause_s = self.pause_s.max(pause_s);
+            }
+            let seen_s = pause_s / frames as f64;
             let before_s = self.period_s.unwrap_or(seen_s);
             self.period_s = Some(before_s + (seen_s - before_s) * PERIOD_SMOOTHING);
         }
@@ -384,6 +397,33 @@ mod tests {
         let mut health = StreamHealth::new(FrameCounts::default());
         (0..100).for_each(|read| _ = health.handle_read(read * 40 * MS, 976, lines(8 * (read as u64 + 1))));
         assert_eq!(health.silence_timeout(), SILENT_AT_LEAST);
+    }
+
+    #[test]
+    fn a_pause_between_bursts_is_no_silence_until_it_does_not_return() {
+        for pause_ms in [400, 1000] {
+            let mut health = StreamHealth::new(FrameCounts::default());
+            let (mut at_ns, mut count) = (0, 0);
+            let mut read = |health: &mut StreamHealth, after_ms: i64, frames: u64| {
+                (at_ns, count) = (at_ns + after_ms * MS, count + frames);
+                health.handle_read(at_ns, 122, lines(count)).unwrap();
+                health.silence_timeout()
+            };
+            let pause = Duration::from_millis(pause_ms);
+            read(&mut health, 0, 16);
+            read(&mut health, pause_ms as i64, 16);
+            for _ in 0..100 {
+                // a burst in two reads
+                assert!(read(&mut health, pause_ms as i64 - 2, 8) > pause);
+                assert!(read(&mut health, 2, 8) > pause);
+            }
+            assert!(health.silence_timeout() <= pause * 2);
+            // what may be a restart is no pause
+            read(&mut health, 1300, 1);
+            let timeouts: Vec<_> = (0..400).map(|_| read(&mut health, 25, 1)).collect();
+            assert!(timeouts[0] < Duration::from_millis(2600));
+            assert_eq!(timeouts.last(), Some(&SILENT_AT_LEAST));
+        }
     }
 
     #[test]

@@ -30,6 +30,23 @@ fn a_silent_output_is_asked_and_given_up_without_an_answer() {
 }
 
 #[test]
+fn bursts_of_a_server_that_collects_lines_are_reported_as_a_silence_once_at_most() {
+    // at 40 Hz
+    for lines in [16, 40] {
+        let mut bench = Bench::connected(LinkOptions::default());
+        let half = FRAME.repeat(lines / 2);
+        for _ in 0..100 {
+            bench.stream(&half, ms(25 * lines as u64 - 2), 1);
+            bench.stream(&half, ms(2), 1);
+        }
+        let silences = bench.states.iter().filter(|state| matches!(state, LinkState::Silent(_))).count();
+        assert!(silences <= 1, "{silences}");
+        assert!(bench.sent.iter().filter(|line| *line == ASK_MODEL).count() <= 1, "{:?}", bench.sent);
+        bench.assert_ledger();
+    }
+}
+
+#[test]
 fn a_sensor_that_sends_after_a_silence_is_verified() {
     let silent = |options: LinkOptions| {
         let mut bench = Bench::new(LinkOptions { known_serial: Some("7".into()), ..options });
