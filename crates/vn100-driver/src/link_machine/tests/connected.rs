@@ -47,6 +47,31 @@ fn bursts_of_a_server_that_collects_lines_are_reported_as_a_silence_once_at_most
 }
 
 #[test]
+fn packets_alone_are_an_output_whether_the_sensor_answers_or_not() {
+    // time since startup, angular rate and acceleration at 40 Hz
+    let packet = |index: u64| {
+        let numbers = [0.001_f32, -0.002, 0.0, 0.01, 0.02, -9.8];
+        let head = [&[1][..], &0x0121_u16.to_le_bytes(), &(index * 25_000_000).to_le_bytes()].concat();
+        let body: Vec<_> = head.into_iter().chain(numbers.into_iter().flat_map(f32::to_le_bytes)).collect();
+        [&[0xFA][..], &body, &vn100_protocol::crc16(&body).to_be_bytes()].concat()
+    };
+    for answers in [true, false] {
+        let mut bench = Bench::new(LinkOptions::default());
+        for index in 0..400 {
+            bench.wait(ms(25));
+            let chunk = bench.chunk(&packet(index));
+            bench.input(Input::Received(chunk));
+            for line in bench.take_sent().into_iter().filter(|_| answers) {
+                bench.receive(&sentence(&format!("{},1", &line[1..9])));
+            }
+        }
+        assert_eq!((bench.phase(), bench.ups(), bench.rows, bench.link.len()), ("connected", 1, 400, 1));
+        assert!(!bench.states.iter().any(|state| matches!(state, LinkState::Silent(_))));
+        bench.assert_ledger();
+    }
+}
+
+#[test]
 fn a_sensor_that_sends_after_a_silence_is_verified() {
     let silent = |options: LinkOptions| {
         let mut bench = Bench::new(LinkOptions { known_serial: Some("7".into()), ..options });
