@@ -68,7 +68,6 @@ fn the_last_screen_stays_where_that_is_asked_for() {
     assert_eq!(session.wait().code(), Some(0));
     let left = session.wait_for(NORMAL_SCREEN);
     session.wait_for_after(left, "Allan deviation σ(τ) of the gyro");
-    session.wait_for_after(left, "Ending");
     let output = session.output();
     let left = &output[left..];
     assert!(!left.contains("--full: everything as tables"), "it stands for the summary: {left}");

@@ -39,6 +39,9 @@ const SETTLED: f64 = 4.0;
 /// In samples.
 const SHORTEST_CORRELATION: f64 = 16.0;
 
+/// Behind a filter, of the first averaging factor in use.
+const BEHIND_FILTER: f64 = 4.0;
+
 /// Of the record: longer processes look like a random walk.
 const LONGEST_CORRELATION: f64 = 1.0 / 16.0;
 
@@ -283,7 +286,7 @@ impl NoiseModel {
             Some(fit)
         };
         let attempt = |model: &Model, first: usize| {
-            let with_processes = model.beside(self.gauss_markov_processes());
+            let with_processes = model.beside(self.gauss_markov_processes(self.octaves[first].1.m as f64));
             let ranges = ranges.clone().map(|range| range.start.max(first)..range.end);
             let found = ranges.clone().find_map(|range| {
                 let without = solve(model, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
@@ -383,8 +386,11 @@ impl NoiseModel {
             .collect()
     }
 
-    fn gauss_markov_processes(&self) -> Vec<Beside> {
-        let times = core::iter::successors(Some(SHORTEST_CORRELATION), |time| Some(4.0 * time));
+    /// Behind a filter, `shortest` is the first averaging factor in use: processes not much longer
+    /// are what the filter makes.
+    fn gauss_markov_processes(&self, shortest: f64) -> Vec<Beside> {
+        let first = SHORTEST_CORRELATION.max(BEHIND_FILTER * shortest);
+        let times = core::iter::successors(Some(first), |time| Some(4.0 * time));
         let process = |time: f64| {
             let phase = |lag| gauss_markov::phase_covariance(lag, time);
             let variance = |(_, octave): &(usize, Octave)| expected_variance(octave, self.shape.deviation, phase);
