@@ -44,7 +44,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
-use background::Taken;
+use background::FromTerminal;
 use draw::{Regions, Scene, draw, is_too_small};
 use mouse::mouse;
 use ratatui::{
@@ -326,15 +326,15 @@ fn run_view(
         let request = match next_event(frame.map_or(look, |frame| frame.min(look))) {
             Ok(Some(Event::Key(key))) if key.kind != KeyEventKind::Release => {
                 match screen.background.take(&key, Instant::now()) {
-                    Taken::Key => {
+                    FromTerminal::Key => {
                         dirty = true;
                         state.key(key, &shown)
                     }
-                    Taken::Whole(Some(background)) => {
+                    FromTerminal::Whole(Some(background)) => {
                         (theme, dirty) = (theme.on(background), true);
                         None
                     }
-                    Taken::Part | Taken::Whole(None) => None,
+                    FromTerminal::Part | FromTerminal::Whole(None) => None,
                 }
             }
             Ok(Some(Event::Mouse(event))) => {

@@ -51,7 +51,7 @@ pub(crate) struct Answer {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Taken {
+pub(crate) enum FromTerminal {
     /// The user's key.
     Key,
     /// A part of the answer.
@@ -75,17 +75,17 @@ impl Answer {
         self.asked.is_some_and(|asked| asked.elapsed() < age)
     }
 
-    pub(crate) fn take(&mut self, key: &KeyEvent, now: Instant) -> Taken {
+    pub(crate) fn take(&mut self, key: &KeyEvent, now: Instant) -> FromTerminal {
         if !self.is_awaited(now) {
-            return Taken::Key;
+            return FromTerminal::Key;
         }
         let Some(begun) = &mut self.begun else {
             // ESC ]
             if key.code == KeyCode::Char(']') && key.modifiers.contains(KeyModifiers::ALT) {
                 self.begun = Some(String::new());
-                return Taken::Part;
+                return FromTerminal::Part;
             }
-            return Taken::Key;
+            return FromTerminal::Key;
         };
         match key.code {
             // BEL, or ESC \
@@ -93,13 +93,13 @@ impl Answer {
             KeyCode::Char('\\') if key.modifiers.contains(KeyModifiers::ALT) => {}
             KeyCode::Char(sign) if begun.len() < MOST_SIGNS => {
                 begun.push(sign);
-                return Taken::Part;
+                return FromTerminal::Part;
             }
             _ => {}
         }
         let answer = Background::of_answer(begun);
         *self = Self::default();
-        Taken::Whole(answer)
+        FromTerminal::Whole(answer)
     }
 }
 
@@ -132,9 +132,9 @@ mod tests {
         let (mut left, mut background) = (String::new(), None);
         for key in keys(bytes) {
             match answer.take(&key, asked + after) {
-                Taken::Key => left.extend(key.code.as_char()),
-                Taken::Part => {}
-                Taken::Whole(found) => background = found,
+                FromTerminal::Key => left.extend(key.code.as_char()),
+                FromTerminal::Part => {}
+                FromTerminal::Whole(found) => background = found,
             }
         }
         (left, background)

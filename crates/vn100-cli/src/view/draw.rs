@@ -14,7 +14,7 @@ use vn100_report::{names::names_of, numbers::plain::grouped};
 use super::{
     allan, channels, health, keys, overview, parameters, plots,
     source::SourceView,
-    state::{Panel, Plot, ViewState},
+    state::{Panel, ShownPlot, ViewState},
     theme::Theme,
     waiting, warnings,
 };
@@ -119,9 +119,9 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
     if has_more {
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(middle);
         let others = match scene.state.plot {
-            Plot::Deviation => [Plot::Spectrum, Plot::Segments],
-            Plot::Spectrum => [Plot::Segments, Plot::Temperature],
-            Plot::Segments | Plot::Temperature => [Plot::Spectrum, Plot::Segments],
+            ShownPlot::Deviation => [ShownPlot::Spectrum, ShownPlot::Segments],
+            ShownPlot::Spectrum => [ShownPlot::Segments, ShownPlot::Temperature],
+            ShownPlot::Segments | ShownPlot::Temperature => [ShownPlot::Spectrum, ShownPlot::Segments],
         };
         plots::draw(frame, left, scene, others[0]);
         plots::draw(frame, right, scene, others[1]);
@@ -146,7 +146,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
 fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regions: &mut Regions, alone: bool) {
     regions.panels.push((area, panel));
     match panel {
-        Panel::Allan if scene.state.plot != Plot::Deviation => {
+        Panel::Allan if scene.state.plot != ShownPlot::Deviation => {
             plots::draw(frame, area, scene, scene.state.plot);
         }
         Panel::Allan => allan::draw(frame, area, scene, regions, alone),

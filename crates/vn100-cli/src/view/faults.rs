@@ -8,7 +8,7 @@ use vn100_report::{numbers::plain::time, printable};
 
 /// Something that is broken.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub(crate) struct LiveFault {
     pub(crate) kind: FaultKind,
     /// Since the view began.
     pub(crate) since: Duration,
@@ -41,7 +41,7 @@ impl FaultKind {
     }
 }
 
-impl Fault {
+impl LiveFault {
     /// In a line: what, for how long, and why.
     pub(crate) fn title(&self, now: Duration) -> String {
         let lasting = time(now.saturating_sub(self.since).as_secs_f64());
@@ -70,10 +70,10 @@ impl Fault {
 
 /// The faults of a source, followed through its states.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Faults(Vec<Fault>);
+pub(crate) struct Faults(Vec<LiveFault>);
 
 impl Faults {
-    pub(crate) fn all(&self) -> &[Fault] {
+    pub(crate) fn all(&self) -> &[LiveFault] {
         &self.0
     }
 
@@ -102,7 +102,7 @@ impl Faults {
             known.map_or(now, |known| known.since)
         };
         let present = link.into_iter().chain(recording);
-        self.0 = present.map(|(kind, cause)| Fault { kind, since: since(kind), cause }).collect();
+        self.0 = present.map(|(kind, cause)| LiveFault { kind, since: since(kind), cause }).collect();
     }
 }
 

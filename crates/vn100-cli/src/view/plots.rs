@@ -24,7 +24,7 @@ use super::{
     curve::LogAxis,
     draw::{Scene, framed_as},
     source::{ChannelGroup, SourceView},
-    state::{Panel, Plot},
+    state::{Panel, ShownPlot},
     theme::{SIGNS, Theme},
     units::ShownUnit,
 };
@@ -43,31 +43,31 @@ fn series<'a>(scene: Scene<'a>, group: &ChannelGroup) -> Vec<Series<'a>> {
 }
 
 /// Draws the plot in the frame of the panel of curves.
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: Plot) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: ShownPlot) {
     let Some(group) = scene.state.group(scene.source) else { return };
     let unit = ShownUnit::of(&scene.source.values[group.channels[0]], scene.state.units);
     let (name, series) = (names_of(group.quantity).short, series(scene, &group));
     let title = match plot {
-        Plot::Spectrum => format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name),
-        Plot::Segments => format!("Standard deviation of the {name} by segment, {}", unit.name),
-        Plot::Temperature => format!("Mean of the {name} over temperature, {}", unit.name),
-        Plot::Deviation => return,
+        ShownPlot::Spectrum => format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name),
+        ShownPlot::Segments => format!("Standard deviation of the {name} by segment, {}", unit.name),
+        ShownPlot::Temperature => format!("Mean of the {name} over temperature, {}", unit.name),
+        ShownPlot::Deviation => return,
     };
     let is_chosen = scene.state.plot == plot && scene.state.panel == Panel::Allan;
     let inner = framed_as(frame, area, scene, is_chosen, scene.theme.spelled(title));
     let texts = match plot {
-        Plot::Spectrum => spectral_peaks(scene.theme, &series, &unit),
-        Plot::Segments => segment_changes(scene.theme, &series, &unit),
-        Plot::Temperature => coefficients(scene.theme, &series, &unit),
-        Plot::Deviation => Vec::new(),
+        ShownPlot::Spectrum => spectral_peaks(scene.theme, &series, &unit),
+        ShownPlot::Segments => segment_changes(scene.theme, &series, &unit),
+        ShownPlot::Temperature => coefficients(scene.theme, &series, &unit),
+        ShownPlot::Deviation => Vec::new(),
     };
     let [chart, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(texts.len() as u16)]).areas(inner);
     frame.render_widget(Paragraph::new(texts), below);
     match plot {
-        Plot::Spectrum => draw_spectrum(frame, chart, scene, &series, &unit),
-        Plot::Segments => draw_segments(frame, chart, scene, &series, &unit),
-        Plot::Temperature => draw_temperature(frame, chart, scene, &series, &unit),
-        Plot::Deviation => {}
+        ShownPlot::Spectrum => draw_spectrum(frame, chart, scene, &series, &unit),
+        ShownPlot::Segments => draw_segments(frame, chart, scene, &series, &unit),
+        ShownPlot::Temperature => draw_temperature(frame, chart, scene, &series, &unit),
+        ShownPlot::Deviation => {}
     }
 }
 

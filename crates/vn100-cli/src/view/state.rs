@@ -37,7 +37,7 @@ impl Panel {
 
 /// What the panel of curves shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum Plot {
+pub(crate) enum ShownPlot {
     #[default]
     Deviation,
     Spectrum,
@@ -45,7 +45,7 @@ pub(crate) enum Plot {
     Temperature,
 }
 
-impl Plot {
+impl ShownPlot {
     const ALL: [Self; 4] = [Self::Deviation, Self::Spectrum, Self::Segments, Self::Temperature];
 
     fn next(self, steps: usize) -> Self {
@@ -95,7 +95,7 @@ pub(crate) struct ViewState {
     pub(crate) axes: ShownAxes,
     /// Those not shown among all.
     pub(crate) hidden: [bool; 3],
-    pub(crate) plot: Plot,
+    pub(crate) plot: ShownPlot,
     /// The reference is not shown.
     pub(crate) is_without_reference: bool,
     /// The octave that is read out; `None` for the last one.

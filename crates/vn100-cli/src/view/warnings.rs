@@ -37,7 +37,7 @@ impl TopLines {
     pub(crate) fn new(scene: Scene<'_>, width: u16, most_warnings: usize) -> Self {
         let Scene { source, theme, .. } = scene;
         let width = usize::from(width);
-        let title = |fault: &super::faults::Fault| theme.spelled(format!("!! {}", fault.title(source.now)));
+        let title = |fault: &super::faults::LiveFault| theme.spelled(format!("!! {}", fault.title(source.now)));
         let faults = source.faults.all().iter().flat_map(|fault| {
             textwrap::wrap(&title(fault), width).into_iter().map(Into::into).collect::<Vec<String>>()
         });
@@ -151,7 +151,7 @@ struct Finding {
 
 fn findings(scene: Scene<'_>) -> Vec<Finding> {
     let Scene { source, theme, .. } = scene;
-    let fault = |fault: &super::faults::Fault| Finding {
+    let fault = |fault: &super::faults::LiveFault| Finding {
         name: fault.kind.name().into(),
         text: format!("{}. {}", fault.title(source.now), fault.details()),
         severity: "fault",

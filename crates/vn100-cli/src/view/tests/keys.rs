@@ -10,7 +10,7 @@ use crate::view::{
     mouse::mouse,
     question::Question,
     source::SourceView,
-    state::{Panel, Plot, Selection, ShownAxes, ViewRequest, ViewState},
+    state::{Panel, Selection, ShownAxes, ShownPlot, ViewRequest, ViewState},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -150,7 +150,13 @@ fn the_plot_is_chosen() {
     let plot = |keys| pressed(keys, &[measured()]).0.plot;
     assert_eq!(
         [plot("v"), plot("vv"), plot("vvv"), plot("vvvv"), plot("V")],
-        [Plot::Spectrum, Plot::Segments, Plot::Temperature, Plot::Deviation, Plot::Temperature]
+        [
+            ShownPlot::Spectrum,
+            ShownPlot::Segments,
+            ShownPlot::Temperature,
+            ShownPlot::Deviation,
+            ShownPlot::Temperature
+        ]
     );
 }
 

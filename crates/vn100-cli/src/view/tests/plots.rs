@@ -6,12 +6,13 @@ use super::{PLAIN, SIZES, check, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     reference::Reference,
     source::SourceView,
-    state::{Plot, ShownAxes, ViewState},
+    state::{ShownAxes, ShownPlot, ViewState},
 };
 
 #[test]
 fn each_plot_in_place_of_the_deviation() {
-    for (plot, name) in [(Plot::Spectrum, "spectrum"), (Plot::Segments, "segments"), (Plot::Temperature, "temperature")]
+    for (plot, name) in
+        [(ShownPlot::Spectrum, "spectrum"), (ShownPlot::Segments, "segments"), (ShownPlot::Temperature, "temperature")]
     {
         check(&format!("plot-{name}"), &ViewState { plot, ..one() }, &[measured()]);
         for source in [nothing(), damaged()] {
@@ -25,7 +26,7 @@ fn each_plot_in_place_of_the_deviation() {
             }
         }
     }
-    let state = ViewState { plot: Plot::Temperature, ..one() };
+    let state = ViewState { plot: ShownPlot::Temperature, ..one() };
     let screen = text(&drawn(&state, &[damaged()], PLAIN, (80, 24)).0);
     assert!(screen.contains("holds no temperature"), "{screen}");
 }
@@ -35,7 +36,7 @@ fn marks_stand_in_the_segments() {
     let mut source = measured();
     let snapshot = Arc::make_mut(&mut source.snapshot);
     snapshot.marks.push(vn100_analysis::PlaceMark { at_s: 250.0, text: "fan on".into() });
-    let state = ViewState { plot: Plot::Segments, ..one() };
+    let state = ViewState { plot: ShownPlot::Segments, ..one() };
     let screen = text(&drawn(&state, &[source], PLAIN, (80, 24)).0);
     let column = screen.lines().find_map(|line| {
         line.chars().position(|sign| sign == 'm').filter(|_| line.contains('⠺') || line.contains("┈m"))
