@@ -61,7 +61,7 @@ pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Detrend, Settings};
 pub use snapshot::{
-    ChannelSnapshot, FalseRate, MissingFrom, Outages, PlaceMark, RateChange, RateFrom, RegisterChannel,
+    ChannelSnapshot, FalseRate, FalseReport, MissingFrom, Outages, PlaceMark, RateChange, RateFrom, RegisterChannel,
     RemovedTemperature, Snapshot, Timing,
 };
 pub use source_facts::{

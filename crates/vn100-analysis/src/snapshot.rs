@@ -35,6 +35,8 @@ pub struct Snapshot {
     pub rate_change: Option<RateChange>,
     /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
     pub false_rate: Option<FalseRate>,
+    /// A rate that the sensor reports, and arrival times show to be false.
+    pub false_report: Option<FalseReport>,
     /// Samples excluded because they came at another rate for a while, as delayed bytes do.
     pub other_rate_samples: u64,
     /// The sensor's registers by number, as it last printed them within the stream.
@@ -296,6 +298,15 @@ pub struct FalseRate {
     pub arrival_hz: f64,
     /// The sensor's rate, in hertz.
     pub device_hz: f64,
+}
+
+/// A rate reported by the sensor that arrival times contradicted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FalseReport {
+    /// The rate that the sensor reports in register 7, in hertz.
+    pub reported_hz: f64,
+    /// The rate by arrival times, that of the record, in hertz.
+    pub arrival_hz: f64,
 }
 
 /// Where a sample rate comes from.

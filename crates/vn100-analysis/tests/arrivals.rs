@@ -245,9 +245,33 @@ fn a_rate_that_is_contradicted_has_the_name_of_who_gave_it() {
     assert!(told.contains("the sample rate set that rate") && !told.contains("sensor"), "{told}");
     let mut analysis = Analysis::new(Settings::default());
     analysis.absorb(&rate_of_the_sensor("100"));
-    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 0, 600), 64);
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 0, 150), 64);
+    analysis.finish();
     let told = text(analysis.snapshot());
     assert!(told.contains("The sensor reports") && !told.contains("the sample rate"), "{told}");
+}
+
+#[test]
+fn seconds_of_exact_arrivals_outweigh_the_register() {
+    for told_after in [0, 10, 100, 400] {
+        let mut analysis = Analysis::new(Settings::default());
+        let lines = without(&steady(100.0, 0, 800), |index| (500..503).contains(&index));
+        let (before, after) = lines.split_at(told_after);
+        absorb(&mut analysis, VNYMR.clone(), before, 8);
+        analysis.absorb(&rate_of_the_sensor("40"));
+        absorb(&mut analysis, VNYMR.clone(), after, 8);
+        analysis.absorb(&rate_of_the_sensor("40"));
+        analysis.finish();
+        let snapshot = analysis.snapshot();
+        let Timing { rate_hz, rate_from, samples, missing, excluded, .. } = snapshot.timing;
+        assert_eq!((rate_hz, rate_from), (100.0, RateFrom::Arrival), "{told_after}");
+        // a second of arrivals alone gives way to the first report
+        let expected = if told_after == 100 { (697, 3, 100) } else { (797, 3, 0) };
+        assert_eq!((samples, missing, excluded), expected, "{told_after}");
+        let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RateOffNominal).unwrap();
+        assert!(told.to_string().contains("reports 40 Hz, but its lines arrive at 100 Hz"), "{told}");
+        assert!(!warned(&snapshot, WarningKind::StampsRefused) && !warned(&snapshot, WarningKind::RateChanged));
+    }
 }
 
 #[test]

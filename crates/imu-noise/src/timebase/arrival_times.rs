@@ -68,9 +68,9 @@ impl ArrivalTimes {
         }
     }
 
-    pub(super) fn set_known_rate(&mut self, known_hz: f64) {
+    pub(super) fn set_reported_rate(&mut self, reported_hz: f64) {
         if let ArrivalPhase::Searching(search) = &mut self.phase {
-            search.set_known_rate(known_hz);
+            search.set_reported_rate(reported_hz);
         }
     }
 

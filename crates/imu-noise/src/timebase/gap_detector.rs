@@ -65,11 +65,14 @@ impl GapDetector {
         Self::default()
     }
 
-    /// Sets the rate that the sensor reports, from the samples on that are still held.
-    /// Changes nothing once a rate was reported, or the stamps refused.
-    pub fn set_known_rate(&mut self, known_hz: f64) {
-        if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(known_hz)) {
-            arrivals.set_known_rate(known_hz);
+    /// Sets the rate in Hz that the sensor reports, from the samples on that are still held. Unlike
+    /// a rate known for certain, it gives way to five seconds of arrivals within 0.2 % of another
+    /// listed rate, which is then [`NominalRate::Snapped`](crate::NominalRate::Snapped); fewer that
+    /// contradict it are [refused](crate::Refusal::OtherRate). Changes nothing once a
+    /// [rate](GapEvent::Rate) came out, or the stamps were refused.
+    pub fn set_reported_rate(&mut self, reported_hz: f64) {
+        if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {
+            arrivals.set_reported_rate(reported_hz);
         }
     }
 

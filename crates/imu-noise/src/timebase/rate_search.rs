@@ -28,6 +28,12 @@ const PERIODIC_S: f64 = 1.0;
 /// Part of a period by which each of these intervals may differ from one. Chosen.
 const PERIODIC_TOLERANCE: f64 = 0.1;
 
+/// Seconds of arrivals at a listed rate, to within so much of it, that outweigh another rate that
+/// the sensor reports. Chosen: a pace that is not the sensor's lies so near one of eleven rates by a
+/// chance of 1 in 100.
+const CONTRADICTION_S: f64 = 5.0;
+const CONTRADICTION_TOLERANCE: f64 = 0.002;
+
 /// Factor from which whole periods of a higher rate show dropped samples. A reader at a steady pace
 /// of one of the sensor's rates looks like that up to 1.6 times (25 Hz read at 40 Hz).
 const READER_PACE: f64 = 1.75;
@@ -58,6 +64,8 @@ pub(super) struct RateSearch {
     listed_hz: Vec<f64>,
     fastest_hz: f64,
     known_hz: Option<f64>,
+    /// The known rate is what the sensor reports: arrivals may show that it is false.
+    is_reported: bool,
     /// Samples before the clock went back; their stamps are of no use.
     unstamped: u64,
     pending_s: Vec<f64>,
@@ -75,9 +83,10 @@ impl RateSearch {
         }
     }
 
-    pub(super) fn set_known_rate(&mut self, known_hz: f64) {
-        self.listed_hz.push(known_hz);
-        self.known_hz = Some(known_hz);
+    pub(super) fn set_reported_rate(&mut self, reported_hz: f64) {
+        self.listed_hz.push(reported_hz);
+        self.known_hz = Some(reported_hz);
+        self.is_reported = true;
     }
 
     pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
@@ -122,8 +131,18 @@ impl RateSearch {
             if let Some(tracked) = agreed.or_else(|| self.fallback_at(known_hz, sure, must_decide)) {
                 return Some(Ok((NominalRate::Known(known_hz), tracked)));
             }
-            if !is_final && !matches!(sure, Some(TrackedRate::Listed(_))) {
-                return None;
+            match sure {
+                Some(TrackedRate::Listed(hz)) if self.is_reported => {
+                    if self.is_strong_evidence(hz) {
+                        return Some(Ok((NominalRate::Snapped(hz), TrackedRate::Listed(hz))));
+                    }
+                    if !is_final {
+                        return None;
+                    }
+                }
+                Some(TrackedRate::Listed(_)) => {}
+                _ if !is_final => return None,
+                _ => {}
             }
         }
         let Some(tracked) = sure.or_else(|| if must_decide { self.fallback_rate() } else { None }) else {
@@ -139,6 +158,14 @@ impl RateSearch {
             (TrackedRate::Listed(hz), None) => Ok((NominalRate::Snapped(hz), tracked)),
             (TrackedRate::Measured(hz), None) => Ok((NominalRate::Measured(hz), tracked)),
         })
+    }
+
+    /// Whether the arrivals are at this rate for so long and so exactly that the sensor cannot send
+    /// at another one.
+    fn is_strong_evidence(&self, hz: f64) -> bool {
+        let estimates_hz = [rate_by_intervals(&self.pending_s), rate_by_stretches(&self.stretches)];
+        let is_exact = |measured_hz: &f64| (measured_hz / hz - 1.0).abs() <= CONTRADICTION_TOLERANCE;
+        self.span_s().is_some_and(|span_s| span_s >= CONTRADICTION_S) && estimates_hz.iter().flatten().any(is_exact)
     }
 
     /// None dropped: at a low rate that is known long before a stretch ends.

@@ -334,6 +334,7 @@ impl Analysis {
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             false_rate: rate.false_rate,
+            false_report: rate.false_report,
             other_rate_samples: rate.other_rate_samples,
             registers: replies.registers.clone(),
             link: self.link,
@@ -400,7 +401,7 @@ impl Analysis {
         let now = || self.pending.as_ref().and_then(|pending| pending.detector.summary());
         let effect = self.record.push_reply(reply, now);
         match (effect, &mut self.pending) {
-            (RateEffect::Known(rate_hz), Some(pending)) => pending.detector.set_known_rate(rate_hz),
+            (RateEffect::Known(rate_hz), Some(pending)) => pending.detector.set_reported_rate(rate_hz),
             (RateEffect::Replace(_), _) => {
                 self.finish();
                 self.pending = None;

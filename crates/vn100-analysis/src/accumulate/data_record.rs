@@ -187,7 +187,8 @@ impl DataRecord {
                     let effect = self.rate.take_change(nominal.hz(), nominal.hz(), None, &self.span);
                     self.apply(effect);
                 }
-                self.rate.take_nominal(nominal, self.replies.rate_hz());
+                let effect = self.rate.take_nominal(nominal, self.replies.rate_hz(), &self.span);
+                self.apply(effect);
                 self.gaps.use_evidence(MissingFrom::Arrival);
             }
             GapEvent::RateChanged { from_hz, to_hz, until } => {
@@ -224,6 +225,11 @@ impl DataRecord {
             RateEffect::Rescale { from_hz, to_hz } => self.span.rescale(from_hz, to_hz),
             RateEffect::Exclude => self.replies.exclude(self.span.samples),
             RateEffect::Resume => self.push_unknown_gap(),
+            RateEffect::Discard { from_hz, to_hz } => {
+                self.span.rescale(from_hz, to_hz);
+                self.gaps.forget_rejected();
+                self.discard();
+            }
             RateEffect::Replace(device_hz) => {
                 let samples = self.span.samples;
                 self.span.rescale(self.rate.hz(), device_hz);

@@ -266,7 +266,7 @@ mod tests {
     fn a_known_rate_reaches_the_detector() {
         let mut pending = pending(None);
         pending.push(&batch(0, &[0, 100, 200, 300]));
-        pending.detector.set_known_rate(10.0);
+        pending.detector.set_reported_rate(10.0);
         pending.push(&batch(4, &(4..=10).map(|row| 100 * row).collect::<Vec<_>>()));
         assert_eq!(resolved(&mut pending).len(), 11);
     }

@@ -6,7 +6,7 @@ use vn100_protocol::{BINARY, Layout, MESSAGES, OUTPUT_RATES_HZ};
 use super::measured_span::MeasuredSpan;
 use crate::{
     settings::DEFAULT_RATE_HZ,
-    snapshot::{FalseRate, RateChange, RateFrom},
+    snapshot::{FalseRate, FalseReport, RateChange, RateFrom},
 };
 
 /// Relative error of a measured rate that is still one of the sensor's: no clock is that far off.
@@ -41,7 +41,8 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
 }
 
 /// The source of the sample rate of a record, when it was wrong, and when it changed. Device times
-/// outrank the user, who outranks the sensor's setting, that arrival times, and these the default.
+/// outrank the user, who outranks the sensor's setting, that arrival times, and these the default;
+/// but seconds of arrivals at exactly another rate show that the setting is not that of the stream.
 /// A deviation has one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
@@ -50,9 +51,12 @@ pub(crate) struct RateAuthority {
     change: Option<DatedChange>,
     /// Summary of the last connection that is over and had a rate.
     confirmed: Option<TimebaseSummary>,
+    /// What the sensor reported last, in hertz.
+    reported_hz: Option<f64>,
     /// The first refusal of stamps in a connection that is over.
     pub(super) refused_before: Option<Refusal>,
     pub(super) false_rate: Option<FalseRate>,
+    pub(super) false_report: Option<FalseReport>,
     /// Samples excluded at another rate, until it was the rate of the record again.
     pub(super) other_rate_samples: u64,
 }
@@ -89,6 +93,8 @@ pub(crate) enum RateEffect {
     Resume,
     /// The samples so far were placed by a false rate: the record begins anew at this one.
     Replace(f64),
+    /// They were placed by a rate that the sensor reported falsely: the same.
+    Discard { from_hz: f64, to_hz: f64 },
 }
 
 impl RateAuthority {
@@ -103,8 +109,10 @@ impl RateAuthority {
             rate: Rate { hz, from, by_few: None },
             change: None,
             confirmed: None,
+            reported_hz: None,
             refused_before: None,
             false_rate: None,
+            false_report: None,
             other_rate_samples: 0,
         }
     }
@@ -135,17 +143,48 @@ impl RateAuthority {
 
     /// A detector for the stamps that come now. They must confirm a rate that is known.
     pub(crate) fn detector(&self) -> GapDetector {
-        GapDetector::new(self.rates_hz, (!self.is_open()).then_some(self.rate.hz))
+        let is_reported = self.rate.from == RateFrom::Device;
+        let known_hz = (!self.is_open() && !is_reported).then_some(self.rate.hz);
+        let mut detector = GapDetector::new(self.rates_hz, known_hz);
+        if is_reported {
+            detector.set_reported_rate(self.rate.hz);
+        }
+        detector
     }
 
     /// The detector has this nominal rate; the sensor reported that one.
-    pub(crate) fn take_nominal(&mut self, nominal: NominalRate, device_hz: Option<f64>) {
+    pub(crate) fn take_nominal(
+        &mut self,
+        nominal: NominalRate,
+        device_hz: Option<f64>,
+        span: &MeasuredSpan,
+    ) -> RateEffect {
         match nominal {
             NominalRate::Known(hz) => self.rate.hz = hz,
+            NominalRate::Snapped(hz) if self.rate.from == RateFrom::Device && hz != self.rate.hz => {
+                return self.contradict_report(hz, span);
+            }
             NominalRate::Snapped(hz) | NominalRate::Measured(hz) => {
                 self.set(hz, RateFrom::Arrival);
                 self.attribute_to(device_hz);
             }
+        }
+        RateEffect::None
+    }
+
+    /// Arrivals show another rate than the sensor reports. If those of an earlier connection
+    /// confirmed that, it has changed since.
+    fn contradict_report(&mut self, arrival_hz: f64, span: &MeasuredSpan) -> RateEffect {
+        let from_hz = self.rate.hz;
+        if let Some(before) = self.at_the_rate(None) {
+            return self.take_change(from_hz, arrival_hz, Some(before), span);
+        }
+        self.set(arrival_hz, RateFrom::Arrival);
+        self.false_rate = None;
+        self.false_report = Some(FalseReport { reported_hz: from_hz, arrival_hz });
+        match span.samples {
+            0 => RateEffect::Rescale { from_hz, to_hz: arrival_hz },
+            _ => RateEffect::Discard { from_hz, to_hz: arrival_hz },
         }
     }
 
@@ -205,6 +244,7 @@ impl RateAuthority {
             }
             Some(_) => RateEffect::None,
             None => {
+                self.false_report = None;
                 let change = RateChange { after_samples: span.samples, from_hz, to_hz };
                 self.change = Some(DatedChange { change, until, excluded: span.excluded });
                 RateEffect::Exclude
@@ -225,13 +265,16 @@ impl RateAuthority {
         }
     }
 
-    /// The sensor reports this rate in hertz; `now` summarises the present connection.
+    /// The sensor reports this rate in hertz; `now` summarises the present connection. A report
+    /// that differs from the one before is a change of its setting; a first one that arrivals
+    /// contradict is false.
     pub(crate) fn take_device_rate(
         &mut self,
         device_hz: f64,
         now: impl Fn() -> Option<TimebaseSummary>,
         span: &MeasuredSpan,
     ) -> RateEffect {
+        let was_set = self.reported_hz.replace(device_hz).is_some_and(|before_hz| before_hz != device_hz);
         if self.is_open() {
             self.set(device_hz, RateFrom::Device);
             return RateEffect::Known(device_hz);
@@ -241,11 +284,15 @@ impl RateAuthority {
             // it restarted with other settings, or was configured anew
             RateFrom::Device if differs => self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span),
             RateFrom::Arrival if differs && self.change.is_none() => {
-                if now().is_some_and(|now| is_confirmed_by(&now)) {
-                    self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span)
-                } else {
-                    RateEffect::Replace(device_hz)
+                let is_confirmed = now().is_some_and(|now| is_confirmed_by(&now));
+                if was_set && is_confirmed {
+                    return self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span);
                 }
+                if !is_confirmed && self.false_report.is_none() {
+                    return RateEffect::Replace(device_hz);
+                }
+                self.false_report = Some(FalseReport { reported_hz: device_hz, arrival_hz: self.rate.hz });
+                RateEffect::None
             }
             _ => {
                 self.attribute_to(Some(device_hz));
@@ -367,7 +414,7 @@ mod tests {
     fn by_arrival(hz: f64) -> RateAuthority {
         let mut rate = RateAuthority::new(None);
         rate.set_layout(&VNYMR);
-        rate.take_nominal(NominalRate::Snapped(hz), None);
+        assert_eq!(rate.take_nominal(NominalRate::Snapped(hz), None, &span(0, 0)), RateEffect::None);
         rate
     }
 
@@ -408,14 +455,14 @@ mod tests {
     #[test]
     fn where_arrival_times_and_the_sensor_agree_the_sensor_is_the_authority() {
         let mut rate = RateAuthority::new(None);
-        rate.take_nominal(NominalRate::Measured(33.0), Some(33.0));
+        assert_eq!(rate.take_nominal(NominalRate::Measured(33.0), Some(33.0), &span(0, 0)), RateEffect::None);
         assert_eq!((rate.hz(), rate.rate.from), (33.0, RateFrom::Device));
-        rate.take_nominal(NominalRate::Measured(34.0), Some(33.0));
+        assert_eq!(rate.take_nominal(NominalRate::Measured(34.0), Some(33.0), &span(0, 0)), RateEffect::None);
         assert_eq!((rate.hz(), rate.rate.from), (34.0, RateFrom::Arrival));
         assert_eq!(rate.take_device_rate(34.0, || None, &span(9, 0)), RateEffect::None);
         assert_eq!(rate.rate.from, RateFrom::Device);
         let mut given = by_user(25.0);
-        given.take_nominal(NominalRate::Known(25.0), Some(25.0));
+        assert_eq!(given.take_nominal(NominalRate::Known(25.0), Some(25.0), &span(0, 0)), RateEffect::None);
         assert_eq!((given.hz(), given.rate.from), (25.0, RateFrom::Option));
         assert_eq!(given.take_device_rate(50.0, || Some(snapped(25.0)), &span(9, 0)), RateEffect::None);
         assert_eq!((given.hz(), given.rate.from), (25.0, RateFrom::Option));
@@ -494,7 +541,12 @@ mod tests {
         assert_eq!(device.take_device_rate(20.0, || Some(snapped(20.0)), &span(600, 0)), RateEffect::Exclude);
         assert_eq!(device.arrivals(|| None), Some(snapped(40.0)));
 
-        let effect = |now: Option<TimebaseSummary>| by_arrival(40.0).take_device_rate(20.0, || now, &span(600, 0));
+        let effect = |now: Option<TimebaseSummary>| {
+            let mut rate = by_arrival(40.0);
+            assert_eq!(rate.take_device_rate(40.0, || None, &span(600, 0)), RateEffect::None);
+            rate.rate.from = RateFrom::Arrival;
+            rate.take_device_rate(20.0, || now, &span(600, 0))
+        };
         assert_eq!(effect(Some(snapped(40.0))), RateEffect::Exclude);
         let off = |ppm| Some(summary(Some(NominalRate::Snapped(40.0)), Some(ppm)));
         assert_eq!((effect(off(999.0)), effect(off(-999.0))), (RateEffect::Exclude, RateEffect::Exclude));
@@ -504,6 +556,36 @@ mod tests {
         let mut changed = by_arrival(40.0);
         assert_eq!(changed.take_change(40.0, 50.0, None, &span(600, 0)), RateEffect::Exclude);
         assert_eq!(changed.take_device_rate(20.0, || None, &span(600, 9)), RateEffect::None);
+    }
+
+    #[test]
+    fn arrivals_outweigh_a_report_that_they_contradict() {
+        let report = |reported_hz| Some(FalseReport { reported_hz, arrival_hz: 100.0 });
+        let arrivals = NominalRate::Snapped(100.0);
+        for (samples, expected) in [
+            (0, RateEffect::Rescale { from_hz: 40.0, to_hz: 100.0 }),
+            (600, RateEffect::Discard { from_hz: 40.0, to_hz: 100.0 }),
+        ] {
+            let mut rate = by_device(40.0);
+            assert_eq!(rate.take_nominal(arrivals, Some(40.0), &span(samples, 0)), expected);
+            assert_eq!((rate.hz(), rate.rate.from, rate.false_report), (100.0, RateFrom::Arrival, report(40.0)));
+            let now = || Some(snapped(100.0));
+            assert_eq!(rate.take_device_rate(40.0, now, &span(700, 0)), RateEffect::None, "the same again");
+            rate.end_connection(now());
+            assert_eq!(rate.take_device_rate(40.0, || None, &span(700, 0)), RateEffect::None, "behind a reconnect");
+            assert_eq!(rate.take_device_rate(50.0, now, &span(700, 0)), RateEffect::Exclude, "it was set");
+            assert_eq!(rate.false_report, None);
+        }
+        let mut changed = by_device(40.0);
+        changed.end_connection(Some(snapped(40.0)));
+        assert_eq!(changed.take_nominal(arrivals, Some(40.0), &span(600, 0)), RateEffect::Exclude);
+        assert_eq!(changed.false_report, None, "those before confirmed it");
+
+        let mut late = by_arrival(100.0);
+        assert_eq!(late.take_device_rate(40.0, || Some(snapped(100.0)), &span(600, 0)), RateEffect::None);
+        assert_eq!((late.hz(), late.false_report), (100.0, report(40.0)));
+        assert_eq!(late.take_change(100.0, 40.0, None, &span(900, 0)), RateEffect::Exclude);
+        assert_eq!(late.false_report, None, "the arrivals followed it");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::{
     accumulate::rate_authority::rates_hz,
     remedy::{Remedy, Setting, Text},
     sensor::{sensor_of, uncompensated_message},
-    snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
+    snapshot::{ChannelSnapshot, FalseRate, FalseReport, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
 
@@ -185,6 +185,12 @@ impl Advice {
                 samples(excluded)
             );
             self.warn(WarningKind::RateChanged, headline, "Their arrival times suggested the wrong rate.");
+        }
+        if let Some(FalseReport { reported_hz, arrival_hz }) = snapshot.false_report {
+            let headline = format!("the sensor reports {reported_hz} Hz, but its lines arrive at {arrival_hz} Hz");
+            let details = "Averaging times are those of the arrivals. Its register 7 may be that of another port, or a device between \
+                           repeats or selects lines: make sure which before the deviations are used.";
+            self.warn(WarningKind::RateOffNominal, headline, details);
         }
         if snapshot.other_rate_samples > 0 {
             let headline = format!("{} at another rate excluded", samples(snapshot.other_rate_samples));

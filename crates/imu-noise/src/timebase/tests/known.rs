@@ -20,7 +20,7 @@ fn a_known_low_rate_is_confirmed_by_four_intervals_and_a_second() {
         let mut informed = GapDetector::new(&RATES_HZ, None);
         let stamps_s = steady(rate_hz, 100);
         stamps_s[..30].iter().for_each(|&stamp_s| informed.push(Duration::from_secs_f64(stamp_s), None));
-        informed.set_known_rate(rate_hz);
+        informed.set_reported_rate(rate_hz);
         assert_eq!(first_placed(informed, &stamps_s[30..]), Some(line.saturating_sub(30)), "{rate_hz} Hz");
     }
 }
@@ -191,4 +191,31 @@ fn reads_at_the_pace_of_a_known_rate_do_not_hide_another() {
         let (sequence, _) = place_known(known_hz, &stamps_s);
         assert!(matches!(sequence[0], GapEvent::Refused(Refusal::OtherRate { .. })), "{rate_hz} Hz: {sequence:?}");
     }
+}
+
+#[test]
+fn a_reported_rate_gives_way_to_five_seconds_at_another() {
+    let reported = |reported_hz: f64, stamps_s: &[f64]| {
+        let mut detector = GapDetector::new(&RATES_HZ, None);
+        detector.set_reported_rate(reported_hz);
+        polled(detector, stamps_s, &[1]).0
+    };
+    for rate_hz in RATES_HZ {
+        for reported_hz in RATES_HZ.into_iter().filter(|&reported_hz| reported_hz != rate_hz) {
+            // a clock off by 200 ppm, singly and in reads of 50 ms
+            let stamps_s = steady(rate_hz * 1.0002, 1200);
+            for stamps_s in [&stamps_s, &bunched(&stamps_s, 0.05)] {
+                let sequence = reported(reported_hz, stamps_s);
+                assert_eq!(sequence, [snapped(rate_hz), GapEvent::Samples(1200)], "{reported_hz} Hz reported");
+            }
+        }
+    }
+    let refused = |sequence: &[GapEvent]| matches!(sequence[0], GapEvent::Refused(Refusal::OtherRate { .. }));
+    assert!(refused(&reported(40.0, &steady(100.0, 490))), "4.9 s");
+    assert!(refused(&reported(40.0, &steady(100.5, 1200))), "no rate of a sensor to 0.2 %");
+    assert_eq!(reported(40.0, &steady(40.5, 1200))[0], known(40.0), "no contradiction");
+    let mut dropped = steady(100.0, 1200);
+    dropped.drain(700..703);
+    let expected = [snapped(100.0), GapEvent::Samples(700), GapEvent::Missing(3), GapEvent::Samples(497)];
+    assert_eq!(reported(40.0, &dropped), expected);
 }
