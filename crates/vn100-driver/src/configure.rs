@@ -222,7 +222,10 @@ async fn until_back(link: &LinkHandle) {
             let is_open = |state: &LinkState| state.up().is_some() || matches!(state, LinkState::Closed { .. });
             let _ = state.wait_for(is_open).await;
             match link.read(Register::MODEL).await {
-                Err(CommandError::Failed(RequestFailure::LinkDown { .. } | RequestFailure::Timeout { .. })) => {}
+                Err(
+                    CommandError::OneWay { .. }
+                    | CommandError::Failed(RequestFailure::LinkDown { .. } | RequestFailure::Timeout { .. }),
+                ) => {}
                 _ => return,
             }
         }

@@ -120,6 +120,17 @@ pub enum CommandError {
     /// The sensor refused it or did not answer, or the link was lost before it did.
     #[error(transparent)]
     Failed(#[from] RequestFailure),
+    /// The sensor sent its output meanwhile, but no reply.
+    #[error(
+        "no reply to {line} in {:.1} s, though the sensor sends: check the wire from the host to the sensor (its RX); with error mode 0 \
+         (register 30) the sensor does not report refused commands", .after.as_secs_f64()
+    )]
+    OneWay {
+        /// The command.
+        line: String,
+        /// From the first time it was sent to the end of the wait.
+        after: Duration,
+    },
     /// Too many commands wait.
     #[error(transparent)]
     QueueFull(#[from] QueueFull),
@@ -152,8 +163,16 @@ impl LinkHandle {
     pub async fn request(&self, command: SensorCommand) -> Result<Response, CommandError> {
         let (result, received) = oneshot::channel();
         let submitted = SubmittedCommand { command, result };
+        let frames_before = self.frames_of_all();
         self.commands.send(submitted).await.map_err(|_| CommandError::LinkClosed)?;
-        received.await.unwrap_or(Err(CommandError::LinkClosed))
+        match received.await.unwrap_or(Err(CommandError::LinkClosed)) {
+            Err(CommandError::Failed(RequestFailure::Timeout { line, after, .. }))
+                if self.frames_of_all() > frames_before =>
+            {
+                Err(CommandError::OneWay { line, after })
+            }
+            result => result,
+        }
     }
 
     /// Reads a register; `None` where the sensor has none such, as registers differ with model and

@@ -68,6 +68,23 @@ async fn requests_are_answered_between_the_lines() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_sensor_that_sends_and_does_not_answer_has_a_wire_of_one_way() {
+    for sends in [true, false] {
+        let sensor = Sensor::new(115_200, 40);
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        let handle = link.handle.clone();
+        sensor.world().answers = false;
+        sensor.world().streams = sends;
+        let asked = tokio::spawn(async move { handle.read(Register::ASYNC_RATE).await });
+        link.run(ms(2000)).await;
+        let error = asked.await.unwrap().unwrap_err();
+        assert_eq!(matches!(error, CommandError::OneWay { .. }), sends, "{error}");
+        assert_eq!(error.to_string().contains("though the sensor sends: check the wire"), sends, "{error}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_link_follows_the_sensor_to_another_speed() {
     let sensor = Sensor::new(115_200, 40);
     let mut link = sensor.link(LinkOptions::default());
