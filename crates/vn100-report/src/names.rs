@@ -240,10 +240,10 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let range = |(low, high): (f64, f64)| {
         let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
         if half == 0.0 {
-            return four_digits(middle);
+            return format!("{} {}", four_digits(middle), shown.0);
         }
         let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
-        format!("{middle:.decimals$} ± {half:.decimals$}")
+        format!("{middle:.decimals$} ± {half:.decimals$} {}", shown.0)
     };
     let expected = match (&verdict.readings[..], verdict.stream.factor) {
         ([two, one, ..], _) => format!(

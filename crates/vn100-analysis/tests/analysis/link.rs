@@ -41,6 +41,25 @@ fn the_sensor_tells_its_rate() {
 }
 
 #[test]
+fn a_sensor_that_only_replies_is_told_by_its_output_register() {
+    let told = |output: Option<&str>| {
+        let tally = Tally { replies: 9, valid_sentence_bytes: 200, ..Tally::default() };
+        let link = StreamCounts { connects: 1, tally, ..StreamCounts::default() };
+        let registers = output
+            .map(|fields| RegisterContents { register: Register(6), fields: RegisterFields::new(fields).unwrap() });
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&Batch { link, registers: registers.into_iter().collect(), ..Batch::default() });
+        let warnings = analysis.snapshot().warnings;
+        warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines).unwrap().to_string()
+    };
+    for off in [None, Some("0"), Some("0,1")] {
+        assert!(told(off).contains("asynchronous output is off"), "{}", told(off));
+    }
+    let paused = told(Some("14"));
+    assert!(paused.contains("though output 14 is set") && paused.contains("paused"), "{paused}");
+}
+
+#[test]
 fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let at = |rate_hz: &str, lines: &[Line]| {

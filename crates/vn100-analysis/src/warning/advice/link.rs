@@ -32,10 +32,21 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
     let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
     let is_clean = 10 * tally.rejected.total() <= link.answers() && 10 * damaged_bytes <= tally.valid_sentence_bytes;
     if link.connects > 0 && link.answers() > 0 && tally.valid_sentences() == tally.replies && is_clean {
-        let headline = format!("{}, all of them replies: asynchronous output is off", lines(link.answers()));
-        let details = Text::from("Switch it on with `")
-            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
-            .then("`, or VNIMU for the uncompensated measurements.");
+        let replies = lines(link.answers());
+        let switch_on = |text: &str| Text::from(text).remedy(Remedy::Configure(Setting::Message("VNYMR")));
+        // register 6 is the output of the port by which it was read
+        let set = snapshot.registers.get(&6).filter(|output| !output.is_empty() && !output.starts_with('0'));
+        let (headline, details) = match set {
+            Some(output) => (
+                format!("{replies}, all of them replies, though output {output} is set (register 6)"),
+                switch_on("The output is paused, as by a program that was stopped in mid-command, or nothing of it arrives. `")
+                    .then("` resumes it."),
+            ),
+            None => (
+                format!("{replies}, all of them replies: asynchronous output is off"),
+                switch_on("Switch it on with `").then("`, or VNIMU for the uncompensated measurements."),
+            ),
+        };
         return Some((headline, details));
     }
     if tally.bytes() < ENOUGH_BYTES {
