@@ -176,6 +176,10 @@ fn every_second_of_a_pipe_is_told_in_lines_as_of_the_file() {
     assert_eq!(samples(&live.stdout), samples(&file.stdout));
     let each_second_and_the_end = (1..=60).chain([60]).map(|second| 40 * second);
     assert_eq!(samples(&file.stdout), each_second_and_the_end.collect::<Vec<_>>());
+    // so few that their rate is not known before the end
+    let few = &fs::read(&log).unwrap()[..400 * 122];
+    let live = with_stdin(vn100().args(["attach", "-", "--ndjson"]), few);
+    assert_eq!(samples(&live.stdout), (1..=10).chain([10]).map(|second| 40 * second).collect::<Vec<_>>());
 }
 
 #[test]

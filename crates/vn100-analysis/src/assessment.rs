@@ -58,6 +58,8 @@ pub struct Assessment {
 pub struct ChannelAssessment {
     /// One per octave of the snapshot.
     pub octaves: Vec<OctaveAssessment>,
+    /// One per octave of the deviation that was not asked for, by the kind of noise seen there.
+    pub other_octaves: Vec<OctaveAssessment>,
     /// One per point of the snapshot.
     pub points: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
@@ -142,23 +144,37 @@ impl ChannelAssessment {
         };
         let was_moved = levels.is_none();
         let noise = noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, confidence, models);
-        let mut last_law = None;
-        let octaves: Vec<_> = (curve.octaves.iter().enumerate())
-            .map(|(i, octave)| {
-                let law = results.noise_types.get(i).copied().flatten();
-                last_law = law.or(last_law);
-                let fitted = noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
-                let edf = fitted.or_else(|| edf(octave, &curve.shape, last_law?));
-                OctaveAssessment {
-                    m: octave.m,
-                    alpha: law.map(PowerLaw::alpha),
-                    relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
-                }
-            })
-            .collect();
+        let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
+        let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, confidence);
+        let others: Vec<_> = results.other_octaves.iter().map(OctaveSum::octave).collect();
+        let shape = RecordShape { deviation: curve.shape.deviation.other(), ..curve.shape };
+        let other_octaves = assess_octaves(&others, &shape, results, |_| None, confidence);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
+        Self { octaves, other_octaves, points: Vec::new(), noise, disturbed, normality, onboard }
     }
+}
+
+/// What is known of each octave: by its fitted degrees of freedom, else by the kind of noise seen
+/// there or last before.
+fn assess_octaves(
+    octaves: &[Octave],
+    shape: &RecordShape,
+    results: &ChannelSnapshot,
+    fitted: impl Fn(&Octave) -> Option<f64>,
+    confidence: f64,
+) -> Vec<OctaveAssessment> {
+    let mut last_law = None;
+    let laws = results.noise_types.iter().copied().chain(std::iter::repeat(None));
+    let assess = |(octave, law): (&Octave, Option<PowerLaw>)| {
+        last_law = law.or(last_law);
+        let edf = fitted(octave).or_else(|| edf(octave, shape, last_law?));
+        OctaveAssessment {
+            m: octave.m,
+            alpha: law.map(PowerLaw::alpha),
+            relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
+        }
+    };
+    octaves.iter().zip(laws).map(assess).collect()
 }
 
 /// The noise of one axis as it shows itself, see [`ChannelNoise::new`].

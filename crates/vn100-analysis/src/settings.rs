@@ -53,6 +53,9 @@ pub struct Settings {
     pub confidence: f64,
     /// Keep the last minutes of every channel, for a screen; no result depends on it.
     pub recent: bool,
+    /// Keep the deviation that is not asked for, too, Hadamard's or Allan's, for a screen; no
+    /// result depends on it.
+    pub other_deviation: bool,
     /// How often watchers get a new snapshot at most, down to a millisecond.
     pub watch_every: Duration,
 }
@@ -74,6 +77,7 @@ impl Default for Settings {
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,
+            other_deviation: false,
             watch_every: Duration::from_millis(100),
         }
     }

@@ -338,6 +338,9 @@ pub struct ChannelSnapshot {
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
+    /// The same of the deviation that was not asked for, with nothing removed; empty where it is
+    /// [not kept](crate::Settings::other_deviation).
+    pub other_octaves: Vec<OctaveSum>,
     /// The same at the averaging times asked for; none where these are the octaves, and in a
     /// measurement under way.
     pub points: Vec<OctaveSum>,

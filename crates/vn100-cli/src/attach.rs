@@ -81,7 +81,8 @@ async fn attach_all(
     let messages = (format.is_text() && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
-    let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
+    let mut settings =
+        Settings { recent: messages.is_some(), other_deviation: messages.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = view::FIRST_LOOKS;
     } else if format.lines().is_none() {
@@ -110,7 +111,7 @@ async fn attach_all(
                 .transpose()?
                 .unzip();
             let (session, emulated) = job.session(source, number, recording, samples, stop.clone());
-            monitors.push(SourceMonitor::of(&session, Goals::of(&job.settings)));
+            monitors.push(SourceMonitor::of(&session, Goals::of(&job.settings, job.args.limits.limits().wall)));
             Ok(task::spawn(attach_one(session, emulated, writer, Arc::clone(&job), stop)))
         })
         .collect::<Result<_>>()?;

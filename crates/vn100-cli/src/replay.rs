@@ -84,12 +84,13 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let messages = MessageQueue::default();
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
     let session = |input| {
-        let settings = Settings { recent: true, ..files.settings() };
+        let settings = Settings { recent: true, other_deviation: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
     let view_options = args.view.options(&files.settings(), &stop)?;
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
-    let monitors = sessions.iter().map(|session| SourceMonitor::of(session, Goals::of(&files.settings()))).collect();
+    let monitors =
+        sessions.iter().map(|session| SourceMonitor::of(session, Goals::of(&files.settings(), None))).collect();
     let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
     let all_stop = stop.clone();

@@ -173,7 +173,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             }
             () = stop.cancelled(), if stop_ends_it => {
                 source.end.get_or_insert((EndReason::Stopped, None));
-                return source.finish(channels);
+                return source.finish(channels).await;
             }
             () = changed(&mut link) => {
                 let now = latest(&mut link);
@@ -191,7 +191,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                     while ends_as_recorded && events.recv().await.is_some() {}
                     events.close();
                     if source.pace.is_none() {
-                        return source.finish(channels);
+                        return source.finish(channels).await;
                     }
                     source.stand_at_end(channels);
                 }
@@ -579,8 +579,11 @@ impl Measuring {
         self.publish(channels);
     }
 
-    fn finish(mut self, channels: &Channels) -> MeasurementEnd {
-        self.analysis.finish();
+    async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
+        // rows whose rate was not known have their seconds, too
+        while self.analysis.finish_to_second() {
+            self.hand_out_second(channels).await;
+        }
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
         let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));

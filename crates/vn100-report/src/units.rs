@@ -48,6 +48,8 @@ pub struct ChannelValues {
     pub octaves: Vec<Point>,
     /// Those to be shown: the octaves, or the averaging times that were asked for.
     pub deviations: Vec<Point>,
+    /// The octaves of the deviation that was not asked for; empty where it is not kept.
+    pub other_deviations: Vec<Point>,
     /// Through time and frequency; `None` where it was not assessed.
     pub signal: Option<SignalValues>,
     /// Of the regression line, in the unit per second.
@@ -263,6 +265,10 @@ fn values(
             [] => octaves.clone(),
             asked => points(asked, assessed.map(|assessed| &assessed.points)),
         },
+        other_deviations: points(&results.other_octaves, assessed.map(|assessed| &assessed.other_octaves))
+            .into_iter()
+            .map(|point| Point { fitted: None, ..point })
+            .collect(),
         octaves,
         slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.rate_of(results)),
         signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {

@@ -27,6 +27,15 @@ pub enum Deviation {
 }
 
 impl Deviation {
+    /// The other one of the two.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Allan => Self::Hadamard,
+            Self::Hadamard => Self::Allan,
+        }
+    }
+
     pub(crate) const fn order(self) -> usize {
         match self {
             Self::Allan => 2,

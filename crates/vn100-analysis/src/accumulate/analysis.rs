@@ -10,7 +10,7 @@ use super::{
     data_record::DataRecord,
     pending_rows::PendingRows,
     piece::{NotAppended, PieceStart},
-    rate_authority::RateEffect,
+    rate_authority::{Rate, RateEffect},
     rows::Rows,
 };
 use crate::{
@@ -43,7 +43,16 @@ pub struct Analysis {
     marks: Vec<PlaceMark>,
     /// The link was lost, and no row came since.
     is_interrupted: bool,
+    finishing: Option<Finishing>,
     last_row_ns: Option<i64>,
+}
+
+/// The stream is over, and rows that were pending are still to be taken.
+#[derive(Debug, Clone, Copy)]
+struct Finishing {
+    /// How many were pending without a sure rate.
+    few: Option<u64>,
+    rate_before: Rate,
 }
 
 /// More marks are no longer kept.
@@ -61,6 +70,7 @@ impl Analysis {
             outages: Outages::default(),
             marks: Vec::new(),
             is_interrupted: false,
+            finishing: None,
             last_row_ns: None,
         }
     }
@@ -243,21 +253,38 @@ impl Analysis {
 
     /// The stream is over: decides on the rows that are pending.
     pub fn finish(&mut self) {
-        let Some(pending) = &mut self.pending else { return };
-        let few = pending
-            .detector
-            .summary()
-            .and_then(|summary| summary.samples_pending())
-            .filter(|_| self.record.rate.is_open());
-        let before = self.record.rate.rate;
-        pending.detector.finish();
-        let whole = pending.detector.summary();
+        self.begin_finish();
         self.push_resolved();
-        if let Some(whole) = whole {
+        self.end_finish();
+    }
+
+    /// The same in steps, each up to the next whole second of data time: whether more is left.
+    #[must_use]
+    pub fn finish_to_second(&mut self) -> bool {
+        self.begin_finish();
+        let has_more = self.continue_to_second();
+        if !has_more {
+            self.end_finish();
+        }
+        has_more
+    }
+
+    fn begin_finish(&mut self) {
+        let rate = &self.record.rate;
+        if let (Some(pending), None) = (&mut self.pending, self.finishing) {
+            let few = pending.detector.summary().and_then(|summary| summary.samples_pending());
+            self.finishing = Some(Finishing { few: few.filter(|_| rate.is_open()), rate_before: rate.rate });
+            pending.detector.finish();
+        }
+    }
+
+    fn end_finish(&mut self) {
+        let Some(Finishing { few, rate_before }) = self.finishing.take() else { return };
+        if let Some(whole) = self.pending.as_ref().and_then(|pending| pending.detector.summary()) {
             self.record.rate.take_whole_record(&whole);
         }
         if let Some(rows) = few {
-            self.record.rate.prefer_longer_evidence(rows, before);
+            self.record.rate.prefer_longer_evidence(rows, rate_before);
         }
     }
 

@@ -1,6 +1,8 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap};
+use imu_noise::{
+    ChannelAccumulator, ChannelSignal, OctaveSum, Octaves, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap,
+};
 use vn100_protocol::{Channel, Quantity};
 
 use super::piece::{NotAppended, PieceStart};
@@ -13,6 +15,8 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
+    /// Of the deviation that is not asked for.
+    other: Option<Octaves>,
     /// Without the regression line.
     detrend: bool,
     /// Rows for one sample.
@@ -34,6 +38,9 @@ impl ChannelState {
         let accumulator = if detrend { accumulator.keeping_slope() } else { accumulator };
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
+            other: settings
+                .other_deviation
+                .then(|| Octaves::new(settings.estimator, settings.deviation.other()).starting_at(start.places)),
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             detrend,
             stride: 1,
@@ -63,6 +70,13 @@ impl ChannelState {
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
             self.signal.gap(missing.map(|_| samples));
+            self.gap_of_other(missing.map(|_| samples));
+        }
+    }
+
+    fn gap_of_other(&mut self, missing: Option<u64>) {
+        if let Some(other) = &mut self.other {
+            other.gap(missing);
         }
     }
 
@@ -85,6 +99,8 @@ impl ChannelState {
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
+        // that is for a screen, which shows one piece
+        self.other = None;
         self.place = next.place;
         self.restarted |= next.restarted;
         if let Some((ours, theirs)) = self.unwrap.as_mut().zip(next.unwrap.as_ref()) {
@@ -108,18 +124,24 @@ impl ChannelState {
     }
 
     fn push_samples(&mut self, mut counts: &mut [i32]) {
-        let Self { accumulator, signal, unwrap, restarted, .. } = self;
+        let Self { accumulator, other, signal, unwrap, restarted, .. } = self;
         loop {
             let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));
             let (continuous, rest) = counts.split_at_mut(together);
             accumulator.push(continuous);
             signal.push(continuous);
+            if let Some(other) = other {
+                other.push(continuous);
+            }
             if rest.is_empty() {
                 return;
             }
             *restarted = true;
             accumulator.gap(Some(0));
             signal.gap(Some(0));
+            if let Some(other) = other {
+                other.gap(Some(0));
+            }
             counts = rest;
         }
     }
@@ -149,6 +171,7 @@ impl ChannelState {
             slope_counts,
             signal: Some(self.signal.clone()),
             octaves: sums,
+            other_octaves: self.other.as_ref().map_or_else(Vec::new, |other| other.sums().collect()),
             points: Vec::new(),
             stride: self.stride,
             printed_step_counts,

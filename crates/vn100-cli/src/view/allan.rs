@@ -39,7 +39,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
     let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
     let plot = AllanPlot::new(scene.state, source, &group);
-    let deviation = deviation_name(source.snapshot.deviation);
+    let deviation = deviation_name(plot.deviation);
     let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit.name);
     let title = scene.theme.spelled(title);
     let inner = framed(frame, area, scene, Panel::Allan, title);
@@ -81,7 +81,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
-    if let Some(next) = next_octave(source).filter(|_| !over) {
+    if let Some(next) = next_octave(source, plot.deviation).filter(|_| !over) {
         let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
         let when = match (next.broken, whole) {
             (false, _) => format!("in {wait}"),

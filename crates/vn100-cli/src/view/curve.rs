@@ -2,13 +2,13 @@
 //! logarithmic axes around them.
 
 use imu_noise::{Deviation, Term};
-use vn100_analysis::letter;
+use vn100_analysis::{ChannelSnapshot, letter};
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
     sheet,
     source::{ChannelGroup, SourceView},
-    state::{ShownAxes, ViewState},
+    state::{ShownAxes, ShownPlot, ViewState},
     units::ShownUnit,
 };
 
@@ -17,6 +17,7 @@ const MODEL_STEPS: u32 = 4;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AllanPlot {
+    pub(crate) deviation: Deviation,
     pub(crate) unit: ShownUnit,
     pub(crate) curves: Vec<AllanCurve>,
     /// Of the data sheet.
@@ -50,28 +51,35 @@ impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
         let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
         let factor = unit.factor;
+        let is_other = state.plot == ShownPlot::OtherDeviation;
+        let measured = source.snapshot.deviation;
+        let deviation = if is_other { measured.other() } else { measured };
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.is_shown(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
-            let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
-            let alone = state.axes != ShownAxes::All;
+            let points = if is_other { &channel.other_deviations } else { &channel.deviations };
+            let points = points.iter().map(|point| point.times(factor)).collect();
+            // the fit is to what was asked for
+            let alone = state.axes != ShownAxes::All && !is_other;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
             let reference = source
                 .reference
                 .as_ref()
-                .filter(|reference| !state.is_without_reference && reference.deviation == source.snapshot.deviation);
+                .filter(|reference| !state.is_without_reference && reference.deviation == deviation);
             let reference = reference.and_then(|reference| reference.curve(channel)).map(|points| ModelLine {
                 term: Some(REFERENCE),
                 points: points.iter().map(|(tau_s, deviation)| (*tau_s, deviation * factor)).collect(),
             });
             AllanCurve { name: channel.name.clone(), axis, points, model, reference }
         });
-        let mut plot = Self { unit, curves: curves.collect(), sheet: None };
+        let mut plot = Self { deviation, unit, curves: curves.collect(), sheet: None };
         let mut taus: Vec<f64> = plot.taus().collect();
         taus.sort_by(f64::total_cmp);
         taus.dedup();
-        plot.sheet = sheet::line(source, group, &taus, factor);
+        if !is_other {
+            plot.sheet = sheet::line(source, group, &taus, factor);
+        }
         plot
     }
 
@@ -146,11 +154,16 @@ pub(crate) struct NextOctave {
 }
 
 /// The octave that will be observable next; `None` before the first sample.
-pub(crate) fn next_octave(source: &SourceView) -> Option<NextOctave> {
+pub(crate) fn next_octave(source: &SourceView, deviation: Deviation) -> Option<NextOctave> {
     let snapshot = &source.snapshot;
-    let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
+    let is_other = deviation != snapshot.deviation;
+    let octaves = |channel: &ChannelSnapshot| {
+        let octaves = if is_other { &channel.other_octaves } else { &channel.octaves };
+        octaves.last().map(|octave| octave.m)
+    };
+    let longest = snapshot.channels.iter().filter_map(octaves).max();
     let m = longest.map_or(1, |m| 2 * m);
-    let windows = match snapshot.deviation {
+    let windows = match deviation {
         Deviation::Allan => 2,
         Deviation::Hadamard => 3,
     };

@@ -119,7 +119,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
     if has_more {
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(middle);
         let others = match scene.state.plot {
-            ShownPlot::Deviation => [ShownPlot::Spectrum, ShownPlot::Segments],
+            ShownPlot::Deviation | ShownPlot::OtherDeviation => [ShownPlot::Spectrum, ShownPlot::Segments],
             ShownPlot::Spectrum => [ShownPlot::Segments, ShownPlot::Temperature],
             ShownPlot::Segments | ShownPlot::Temperature => [ShownPlot::Spectrum, ShownPlot::Segments],
         };
@@ -146,7 +146,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
 fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regions: &mut Regions, alone: bool) {
     regions.panels.push((area, panel));
     match panel {
-        Panel::Allan if scene.state.plot != ShownPlot::Deviation => {
+        Panel::Allan if !scene.state.plot.is_deviation() => {
             plots::draw(frame, area, scene, scene.state.plot);
         }
         Panel::Allan => allan::draw(frame, area, scene, regions, alone),

@@ -11,22 +11,25 @@ use super::source::SourceView;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Goals {
     pub(crate) duration: Option<Duration>,
+    /// By the clock, from the start of the command.
+    pub(crate) wall: Option<Duration>,
     pub(crate) until: Vec<Goal>,
 }
 
 impl Goals {
-    pub(crate) fn of(settings: &Settings) -> Self {
-        Self { duration: settings.duration, until: settings.until.clone() }
+    pub(crate) fn of(settings: &Settings, wall: Option<Duration>) -> Self {
+        Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
     pub(crate) fn is_none(&self) -> bool {
-        self.duration.is_none() && self.until.is_empty()
+        self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
     }
 
-    /// One text for each, the data time first.
+    /// One text for each, the times first.
     pub(crate) fn texts(&self, source: &SourceView) -> Vec<String> {
-        let duration = self.duration.map(|duration| of_duration(source, duration));
-        duration.into_iter().chain(self.until.iter().map(|goal| of_goal(source, goal))).collect()
+        let duration = self.duration.map(|duration| progress(data_time_s(source), duration));
+        let wall = self.wall.map(|wall| format!("by the clock {}", progress(source.now.as_secs_f64(), wall)));
+        duration.into_iter().chain(wall).chain(self.until.iter().map(|goal| of_goal(source, goal))).collect()
     }
 }
 
@@ -39,8 +42,8 @@ fn data_time_s(source: &SourceView) -> f64 {
     }
 }
 
-fn of_duration(source: &SourceView, duration: Duration) -> String {
-    let (passed_s, whole_s) = (data_time_s(source), duration.as_secs_f64());
+fn progress(passed_s: f64, whole: Duration) -> String {
+    let whole_s = whole.as_secs_f64();
     let more_s = whole_s - passed_s;
     let more = if more_s > 0.0 { format!(", {} more", time(more_s.ceil())) } else { String::new() };
     format!("{} of {}{more}", time(passed_s), span(whole_s, " "))

@@ -111,7 +111,7 @@ pub(super) const KEYS: [(&str, &str); 29] = [
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
     ("X Y Z", "show or hide an axis among all"),
-    ("v  V", "deviation, spectrum, segments, temperature"),
+    ("v  V", "Hadamard, spectrum, segments, temperature"),
     ("R", "show or hide the curve of the reference"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),

@@ -51,7 +51,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: Sh
         ShownPlot::Spectrum => format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name),
         ShownPlot::Segments => format!("Standard deviation of the {name} by segment, {}", unit.name),
         ShownPlot::Temperature => format!("Mean of the {name} over temperature, {}", unit.name),
-        ShownPlot::Deviation => return,
+        ShownPlot::Deviation | ShownPlot::OtherDeviation => return,
     };
     let is_chosen = scene.state.plot == plot && scene.state.panel == Panel::Allan;
     let inner = framed_as(frame, area, scene, is_chosen, scene.theme.spelled(title));
@@ -59,7 +59,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: Sh
         ShownPlot::Spectrum => spectral_peaks(scene.theme, &series, &unit),
         ShownPlot::Segments => segment_changes(scene.theme, &series, &unit),
         ShownPlot::Temperature => coefficients(scene.theme, &series, &unit),
-        ShownPlot::Deviation => Vec::new(),
+        ShownPlot::Deviation | ShownPlot::OtherDeviation => Vec::new(),
     };
     let [chart, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(texts.len() as u16)]).areas(inner);
     frame.render_widget(Paragraph::new(texts), below);
@@ -67,7 +67,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: Sh
         ShownPlot::Spectrum => draw_spectrum(frame, chart, scene, &series, &unit),
         ShownPlot::Segments => draw_segments(frame, chart, scene, &series, &unit),
         ShownPlot::Temperature => draw_temperature(frame, chart, scene, &series, &unit),
-        ShownPlot::Deviation => {}
+        ShownPlot::Deviation | ShownPlot::OtherDeviation => {}
     }
 }
 

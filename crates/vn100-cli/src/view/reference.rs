@@ -53,7 +53,8 @@ impl Reference {
 
     /// Measures a file by these settings, to its own end.
     pub(crate) fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
-        let settings = Settings { duration: None, until: Vec::new(), recent: false, ..settings };
+        let settings =
+            Settings { duration: None, until: Vec::new(), recent: false, other_deviation: false, ..settings };
         let spec = ReplaySpec {
             path,
             capture: CaptureOptions::default(),

@@ -20,7 +20,7 @@ fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {
 
 fn with_goals(duration_s: Option<u64>, until: &[&str]) -> SourceView {
     let until = until.iter().map(|goal| goal.parse().unwrap()).collect();
-    let goals = Goals { duration: duration_s.map(Duration::from_secs), until };
+    let goals = Goals { duration: duration_s.map(Duration::from_secs), wall: None, until };
     SourceView { goals: Arc::new(goals), ..measured() }
 }
 
@@ -39,6 +39,12 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
             let screen = screen(&one(), &source, size);
             assert!(screen.contains(shown), "{shown} at {size:?}:\n{screen}");
         }
+    }
+    let goals = Goals { wall: Some(Duration::from_secs(1200)), ..Goals::default() };
+    let source = SourceView { goals: Arc::new(goals), now: Duration::from_secs(500), ..measured() };
+    for size in SIZES {
+        let screen = screen(&one(), &source, size);
+        assert!(screen.contains("goal: by the clock 8 min 20 s of 20 min, 11 min 40 s more"), "{size:?}:\n{screen}");
     }
     assert!(!screen(&one(), &measured(), (80, 24)).contains("goal:"));
 }

@@ -32,6 +32,20 @@ fn each_plot_in_place_of_the_deviation() {
 }
 
 #[test]
+fn the_other_deviation_has_its_own_points_and_no_model() {
+    let state = ViewState { plot: ShownPlot::OtherDeviation, ..one() };
+    check("plot-hadamard", &state, &[measured()]);
+    let alone = ViewState { axes: ShownAxes::One(0), ..state };
+    let screen = text(&drawn(&alone, &[measured()], PLAIN, (120, 40)).0);
+    assert!(screen.contains("Hadamard deviation σ(τ) of the gyro") && !screen.contains("model"), "{screen}");
+    for source in [nothing(), damaged()] {
+        for size in SIZES {
+            drawn(&alone, std::slice::from_ref(&source), PLAIN, size);
+        }
+    }
+}
+
+#[test]
 fn marks_stand_in_the_segments() {
     let mut source = measured();
     let snapshot = Arc::make_mut(&mut source.snapshot);
