@@ -118,6 +118,9 @@ fn a_missing_part_is_an_outage_and_reported() {
     assert_eq!(document["timing"]["segments"], 2);
     let samples = document["timing"]["samples"].as_u64().unwrap();
     assert!((3790..=3800).contains(&samples), "a fifth of 4800 and a line: {samples}");
+    let output = vn100().arg("replay").args([&parts[0], &parts[2]]).output().unwrap();
+    let summary = String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(summary.contains("2 segments; link lost 1 time"), "{summary}");
 }
 
 #[test]

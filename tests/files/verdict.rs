@@ -129,7 +129,10 @@ fn the_built_in_densities_are_given_as_both_readings() {
     let ratio = two["expected_low"].as_f64().unwrap() / one["expected_low"].as_f64().unwrap();
     assert!((ratio - 2_f64.sqrt()).abs() < 1e-9, "{ratio}");
     let text = comparison["text"].as_str().unwrap();
-    assert!(text.contains("0.47 ± 0.05") && text.contains("0.33 ± 0.04 if one-sided"), "{text}");
+    assert!(
+        text.contains("0.47 ± 0.05 deg/sqrt(h) if") && text.contains("0.33 ± 0.04 deg/sqrt(h) if one-sided"),
+        "{text}"
+    );
     let (_, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro N", "--fail-on", "gyro B"]);
     assert!(said.contains("--fail-on \"gyro N\" needs a limit") && !said.contains("\"gyro B\" needs"), "{said}");
     let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro N", "--typical-is-limit"]);

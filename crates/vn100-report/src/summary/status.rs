@@ -200,7 +200,11 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
                     format!("{} dropped samples, {}", grouped(timing.missing), counted(timing.segments, "segment"))
                 }
             };
-            Some(format!("{rejected} rejected lines; {dropped}"))
+            let outages = match snapshot.outages.times {
+                0 => String::new(),
+                _ => format!("; link {}", snapshot.outages),
+            };
+            Some(format!("{rejected} rejected lines; {dropped}{outages}"))
         }
         Aspect::Time => match snapshot.arrivals {
             Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm, .. }) => {
