@@ -20,7 +20,7 @@ use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{EndKind, LinkStatus, Settings};
-use vn100_capture::{CaptureOptions, Event, RecordError, RecordingReader};
+use vn100_capture::{CaptureOptions, Event, RecordError, RecordingReader, Rotation};
 use vn100_driver::{ConfigureError, LinkState, OutputSettings};
 use vn100_pipeline::{
     Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session,

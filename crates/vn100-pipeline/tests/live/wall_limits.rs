@@ -105,3 +105,48 @@ async fn a_recording_replays_with_the_outage_at_its_end() {
     assert_eq!(replay.snapshot.outages.seconds(), live.snapshot.outages.seconds());
     assert_eq!(replay.facts.end, Some(EndKind::EndOfInput));
 }
+
+/// From ten in the evening; the sensor goes for good at three.
+#[tokio::test(start_paused = true)]
+async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_why_no_more() {
+    // two minutes: a night of whole hours passes, too, and takes a minute and a half
+    const HOUR_S: u64 = 120;
+    let folder = TempDir::new().unwrap();
+    let sensor = Sensor::new(115_200, 4);
+    sensor.world().registers.insert(30, "0,0,0,0,1,0,1".into());
+    let rotation = Some(Rotation::Time(Duration::from_secs(HOUR_S)));
+    let recording = recording(&folder).map(|recording| RecordingSpec { rotation, ..recording });
+    let spec = LiveSpec {
+        limits: limits(Some(HOUR_S / 2), Some(10 * HOUR_S)),
+        settings: duration(9 * HOUR_S),
+        recording,
+        ..of(&sensor)
+    };
+    let (session, began) = (Session::live(spec), time::Instant::now());
+    let unplugged = sensor.clone();
+    tokio::spawn(async move {
+        time::sleep(Duration::from_secs(5 * HOUR_S)).await;
+        unplugged.world().plugged = false;
+    });
+    let (live, _) = ended(session).await;
+    let EndReason::GaveUp { after, cause: Some(_) } = &*live.end else { panic!("{:?}", live.end) };
+    assert_eq!(after.as_secs(), HOUR_S / 2);
+    let took_s = began.elapsed().as_secs_f64() - (5 * HOUR_S + HOUR_S / 2) as f64;
+    assert!((-1.0..1.0).contains(&took_s), "{took_s}");
+    let timing = live.snapshot.timing;
+    assert!((5 * HOUR_S * 4 - 8..=5 * HOUR_S * 4).contains(&timing.samples), "{timing:?}");
+    assert_eq!((timing.missing, live.snapshot.outages.seconds()), (0, Some((HOUR_S / 2) as f64)));
+    let shortfall = live.shortfall.unwrap();
+    assert_eq!(shortfall.wanted.as_secs(), 9 * HOUR_S);
+    assert_eq!(shortfall.measured.as_secs_f64(), timing.duration_s());
+
+    let part = |number: u32| folder.path().join(format!("bench.{number:04}.mcap"));
+    let parts: Vec<PathBuf> = (1..).map(part).take_while(|part| part.exists()).collect();
+    assert!((5..=6).contains(&parts.len()), "{parts:?}");
+    assert_eq!(reason(parts.last().unwrap()), "the sensor was lost");
+    let mut samples = 0;
+    for part in &parts {
+        samples += Session::replay(replay_of(part.clone())).result.await.unwrap().snapshot.timing.samples;
+    }
+    assert!((timing.samples - parts.len() as u64..=timing.samples).contains(&samples), "{samples} of {timing:?}");
+}
