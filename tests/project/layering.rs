@@ -25,6 +25,11 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (
+        "vn100-serve",
+        &["vn100-analysis", "vn100-pipeline", "vn100-report"],
+        &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
+    ),
+    (
         "vn100-cli",
         &[
             "vn100-protocol",
@@ -35,6 +40,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-analysis",
             "vn100-pipeline",
             "vn100-report",
+            "vn100-serve",
         ],
         &[],
     ),

@@ -4,6 +4,7 @@ mod duration;
 mod help;
 mod link;
 mod measure;
+mod serve;
 mod view;
 
 use std::{path::PathBuf, time::Duration};
@@ -28,6 +29,7 @@ pub(crate) use measure::{
     is_page,
 };
 
+pub(crate) use serve::ServeArgs;
 use view::ViewArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -63,6 +65,9 @@ impl Args {
             Subcommand::Record(RecordArgs { change, .. }) => change.not_measured(),
             Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
                 Some("--pool needs two recordings or more; intervals need three".into())
+            }
+            Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.serve.is_some() => {
+                Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
             }
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, .. }) => {
@@ -174,6 +179,9 @@ pub(crate) struct AttachArgs {
 
     #[command(flatten)]
     pub(crate) view: ViewArgs,
+
+    #[command(flatten)]
+    pub(crate) serve: ServeArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -222,6 +230,7 @@ impl From<RecordArgs> for AttachArgs {
             limits: args.limits,
             result: ResultArgs::default(),
             view: ViewArgs::default(),
+            serve: ServeArgs::default(),
         }
     }
 }

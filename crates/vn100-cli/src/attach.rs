@@ -14,7 +14,7 @@ use vn100_analysis::Settings;
 use vn100_driver::list_ports;
 use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::{Completion, Evaluation, Measured};
+use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
@@ -26,9 +26,10 @@ use crate::{
     ports::only_likely,
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
+    serve::Page,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
-    view::{self, Goals, MessageQueue, SourceMonitor, View},
+    view::{self, MessageQueue, SourceMonitor, View},
     words,
 };
 
@@ -77,12 +78,16 @@ async fn attach_all(
     log: Entries,
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
+    let page = Page::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format.is_text() && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
-    let mut settings =
-        Settings { recent: messages.is_some(), other_deviation: messages.is_some(), ..args.measure.settings() };
+    let mut settings = Settings {
+        recent: messages.is_some() || page.is_some(),
+        other_deviation: messages.is_some(),
+        ..args.measure.settings()
+    };
     if messages.is_some() {
         settings.watch_every = view::FIRST_LOOKS;
     } else if format.lines().is_none() {
@@ -95,7 +100,9 @@ async fn attach_all(
     let mut monitors = Vec::new();
     let mut unrecorded = Vec::new();
     let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, &stop)).transpose()?;
-    let sources: Vec<JoinHandle<Result<Measured>>> = (0..)
+    let goals = Goals::of(&job.settings, job.args.limits.limits().wall);
+    let mut server = None;
+    let prepared: Vec<Prepared> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
         .map(|(number, (source, recording))| {
             let stop = stop.child_token();
@@ -111,10 +118,18 @@ async fn attach_all(
                 .transpose()?
                 .unzip();
             let (session, emulated) = job.session(source, number, recording, samples, stop.clone());
-            monitors.push(SourceMonitor::of(&session, Goals::of(&job.settings, job.args.limits.limits().wall)));
-            Ok(task::spawn(attach_one(session, emulated, writer, Arc::clone(&job), stop)))
+            monitors.push(SourceMonitor::of(&session, goals.clone()));
+            Ok(Prepared { session, emulated, writer, stop })
         })
         .collect::<Result<_>>()?;
+    if let Some(page) = page {
+        let sessions = prepared.iter().map(|prepared| &prepared.session);
+        let (started, text) = page.show(sessions, &goals, &job.settings, &job.evaluation)?;
+        job.status.report(&text);
+        server = Some(started);
+    }
+    let sources: Vec<JoinHandle<Result<Measured>>> =
+        prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
@@ -133,7 +148,18 @@ async fn attach_all(
         }
         written?;
     }
+    // its last state is the end of all sources
+    drop(server);
     writer.finish()
+}
+
+/// A session that has begun.
+struct Prepared {
+    session: Session,
+    /// Powered until the settings are restored.
+    emulated: Option<EmulatedPort>,
+    writer: Option<SampleWriter>,
+    stop: CancellationToken,
 }
 
 struct Job {
@@ -203,14 +229,8 @@ impl Job {
     }
 }
 
-async fn attach_one(
-    session: Session,
-    // powered until the settings are restored
-    _emulated: Option<EmulatedPort>,
-    samples: Option<SampleWriter>,
-    job: Arc<Job>,
-    stop: CancellationToken,
-) -> Result<Measured> {
+async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
+    let Prepared { session, emulated: _emulated, writer: samples, stop } = prepared;
     let mut written = Ok(());
     let result = follow(session, &job, &stop, &mut written).await?;
     let was_opened = match &*result.end {

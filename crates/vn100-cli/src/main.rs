@@ -20,6 +20,7 @@ mod result;
 mod samples;
 mod selftest;
 mod sensor;
+mod serve;
 mod sim;
 mod status;
 mod text;

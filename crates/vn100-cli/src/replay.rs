@@ -21,18 +21,19 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Goal, Pool, Settings};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult, Speed};
-use vn100_report::{Completion, Evaluation, Measured};
+use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs},
     config::Config,
-    exit::{HangUp, stop_on_interrupt},
+    exit::{HangUp, report, stop_on_interrupt},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
     samples::SampleWriter,
+    serve::Page,
     user_files::evaluation,
-    view::{self, Goals, MessageQueue, SourceMonitor, View},
+    view::{self, MessageQueue, SourceMonitor, View},
     words,
 };
 
@@ -66,12 +67,12 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
 
 /// Replays in the view until the user quits it, and writes the results as any replay does.
 fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
-    if !view::is_there() {
+    if args.serve.serve.is_none() && !view::is_there() {
         bail!(
-            "--speed needs the live view, and that a terminal for input and output; without --speed the result is printed at once"
+            "--speed needs the live view, and that a terminal for input and output, or a page (--serve); without --speed the result is printed at once"
         );
     }
-    if takes_terminal(&args.files.log) {
+    if args.serve.serve.is_none() && takes_terminal(&args.files.log) {
         bail!("-v would overwrite the view: use --log FILE");
     }
     let work = async |log| replay_all(args, speed, log).await;
@@ -80,36 +81,71 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
 
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Completion> {
     let files = &args.files;
-    let stop = stop_on_interrupt(HangUp::HandledByView)?;
-    let messages = MessageQueue::default();
+    let page = Page::of(&args.serve)?;
+    let messages = (view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
+    let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
     let session = |input| {
         let settings = Settings { recent: true, other_deviation: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
-    let view_options = args.view.options(&files.settings(), &stop)?;
+    let view_options = messages.is_some().then(|| args.view.options(&files.settings(), &stop)).transpose()?;
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
-    let monitors =
-        sessions.iter().map(|session| SourceMonitor::of(session, Goals::of(&files.settings(), None))).collect();
-    let follow = |session| task::spawn(follow_in_view(session, messages.clone(), Arc::clone(&evaluation)));
+    let goals = Goals::of(&files.settings(), None);
+    let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();
+    let server = match page {
+        Some(page) => {
+            let (server, text) = page.show(&sessions, &goals, &files.settings(), &evaluation)?;
+            said(messages.as_ref(), text);
+            Some(server)
+        }
+        None => None,
+    };
+    let follow = |session| task::spawn(follow_paced(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
-    let all_stop = stop.clone();
-    let view = View::show(monitors, messages, evaluation, view_options, stop)?;
-    let shown = view.until(all_of(results), || all_stop.cancel()).await?;
     let mut writer = ResultWriter::new(args.result.format());
-    writer.write_all(&shown)?;
+    match messages {
+        Some(messages) => {
+            let all_stop = stop.clone();
+            let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
+            let shown = view.until(all_of(results), || all_stop.cancel()).await?;
+            writer.write_all(&shown)?;
+        }
+        None => all_of(results).await?.iter().try_for_each(|measured| writer.write(measured))?,
+    }
+    drop(server);
     writer.finish()
 }
 
-async fn follow_in_view(mut session: Session, messages: MessageQueue, evaluation: Arc<Evaluation>) -> Result<Measured> {
+/// Says it in the view, or without one on standard error.
+fn said(view: Option<&MessageQueue>, text: String) {
+    match view {
+        Some(messages) => messages.push(text),
+        None => report(&text),
+    }
+}
+
+async fn follow_paced(
+    mut session: Session,
+    messages: Option<MessageQueue>,
+    evaluation: Arc<Evaluation>,
+) -> Result<Measured> {
     let name = session.state.borrow().name().to_owned();
-    let report = |event| words::event(&name, event).into_iter().for_each(|text| messages.push(text));
+    let event = |event| words::event(&name, event).into_iter().for_each(|text| said(messages.as_ref(), text));
+    let mut is_at_end = messages.is_some();
     let result = loop {
         tokio::select! {
             // pending messages are written before the result
             biased;
-            Some(event) = session.events.recv() => report(event),
+            Some(happened) = session.events.recv() => event(happened),
             result = &mut session.result => break result.context(FAULT)?,
+            // a view shows it
+            Ok(()) = session.state.changed(), if !is_at_end => {
+                is_at_end = session.state.borrow_and_update().playback.is_some_and(|playback| playback.at_end);
+                if is_at_end {
+                    report(&format!("{name}: replayed to its end; the page stays, Ctrl-C ends it and prints the result"));
+                }
+            }
         }
     };
     evaluated_replay(result, &evaluation).await

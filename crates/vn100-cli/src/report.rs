@@ -19,7 +19,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{
-    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Program, Record, run_name, run_prefix,
+    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Record, run_name, run_prefix,
     temperature::detrend_name, write_page,
 };
 
@@ -28,15 +28,12 @@ use crate::{
     exit::{print, report as complain},
     inputs::{FileStream, inputs},
     replay::{Outputs, measure_files},
+    serve::PROGRAM,
     user_files::evaluation,
     words::remedy_words,
 };
 use exports::Exports;
 use output::Output;
-
-/// What makes the report.
-const PROGRAM: Program<'_> =
-    Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;

@@ -7,7 +7,8 @@ use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, Prog
 use vn100_analysis::Snapshot;
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
-use vn100_report::{numbers::plain::time, printable};
+use vn100_pipeline::link_facts;
+use vn100_report::{health::link_word, numbers::plain::time, printable};
 
 use crate::{
     exit::{about, report},
@@ -175,17 +176,7 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
 }
 
 pub(crate) fn link_name(state: &LinkState) -> String {
-    match state {
-        LinkState::Opening => "opening".into(),
-        LinkState::Probing { baud: Some(baud), .. } => format!("listening at {baud} baud"),
-        LinkState::Probing { baud: None, .. } => "listening".into(),
-        LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud"),
-        LinkState::Up(_) => "connected".into(),
-        LinkState::Silent(_) => "SILENT".into(),
-        LinkState::Down { was_up: true, .. } => "DISCONNECTED".into(),
-        LinkState::Down { was_up: false, .. } => "not connected".into(),
-        _ => "ending".into(),
-    }
+    link_word(&link_facts(state))
 }
 
 fn counts(snapshot: &Snapshot) -> String {

@@ -11,7 +11,6 @@ mod chart;
 mod curve;
 mod draw;
 mod faults;
-mod goals;
 mod health;
 mod keys;
 mod messages;
@@ -63,7 +62,6 @@ use vn100_report::Evaluation;
 
 use crate::exit::{print, report};
 
-pub(crate) use goals::Goals;
 pub(crate) use messages::MessageQueue;
 use reference::PendingReference;
 pub(crate) use reference::Reference;

@@ -53,6 +53,6 @@ pub use sample_tap::{SampleEvent, SampleTap};
 pub use sensor_setup::SetupError;
 pub use session::Session;
 pub use session_event::{OutputLeft, SessionEvent};
-pub use state::{SourceState, Stage};
+pub use state::{SourceState, Stage, link_facts, playback_facts};
 pub use wall_limits::WallLimits;
 pub use watchdog::{NO_MEASUREMENT_AFTER, RateEvent};

@@ -99,12 +99,7 @@ impl SourceState {
                 unrecorded_bytes: self.unrecorded_bytes,
                 error: recording.error.as_ref().map(ToString::to_string),
             }),
-            playback: self.playback.map(|playback| PlaybackFacts {
-                samples: playback.samples,
-                total: playback.total,
-                paused: playback.paused,
-                at_end: playback.at_end,
-            }),
+            playback: self.playback.map(playback_facts),
             ended,
             ..(*self.source).clone()
         }
@@ -123,7 +118,16 @@ fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
     }
 }
 
-fn link_facts(state: &LinkState) -> LinkFacts {
+/// A paced replay as results say it.
+#[must_use]
+pub fn playback_facts(playback: Playback) -> PlaybackFacts {
+    let Playback { samples, total, paused, at_end, .. } = playback;
+    PlaybackFacts { samples, total, paused, at_end }
+}
+
+/// A link as results say it.
+#[must_use]
+pub fn link_facts(state: &LinkState) -> LinkFacts {
     let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, ..LinkFacts::default() };
     match state {
         LinkState::Opening => LinkFacts::default(),

@@ -15,7 +15,10 @@ mod export;
 mod figure;
 mod findings;
 pub mod glossary;
+pub mod goals;
 mod graphical;
+pub mod health;
+mod history;
 mod measured;
 pub mod names;
 pub mod numbers;
@@ -48,7 +51,12 @@ pub use export::{
     tables::CsvTable,
 };
 pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
+pub use history::{History, HistoryColumn};
 pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, run_name, run_prefix};
+pub use page::live::{
+    LiveSource, LiveStage, PagePart, live_icon, live_page, live_script, live_style, now_part, result_parts,
+    signal_part, sources_part,
+};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable};
 pub use toml_text::{TomlError, parse_toml};

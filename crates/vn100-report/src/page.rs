@@ -5,6 +5,7 @@ mod facts;
 mod figures;
 mod glance;
 mod lab;
+pub(crate) mod live;
 mod parameters;
 mod several;
 mod statistics;
@@ -31,6 +32,8 @@ use caption::Captions;
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
 const STYLE: &str = include_str!("page/style.css");
+/// Makes figures and tables alive, on every page.
+const FIGURES_SCRIPT: &str = include_str!("page/figures.js");
 const SCRIPT: &str = include_str!("page/script.js");
 
 /// The content of a page besides the results.
@@ -107,13 +110,17 @@ pub fn write_page(
                     }
                 }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
-                script { (PreEscaped(SCRIPT)) }
+                script { (PreEscaped(FIGURES_SCRIPT)) (PreEscaped(SCRIPT)) }
             }
         }
     };
-    // names and notes may hold what steers a terminal, is an error in HTML, or makes them look like others
-    let page = page.into_string().replace(|c: char| steers_terminal(c) && !matches!(c, '\n' | '\t'), "\u{fffd}");
-    out.write_all(page.as_bytes())
+    out.write_all(text_of(page).as_bytes())
+}
+
+/// Names and notes may hold what steers a terminal, is an error in HTML, or makes them look like
+/// others.
+fn text_of(markup: Markup) -> String {
+    markup.into_string().replace(|c: char| steers_terminal(c) && !matches!(c, '\n' | '\t'), "\u{fffd}")
 }
 
 /// The style of what each sheet of paper names at its foot.

@@ -2,7 +2,7 @@
 //! beside the data sheet, and what to do about problems. Faces lay it out.
 
 pub(crate) mod parameters;
-mod statistics;
+pub(crate) mod statistics;
 pub(crate) mod status;
 
 pub(crate) use parameters::parameter_unit;

@@ -17,7 +17,7 @@ use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_report::{RosFrame, Stamps};
 
 use super::{
-    LogArgs, ViewArgs,
+    LogArgs, ServeArgs, ViewArgs,
     duration::{duration, length},
 };
 
@@ -400,13 +400,16 @@ pub(crate) struct ReplayArgs {
     #[arg(long, help_heading = "Measurement", conflicts_with = "speed")]
     pub(crate) pool: bool,
 
-    /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or
-    /// "max" for as fast as the machine can
+    /// Replay in the live view or on the live page, at this many seconds of data a second, as in
+    /// "1x" or "10x", or "max" for as fast as the machine can
     #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson", "samples"])]
     pub(crate) speed: Option<Speed>,
 
     #[command(flatten)]
     pub(crate) view: ViewArgs,
+
+    #[command(flatten)]
+    pub(crate) serve: ServeArgs,
 }
 
 #[derive(Debug, clap::Args)]

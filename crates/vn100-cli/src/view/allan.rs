@@ -15,13 +15,14 @@ use ratatui::{
     },
 };
 use vn100_report::{
+    health::next_octave,
     names::{deviation_name, names_of},
-    numbers::plain::{digits, tau, time},
+    numbers::plain::{digits, tau},
 };
 
 use super::{
     chart::{ChartAxes, LABELS, dense, draw_cursor, draw_grid, put},
-    curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE, next_octave},
+    curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE},
     draw::{Regions, Scene, framed},
     parameters,
     sheet::SHEET,
@@ -81,13 +82,9 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
-    if let Some(next) = next_octave(source, plot.deviation).filter(|_| !over) {
-        let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
-        let when = match (next.broken, whole) {
-            (false, _) => format!("in {wait}"),
-            (true, true) => format!("needs {wait} without a gap"),
-            (true, false) => format!("needs {wait}, no gap"),
-        };
+    if let Some(next) = next_octave(&source.snapshot, plot.deviation).filter(|_| !over) {
+        let (tau, when) = (tau(next.tau_s), next.when());
+        let when = if whole { when } else { when.replace(" without a gap", ", no gap") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));
     }
     Line::from(spans)

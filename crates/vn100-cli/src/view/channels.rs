@@ -1,7 +1,6 @@
 //! All channels in numbers, with the last minutes of each as a line of bars; and one of them in
 //! time and by value.
 
-use imu_noise::counts_to_unit;
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
@@ -13,9 +12,9 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
-use vn100_analysis::Slot;
 use vn100_protocol::Quantity;
 use vn100_report::{
+    History, HistoryColumn,
     numbers::plain::time,
     units::{ChannelValues, fitted},
 };
@@ -248,49 +247,12 @@ fn draw_histogram(
     );
 }
 
-/// Values of one column, in the unit of the channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct HistoryColumn {
-    pub(crate) min: f64,
-    pub(crate) max: f64,
-    pub(crate) mean: f64,
-}
-
-/// The oldest column first; `None` where nothing came.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct History {
-    pub(crate) columns: Vec<Option<HistoryColumn>>,
-    /// Data time of a column, in seconds.
-    pub(crate) column_s: f64,
-}
-
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl SourceView {
-    /// The latest `most_slots` in at most `columns`, which begin at fixed times and do not flicker.
+    /// The latest `most_slots` in at most `columns`, see [`History::of`].
     pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
-        let recent = self.snapshot.recent.as_ref()?;
-        let layout = self.snapshot.layout.as_ref()?.channels.get(channel)?;
-        let branch = self.snapshot.channels.get(channel)?.branch_counts;
-        let slots = recent.slots(channel);
-        let kept = slots.len().min(most_slots);
-        // one column may be cut short at either end
-        let together = kept.div_ceil(columns.checked_sub(1)?.max(1)).max(1) as u64;
-        let first = recent.end - kept as u64;
-        let of_columns = (first..).map(|place| place / together);
-        let slots: Vec<_> = of_columns.zip(recent.slots(channel).skip(slots.len() - kept)).collect();
-        let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
-        let columns = slots.chunk_by(|(a, _), (b, _)| a == b).map(|slots| {
-            let slot = slots.iter().filter_map(|(_, slot)| *slot).reduce(merge)?;
-            Some(HistoryColumn {
-                min: value(slot.min as f64),
-                max: value(slot.max as f64),
-                mean: value(slot.sum as f64 / f64::from(slot.count)),
-            })
-        });
-        let columns = columns.collect();
-        let column_s = (recent.samples_per_slot * together) as f64 / self.snapshot.timing.rate_hz;
-        Some(History { columns, column_s })
+        History::of(&self.snapshot, channel, columns, most_slots)
     }
 
     /// The means of the last minutes as bars, between the lowest and the highest of them.
@@ -309,10 +271,6 @@ impl SourceView {
         };
         history.columns.iter().map(bar).collect()
     }
-}
-
-fn merge(a: Slot, b: Slot) -> Slot {
-    Slot { min: a.min.min(b.min), max: a.max.max(b.max), sum: a.sum + b.sum, count: a.count + b.count }
 }
 
 #[cfg(test)]

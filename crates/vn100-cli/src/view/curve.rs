@@ -2,7 +2,7 @@
 //! logarithmic axes around them.
 
 use imu_noise::{Deviation, Term};
-use vn100_analysis::{ChannelSnapshot, letter};
+use vn100_analysis::letter;
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
@@ -141,38 +141,6 @@ fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<Model
 fn line(factors: &[u64], variances: &[f64], interval_s: f64, factor: f64) -> Vec<(f64, f64)> {
     let point = |(m, variance): (&u64, &f64)| (*m as f64 * interval_s, variance.sqrt() * factor);
     factors.iter().zip(variances).map(point).collect()
-}
-
-/// The octave that will be observable next.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct NextOctave {
-    pub(crate) tau_s: f64,
-    /// Data time until then, in seconds.
-    pub(crate) wait_s: f64,
-    /// The record is long enough, but a gap breaks every window: the wait begins behind it.
-    pub(crate) broken: bool,
-}
-
-/// The octave that will be observable next; `None` before the first sample.
-pub(crate) fn next_octave(source: &SourceView, deviation: Deviation) -> Option<NextOctave> {
-    let snapshot = &source.snapshot;
-    let is_other = deviation != snapshot.deviation;
-    let octaves = |channel: &ChannelSnapshot| {
-        let octaves = if is_other { &channel.other_octaves } else { &channel.octaves };
-        octaves.last().map(|octave| octave.m)
-    };
-    let longest = snapshot.channels.iter().filter_map(octaves).max();
-    let m = longest.map_or(1, |m| 2 * m);
-    let windows = match deviation {
-        Deviation::Allan => 2,
-        Deviation::Hadamard => 3,
-    };
-    let shape = snapshot.shape();
-    let needed = m * windows;
-    let lacking = needed.saturating_sub(shape.samples);
-    let broken = lacking == 0;
-    let wait_s = if broken { needed } else { lacking } as f64 * shape.interval_s;
-    (snapshot.timing.samples > 0).then_some(NextOctave { tau_s: m as f64 * shape.interval_s, wait_s, broken })
 }
 
 /// A span of a logarithmic axis, as decimal logarithms.

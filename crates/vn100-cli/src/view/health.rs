@@ -9,11 +9,12 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
-use vn100_analysis::RateFrom;
+use vn100_analysis::{PlaybackFacts, RateFrom};
 use vn100_driver::{LinkState, Up};
-use vn100_pipeline::{Playback, Speed};
+use vn100_pipeline::{Playback, Speed, playback_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
+    health::{playback_word, rate_from_word},
     names::rejected_lines,
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
@@ -50,7 +51,8 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -
         fitting(width, |detail| third(scene.theme, source, detail)),
     ];
     if !source.goals.is_none() {
-        let goals = scene.theme.spelled(source.goals.texts(source).join("   "));
+        let goals =
+            scene.theme.spelled(source.goals.texts(&source.snapshot, &source.assessment, source.now).join("   "));
         lines.push(Line::styled(shortened(&format!(" goal: {goals}"), width), Style::new().bold()));
     }
     frame.render_widget(Paragraph::new(lines), area);
@@ -94,15 +96,15 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
         (SourcePhase::Preparing, _) => ("preparing".into(), theme.warning()),
         (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.error()),
         (SourcePhase::Ended(None), _) => ("ended".into(), Style::new()),
-        (SourcePhase::Measuring, None) => match source.playback {
-            // the requested duration
-            Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
-                ("duration reached".into(), Style::new())
-            }
-            Some(playback) if playback.at_end => ("end of capture".into(), Style::new()),
-            Some(playback) if playback.paused => ("paused".into(), theme.warning()),
-            _ => ("reading".into(), theme.good()),
-        },
+        (SourcePhase::Measuring, None) => {
+            let playback = source.playback.map(playback_facts).unwrap_or_default();
+            let style = match playback {
+                PlaybackFacts { at_end: true, .. } => Style::new(),
+                PlaybackFacts { paused: true, .. } => theme.warning(),
+                PlaybackFacts { .. } => theme.good(),
+            };
+            (playback_word(playback).into(), style)
+        }
         (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.error()),
@@ -153,15 +155,10 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     match timing.rate_from {
         RateFrom::Assumed if timing.samples == 0 => parts.add("rate unknown", theme.faint()),
         from => {
-            let (source, style) = match from {
-                RateFrom::Option => (" as given", Style::new()),
-                RateFrom::DeviceTime => (" from device time", Style::new()),
-                RateFrom::Device => (" as reported", Style::new()),
-                RateFrom::Arrival => (" from arrivals", Style::new()),
-                RateFrom::Assumed => (" ASSUMED", theme.warning()),
-            };
-            let source = if detail == Detail::Least && from != RateFrom::Assumed { "" } else { source };
-            parts.add(format!("rate {} Hz{source}", digits_trimmed(timing.rate_hz, 6)), style);
+            let is_assumed = from == RateFrom::Assumed;
+            let source = if detail == Detail::Least && !is_assumed { "" } else { rate_from_word(from) };
+            let rate = format!("rate {} Hz {source}", digits_trimmed(timing.rate_hz, 6));
+            parts.add(rate.trim_end(), if is_assumed { theme.warning() } else { Style::new() });
         }
     }
     if let Some(change) = snapshot.rate_change {

@@ -245,7 +245,11 @@ fn details(scene: Scene<'_>, width: usize) -> Vec<Line<'static>> {
         (!values.is_empty()).then(|| theme.spelled(text()))
     };
     let noise: Vec<String> = [Quantity::AngularRate, Quantity::Acceleration].into_iter().filter_map(axes).collect();
-    let goals = if source.goals.is_none() { Vec::new() } else { source.goals.texts(source) };
+    let goals = if source.goals.is_none() {
+        Vec::new()
+    } else {
+        source.goals.texts(&source.snapshot, &source.assessment, source.now)
+    };
     let (text, style) = finding(scene, source).unwrap_or_default();
     let whole: Vec<String> = textwrap::wrap(&format!(" {text}"), width.max(1)).into_iter().map(Into::into).collect();
     let lines = [head, format!(" {}", noise.join("   "))]

@@ -6,10 +6,12 @@ use tokio::sync::{mpsc, watch};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_pipeline::{Command, EndReason, Playback, Session, SourceState, Stage};
+use vn100_pipeline::{Command, EndReason, Playback, Session, SourceState, Stage, link_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
     Evaluation,
+    goals::Goals,
+    health,
     names::QUANTITIES,
     no_sample,
     numbers::plain::digits_trimmed,
@@ -17,8 +19,8 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
-use super::{faults::Faults, goals::Goals, reference::Reference};
-use crate::{status::up, words};
+use super::{faults::Faults, reference::Reference};
+use crate::words;
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -143,13 +145,7 @@ impl SourceView {
 
     /// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
     pub(crate) fn line_load(&self) -> Option<f64> {
-        let baud = up(self.link.as_ref()?)?.baud?;
-        let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
-        let lines = timing.samples + timing.excluded + timing.missing;
-        let bytes_per_line = tally.bytes() as f64 / lines as f64;
-        // a sensor that reconnected without its settings sends at its own rate
-        let rate_hz = self.snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
-        (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
+        health::line_load(self.link.as_ref().map(link_facts).as_ref(), &self.snapshot)
     }
 }
 

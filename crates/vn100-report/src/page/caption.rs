@@ -9,19 +9,27 @@ use maud::{Markup, html};
 pub(super) struct Captions {
     figures: Cell<u32>,
     tables: Cell<u32>,
+    /// On a page whose parts come and go no number stays the same.
+    without_numbers: bool,
 }
 
 impl Captions {
+    pub(super) fn without_numbers() -> Self {
+        Self { without_numbers: true, ..Self::default() }
+    }
+
     /// The caption of the next figure.
     pub(super) fn figure(&self, text: &str) -> Markup {
-        let number = next(&self.figures);
-        html! { figcaption { b { "Figure " (number) } ". " (text) } }
+        html! { figcaption { (self.number("Figure", &self.figures)) (text) } }
     }
 
     /// The caption of the next table.
     pub(super) fn table(&self, text: &str) -> Markup {
-        let number = next(&self.tables);
-        html! { caption { b { "Table " (number) } ". " (text) } }
+        html! { caption { (self.number("Table", &self.tables)) (text) } }
+    }
+
+    fn number(&self, kind: &str, counter: &Cell<u32>) -> Markup {
+        html! { @if !self.without_numbers { b { (kind) " " (next(counter)) } ". " } }
     }
 }
 

@@ -7,7 +7,7 @@ use vn100_analysis::protocol::{
     AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
-use vn100_analysis::{Detrend, MissingFrom, RateFrom};
+use vn100_analysis::{Detrend, MissingFrom, RateFrom, Snapshot};
 
 use super::{PageOptions, Program, caption::Captions};
 use crate::{
@@ -49,7 +49,7 @@ pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Ca
         ("Capture", capture(record, options.program)),
         ("Sensor", sensor(record)),
         ("Conditions", conditions(record)),
-        ("Marks", marks(record)),
+        ("Marks", marks(&record.measured.snapshot)),
         ("Time base and losses", timing(record)),
         ("Method", method(record, options.asked)),
         ("Uncertainty and traceability", traceability(record, options)),
@@ -207,8 +207,8 @@ fn conditions(record: &Record<'_>) -> Vec<Row> {
 }
 
 /// What the user said of places in the record, by the data time.
-fn marks(record: &Record<'_>) -> Vec<Row> {
-    let marks = record.measured.snapshot.marks.iter();
+pub(super) fn marks(snapshot: &Snapshot) -> Vec<Row> {
+    let marks = snapshot.marks.iter();
     marks.map(|mark| fact(&time(mark.at_s), printable(&mark.text))).collect()
 }
 
@@ -305,7 +305,7 @@ pub(super) const NOT_RECORDED: &str = "not recorded";
 pub(super) type Row = (String, String);
 
 /// What is not recorded stands in one line below the table.
-fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Markup {
+pub(super) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Markup {
     let (absent, known): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|(_, value)| value == NOT_RECORDED);
     let absent: Vec<&str> = absent.iter().map(|(name, _)| name.as_str()).collect();
     html! {

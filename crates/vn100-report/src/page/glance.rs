@@ -20,12 +20,23 @@ const SHORT_SHA256: usize = 12;
 
 /// What was measured, with what, when and by whom; what is not known is not there.
 pub(super) fn identity(record: &Record<'_>) -> Markup {
+    rows(identity_rows(record))
+}
+
+/// Names and values side by side; what is not known is not there.
+pub(super) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>) -> Markup {
+    html! {
+        dl.identity { @for (name, value) in rows { @if let Some(value) = value { div { dt { (name) } dd { (value) } } } } }
+    }
+}
+
+pub(super) fn identity_rows(record: &Record<'_>) -> [(&'static str, Option<String>); 12] {
     let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
     let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
     let recorded = facts.recording.as_ref().map(RecordingDocument::new);
     let timing = &snapshot.timing;
-    let rows = [
+    [
         ("Sensor", register(Register::MODEL)),
         ("Serial number", register(Register::SERIAL_NUMBER)),
         ("Firmware", register(Register::FIRMWARE)),
@@ -41,10 +52,7 @@ pub(super) fn identity(record: &Record<'_>) -> Markup {
             "SHA-256",
             facts.file.as_ref().map(|file| format!("{}…", &file.sha256[..SHORT_SHA256.min(file.sha256.len())])),
         ),
-    ];
-    html! {
-        dl.identity { @for (name, value) in rows { @if let Some(value) = value { div { dt { (name) } dd { (value) } } } } }
-    }
+    ]
 }
 
 /// How far the record can be trusted, and a tile for each sensor.

@@ -45,6 +45,20 @@ pub(super) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
     }
 }
 
+/// The tables alone.
+pub(super) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
+    html! {
+        @for quantity in QUANTITIES {
+            @let channels = record.of(quantity);
+            @let name = names_of(quantity).title;
+            @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
+            @if let Some(first) = channels.first() {
+                (values(&channels, norm, &captions.table(&format!("{name}, {}", pretty_unit(&first.unit)))))
+            }
+        }
+    }
+}
+
 fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, caption: &Markup) -> Markup {
     let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {

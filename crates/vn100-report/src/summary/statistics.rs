@@ -71,7 +71,7 @@ fn remark(quantity: Quantity, record: &Record<'_>) -> String {
 }
 
 /// The mean temperature of the sensor, in the stream or asked for beside it.
-pub(super) fn temperature(snapshot: &Snapshot) -> Option<String> {
+pub(crate) fn temperature(snapshot: &Snapshot) -> Option<String> {
     let channels = snapshot.layout_channels();
     let streamed = channels.iter().zip(&snapshot.channels);
     let polled = snapshot.register_channels.iter().map(|polled| (&polled.channel, &polled.results));

@@ -6,10 +6,10 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Settings, Severity};
 use vn100_driver::LinkState;
 use vn100_pipeline::{Command, Session};
+use vn100_report::goals::Goals;
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, one, text};
 use crate::view::{
-    goals::Goals,
     source::{SourceMonitor, SourceView},
     state::{Panel, ViewState},
 };

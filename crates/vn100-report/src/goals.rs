@@ -1,41 +1,49 @@
-//! What the measurement ends by, how far it is, and how much more time that takes.
+//! What a measurement ends by, how far it is, and how much more time that takes. Texts are as on a
+//! terminal, see [`plain`](crate::numbers::plain).
 
 use std::time::Duration;
 
-use vn100_analysis::{Goal, Settings};
-use vn100_report::numbers::plain::{digits_trimmed, span, time};
+use vn100_analysis::{Assessment, Goal, Settings, Snapshot};
 
-use super::source::SourceView;
+use crate::numbers::plain::{digits_trimmed, span, time};
 
 /// What was asked for.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Goals {
-    pub(crate) duration: Option<Duration>,
+pub struct Goals {
+    /// Data time.
+    pub duration: Option<Duration>,
     /// By the clock, from the start of the command.
-    pub(crate) wall: Option<Duration>,
-    pub(crate) until: Vec<Goal>,
+    pub wall: Option<Duration>,
+    /// Precisions.
+    pub until: Vec<Goal>,
 }
 
 impl Goals {
-    pub(crate) fn of(settings: &Settings, wall: Option<Duration>) -> Self {
+    /// Of a measurement by these settings, and in this time by the clock.
+    #[must_use]
+    pub fn of(settings: &Settings, wall: Option<Duration>) -> Self {
         Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
-    pub(crate) fn is_none(&self) -> bool {
+    /// Whether nothing was asked for.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
         self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
     }
 
-    /// One text for each, the times first.
-    pub(crate) fn texts(&self, source: &SourceView) -> Vec<String> {
-        let duration = self.duration.map(|duration| progress(data_time_s(source), duration));
-        let wall = self.wall.map(|wall| format!("by the clock {}", progress(source.now.as_secs_f64(), wall)));
-        duration.into_iter().chain(wall).chain(self.until.iter().map(|goal| of_goal(source, goal))).collect()
+    /// One text for each, the times first; `elapsed` is by the clock.
+    #[must_use]
+    pub fn texts(&self, snapshot: &Snapshot, assessment: &Assessment, elapsed: Duration) -> Vec<String> {
+        let duration = self.duration.map(|duration| progress(data_time_s(snapshot), duration));
+        let wall = self.wall.map(|wall| format!("by the clock {}", progress(elapsed.as_secs_f64(), wall)));
+        let until = self.until.iter().map(|goal| of_goal(snapshot, assessment, goal));
+        duration.into_iter().chain(wall).chain(until).collect()
     }
 }
 
 /// Data time so far, with what is excluded as warm-up.
-fn data_time_s(source: &SourceView) -> f64 {
-    let (timing, skipped) = (&source.snapshot.timing, source.snapshot.skipped);
+fn data_time_s(snapshot: &Snapshot) -> f64 {
+    let (timing, skipped) = (&snapshot.timing, snapshot.skipped);
     match timing.samples {
         0 => timing.excluded as f64 / timing.rate_hz,
         _ => timing.duration_s() + skipped.as_secs_f64(),
@@ -49,8 +57,7 @@ fn progress(passed_s: f64, whole: Duration) -> String {
     format!("{} of {}{more}", time(passed_s), span(whole_s, " "))
 }
 
-fn of_goal(source: &SourceView, goal: &Goal) -> String {
-    let (snapshot, assessment) = (&source.snapshot, &source.assessment);
+fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal) -> String {
     let asked = 100.0 * goal.relative_half_width;
     if let Some(why) = goal.out_of_reach(snapshot) {
         return format!("{goal}: out of reach, {why}");
@@ -67,7 +74,7 @@ fn of_goal(source: &SourceView, goal: &Goal) -> String {
     }
     // an interval narrows as the root of the time
     let ratio = widest / goal.relative_half_width;
-    let more_s = source.snapshot.timing.duration_s() * (ratio * ratio - 1.0);
+    let more_s = snapshot.timing.duration_s() * (ratio * ratio - 1.0);
     format!("{known}, about {} more", about(more_s))
 }
 

@@ -1,0 +1,137 @@
+//! `--serve`: the live page, as the command line has it.
+
+use std::{
+    io,
+    net::{SocketAddr, TcpListener},
+    sync::Arc,
+};
+
+use anyhow::{Context, Result, anyhow};
+use vn100_analysis::Settings;
+use vn100_pipeline::Session;
+use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
+use vn100_serve::{ServeSpec, ServedSource, Server, Words};
+
+use crate::{args::ServeArgs, words};
+
+/// What makes reports.
+pub(crate) const PROGRAM: Program<'static> =
+    Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
+
+const HOST_ADVICE: &str = ": --serve-host NAME allows it";
+
+/// The place of a page that is asked for, before anything is measured.
+pub(crate) struct Page {
+    listener: TcpListener,
+    names: Vec<String>,
+}
+
+impl Page {
+    /// Takes the address; `None` where no page is asked for.
+    pub(crate) fn of(args: &ServeArgs) -> Result<Option<Self>> {
+        let Some(address) = args.serve else { return Ok(None) };
+        let listener = TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)))?;
+        Ok(Some(Self { listener, names: machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect() }))
+    }
+
+    /// Shows these sessions; gives what the user has to know of it.
+    pub(crate) fn show<'a>(
+        self,
+        sessions: impl IntoIterator<Item = &'a Session>,
+        goals: &Goals,
+        settings: &Settings,
+        evaluation: &Arc<Evaluation>,
+    ) -> Result<(Server, String)> {
+        let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
+        let name = self.names.first().cloned();
+        let server = Server::start(ServeSpec {
+            listener: self.listener,
+            host_names: self.names,
+            host_advice: HOST_ADVICE,
+            sources: sessions.into_iter().map(source).collect(),
+            evaluation: Arc::clone(evaluation),
+            words: Words { remedy: words::remedy_words, end: words::end },
+            options: PageOptions {
+                confidence: settings.confidence,
+                asked: "",
+                words: words::remedy_words,
+                program: PROGRAM,
+                kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
+            },
+        });
+        let server = server.context("cannot start the live page")?;
+        let text = announced(server.address(), name.as_deref());
+        Ok((server, text))
+    }
+}
+
+fn refused(address: SocketAddr, error: &io::Error) -> String {
+    let advice = match error.kind() {
+        io::ErrorKind::AddrInUse => {
+            "another program has it, perhaps another vn100: choose another port, as in --serve=:8101, or any free one with --serve=:0"
+        }
+        io::ErrorKind::PermissionDenied => "ports below 1024 need privileges: choose another, as in --serve=:8100",
+        io::ErrorKind::AddrNotAvailable => "this machine has no such address: --serve alone takes 127.0.0.1",
+        _ => "choose another address, as in --serve=127.0.0.1:8101",
+    };
+    format!("cannot show the live page at {address}: {error}. {advice}")
+}
+
+/// Where the page is, and who can read it.
+fn announced(address: SocketAddr, name: Option<&str>) -> String {
+    let (ip, port) = (address.ip(), address.port());
+    if ip.is_loopback() {
+        return format!(
+            "live page: http://{address}/ (this machine alone; elsewhere after ssh -L {port}:{address} USER@{})",
+            name.unwrap_or("HOST")
+        );
+    }
+    let host = match name {
+        Some(name) if ip.is_unspecified() => format!("{name}:{port}"),
+        _ => address.to_string(),
+    };
+    format!(
+        "live page: http://{host}/ WARNING: everyone who reaches this machine can read it, without password or encryption"
+    )
+}
+
+/// The names by which others know this machine, as far as it knows them itself.
+fn machine_names() -> Vec<String> {
+    #[cfg(unix)]
+    let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    #[cfg(not(unix))]
+    let name = std::env::var("COMPUTERNAME").unwrap_or_default();
+    if name.is_empty() {
+        return Vec::new();
+    }
+    let local = format!("{name}.local");
+    vec![name, local]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_that_others_reach_is_announced_with_a_warning() {
+        let text = announced("127.0.0.1:8100".parse().unwrap(), Some("bench"));
+        assert!(
+            text.contains("http://127.0.0.1:8100/") && text.contains("ssh -L 8100:127.0.0.1:8100 USER@bench"),
+            "{text}"
+        );
+        assert!(!text.contains("WARNING"), "{text}");
+        for (address, url) in [("0.0.0.0:8100", "http://bench:8100/ "), ("192.168.1.7:80", "http://192.168.1.7:80/ ")] {
+            let text = announced(address.parse().unwrap(), Some("bench"));
+            assert!(text.contains(url) && text.contains("WARNING"), "{text}");
+        }
+    }
+
+    #[test]
+    fn an_address_in_use_is_refused_with_what_to_do() {
+        let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+        let args = ServeArgs { serve: Some(taken.local_addr().unwrap()), ..ServeArgs::default() };
+        let error = Page::of(&args).err().unwrap().to_string();
+        assert!(error.contains("--serve=:8101"), "{error}");
+        assert!(Page::of(&ServeArgs::default()).unwrap().is_none());
+    }
+}

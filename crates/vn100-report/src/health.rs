@@ -1,0 +1,108 @@
+//! How a source under way does: its link, its rate, what was lost, and what stands ahead of it.
+//! Texts are as on a terminal, see [`plain`](crate::numbers::plain).
+
+use vn100_analysis::noise::Deviation;
+use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot};
+
+use crate::numbers::plain::time;
+
+/// What a link does, with its baud rate where that is what there is to say.
+///
+/// # Examples
+/// ```
+/// use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus};
+/// let up = LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() };
+/// assert_eq!(vn100_report::health::link_word(&up), "115200 baud");
+/// ```
+#[must_use]
+pub fn link_word(link: &LinkFacts) -> String {
+    match (link.status, link.baud) {
+        (LinkStatus::Opening, _) => "opening".into(),
+        (LinkStatus::Scanning, Some(baud)) => format!("listening at {baud} baud"),
+        (LinkStatus::Scanning, None) => "listening".into(),
+        (LinkStatus::Connected, Some(baud)) => format!("{baud} baud"),
+        (LinkStatus::Connected, None) => "connected".into(),
+        (LinkStatus::Silent, _) => "SILENT".into(),
+        (LinkStatus::Lost, _) => "DISCONNECTED".into(),
+        (LinkStatus::NotConnected, _) => "not connected".into(),
+        (LinkStatus::Closed, _) => "ending".into(),
+    }
+}
+
+/// Where a replay is.
+#[must_use]
+pub fn playback_word(playback: PlaybackFacts) -> &'static str {
+    match playback {
+        // the requested duration
+        PlaybackFacts { at_end: true, total: Some(total), samples, .. } if samples < total => "duration reached",
+        PlaybackFacts { at_end: true, .. } => "end of capture",
+        PlaybackFacts { paused: true, .. } => "paused",
+        PlaybackFacts { .. } => "reading",
+    }
+}
+
+/// Where the nominal rate comes from, as it stands behind the rate.
+#[must_use]
+pub const fn rate_from_word(from: RateFrom) -> &'static str {
+    match from {
+        RateFrom::Option => "as given",
+        RateFrom::DeviceTime => "from device time",
+        RateFrom::Device => "as reported",
+        RateFrom::Arrival => "from arrivals",
+        RateFrom::Assumed => "ASSUMED",
+    }
+}
+
+/// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
+#[must_use]
+pub fn line_load(link: Option<&LinkFacts>, snapshot: &Snapshot) -> Option<f64> {
+    let baud = link.filter(|link| matches!(link.status, LinkStatus::Connected | LinkStatus::Silent))?.baud?;
+    let (timing, tally) = (&snapshot.timing, &snapshot.link.tally);
+    let lines = timing.samples + timing.excluded + timing.missing;
+    let bytes_per_line = tally.bytes() as f64 / lines as f64;
+    // a sensor that reconnected without its settings sends at its own rate
+    let rate_hz = snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
+    (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
+}
+
+/// The octave that will be observable next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NextOctave {
+    /// Its averaging time.
+    pub tau_s: f64,
+    /// Data time until then, in seconds.
+    pub wait_s: f64,
+    /// The record is long enough, but a gap breaks every window: the wait begins behind it.
+    pub broken: bool,
+}
+
+impl NextOctave {
+    /// How long that takes.
+    #[must_use]
+    pub fn when(&self) -> String {
+        let wait = time(self.wait_s.ceil());
+        if self.broken { format!("needs {wait} without a gap") } else { format!("in {wait}") }
+    }
+}
+
+/// The octave of this deviation that will be observable next; `None` before the first sample.
+#[must_use]
+pub fn next_octave(snapshot: &Snapshot, deviation: Deviation) -> Option<NextOctave> {
+    let is_other = deviation != snapshot.deviation;
+    let octaves = |channel: &ChannelSnapshot| {
+        let octaves = if is_other { &channel.other_octaves } else { &channel.octaves };
+        octaves.last().map(|octave| octave.m)
+    };
+    let longest = snapshot.channels.iter().filter_map(octaves).max();
+    let m = longest.map_or(1, |m| 2 * m);
+    let windows = match deviation {
+        Deviation::Allan => 2,
+        Deviation::Hadamard => 3,
+    };
+    let shape = snapshot.shape();
+    let needed = m * windows;
+    let lacking = needed.saturating_sub(shape.samples);
+    let broken = lacking == 0;
+    let wait_s = if broken { needed } else { lacking } as f64 * shape.interval_s;
+    (snapshot.timing.samples > 0).then_some(NextOctave { tau_s: m as f64 * shape.interval_s, wait_s, broken })
+}

@@ -1,0 +1,348 @@
+//! The live page: the parts of a report that say something while it is measured, each drawn anew
+//! by itself, and the page around them.
+
+use std::{fmt::Write, time::Duration};
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use vn100_analysis::{Assessment, RemedyWords, Severity, Snapshot, SourceFacts};
+
+use super::{
+    FIGURES_SCRIPT, STYLE, caption::Captions, facts, figures, glance, parameters, statistics, text_of, warnings,
+};
+use crate::{
+    figure::{Figure, Figures, last_minutes},
+    goals::Goals,
+    health::{line_load, link_word, next_octave, playback_word, rate_from_word},
+    history::History,
+    measured::Record,
+    names::rejected_lines,
+    numbers::{
+        plain::{counted, digits_trimmed, grouped, ppm, tau, time},
+        with_powers,
+    },
+    summary::{Summary, statistics::temperature},
+};
+
+/// Columns of the last minutes: a narrow screen has no more.
+const COLUMNS: usize = 121;
+
+/// The content of one element of the page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PagePart {
+    /// Of the element.
+    pub id: String,
+    /// Its content.
+    pub html: String,
+}
+
+impl PagePart {
+    fn new(prefix: &str, name: &str, content: Markup) -> Self {
+        Self { id: format!("{prefix}{name}"), html: text_of(content) }
+    }
+}
+
+/// One source at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct LiveSource<'a> {
+    /// What is known of it.
+    pub facts: &'a SourceFacts,
+    /// Its numbers.
+    pub snapshot: &'a Snapshot,
+    /// What they say; it may be a little older.
+    pub assessment: &'a Assessment,
+    /// What its measurement ends by.
+    pub goals: &'a Goals,
+    /// How far it has come.
+    pub stage: LiveStage<'a>,
+    /// By the clock, since the command began.
+    pub elapsed: Duration,
+    /// How long no sample has come, where that is worth a word.
+    pub silent: Option<Duration>,
+}
+
+/// How far a source has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LiveStage<'a> {
+    /// It is opened.
+    Preparing,
+    /// Samples are taken.
+    Measuring,
+    /// It is over; why its result is not whole.
+    Ended(Option<&'a str>),
+}
+
+/// A style sheet, for all pages of one program.
+#[must_use]
+pub fn live_style() -> String {
+    format!("{STYLE}{}", include_str!("live.css"))
+}
+
+/// The script that keeps the parts up to date, and makes the figures alive.
+#[must_use]
+pub fn live_script() -> String {
+    format!("{FIGURES_SCRIPT}{}", include_str!("live.js"))
+}
+
+/// What one word says of a source, and how grave it is.
+fn state(source: &LiveSource<'_>) -> (String, Option<Severity>) {
+    let facts = source.facts;
+    match (source.stage, &facts.link, facts.playback) {
+        (LiveStage::Preparing, ..) => ("preparing".into(), Some(Severity::Note)),
+        (LiveStage::Ended(Some(_)), ..) => ("ENDED".into(), Some(Severity::Problem)),
+        (LiveStage::Ended(None), ..) => ("ended".into(), Some(Severity::Note)),
+        (LiveStage::Measuring, Some(link), _) => {
+            let is_up = link.status == vn100_analysis::LinkStatus::Connected;
+            (link_word(link), (!is_up).then_some(Severity::Problem))
+        }
+        (LiveStage::Measuring, None, playback) => {
+            let playback = playback.unwrap_or_default();
+            (playback_word(playback).into(), (playback.paused || playback.at_end).then_some(Severity::Note))
+        }
+    }
+}
+
+fn badge(source: &LiveSource<'_>) -> Markup {
+    let (word, severity) = state(source);
+    html! { b class={ "badge " (glance::severity_class(severity)) } { (word) } }
+}
+
+/// What changes with every sample: the link, what came and what was lost, and what is ahead.
+#[must_use]
+pub fn now_part(source: &LiveSource<'_>, prefix: &str) -> PagePart {
+    let (facts, snapshot) = (source.facts, source.snapshot);
+    let (timing, tally) = (&snapshot.timing, &snapshot.link.tally);
+    let is_over = source.stage != LiveStage::Measuring || facts.playback.is_some_and(|playback| playback.at_end);
+    let arrivals = snapshot.arrivals;
+    let intervals = arrivals.and_then(|arrivals| arrivals.arrivals).map(|times| {
+        let ms = |us: u64| digits_trimmed(us as f64 / 1e3, 3);
+        format!("median {}, 99 % within {}, longest {} ms", ms(times.p50_us), ms(times.p99_us), ms(times.max_us))
+    });
+    let measured = arrivals.and_then(|arrivals| {
+        let off = |offset| format!(" ({})", ppm(offset));
+        Some(format!("{:.3} Hz{}", arrivals.measured_hz?, arrivals.offset_ppm.map_or_else(String::new, off)))
+    });
+    let dropped = match timing.gaps {
+        0 => grouped(timing.missing),
+        gaps => format!("{} in {}", grouped(timing.missing), counted(gaps, "gap")),
+    };
+    let recorder = facts.recorder.as_ref().map(|recorder| match &recorder.error {
+        Some(error) => format!("RECORDING FAILED: {}: {error}", recorder.path),
+        None => format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)),
+    });
+    let progress = facts.playback.and_then(|playback| {
+        let part = playback.samples as f64 / playback.total.filter(|total| *total > 0)? as f64;
+        Some(format!("{:.0} %", 100.0 * part))
+    });
+    let next = next_octave(snapshot, snapshot.deviation).filter(|_| !is_over);
+    let rate = format!("{} Hz {}", digits_trimmed(timing.rate_hz, 6), rate_from_word(timing.rate_from));
+    let rows = [
+        ("Samples", Some(format!("{} in {}", grouped(timing.samples), time(timing.duration_s())))),
+        ("Rate", (timing.samples > 0).then_some(rate)),
+        ("Measured rate", measured),
+        ("Intervals", intervals),
+        ("Line load", line_load(facts.link.as_ref(), snapshot).map(|load| format!("{:.0} %", 100.0 * load))),
+        ("Rejected", Some(rejected_lines(tally))),
+        ("Dropped samples", Some(dropped)),
+        ("Excluded samples", (timing.excluded > 0).then(|| grouped(timing.excluded))),
+        ("Link", (snapshot.outages.times > 0).then(|| snapshot.outages.to_string())),
+        ("Recording", recorder),
+        ("Replayed", progress),
+        ("Temperature, mean", temperature(snapshot)),
+        ("Next octave", next.map(|next| format!("τ {} s {}", tau(next.tau_s), next.when()))),
+    ];
+    let goals = source.goals.texts(snapshot, source.assessment, source.elapsed);
+    let cause = facts.link.as_ref().and_then(|link| link.cause.as_ref()).filter(|_| !is_over);
+    let error = match source.stage {
+        LiveStage::Ended(error) => error,
+        LiveStage::Preparing | LiveStage::Measuring => None,
+    };
+    let content = html! {
+        p.state {
+            (badge(source))
+            @if let Some(cause) = cause { " " (cause) }
+            @if let Some(silent) = source.silent { " no sample for " (time(silent.as_secs_f64().floor())) }
+        }
+        @if let Some(error) = error { p.warning.problem { (error) } }
+        (glance::rows(rows.into_iter().map(|(name, value)| (name, value.map(|value| with_powers(&value))))))
+        @for goal in goals { p.goal { b { "Goal: " } (goal) } }
+    };
+    PagePart::new(prefix, "now", content)
+}
+
+/// What an assessment says: identity, cautions, curves, parameters and verdicts, spectrum, marks.
+/// Their figures are named with the prefix.
+#[must_use]
+pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Vec<PagePart> {
+    let captions = Captions::without_numbers();
+    let part = |name: &str, content: Markup| PagePart::new(prefix, name, content);
+    // those change with every sample
+    let is_fixed = |name: &str| !matches!(name, "Length" | "Sample rate");
+    let identity = glance::rows(glance::identity_rows(record).into_iter().filter(|(name, _)| is_fixed(name)));
+    let is_empty = record.measured.snapshot.timing.samples == 0;
+    let warned = if is_empty && record.measured.warnings().is_empty() {
+        html! {}
+    } else {
+        warnings(record, words)
+    };
+    if is_empty {
+        let waiting = html! { p.absent { "No sample yet." } };
+        return vec![part("identity", identity), part("cautions", warned), part("allan", waiting)];
+    }
+    let summary = Summary::new(record, words);
+    let figures = Figures::of(record, prefix);
+    let marks = facts::marks(&record.measured.snapshot);
+    vec![
+        part("identity", identity),
+        part("verdicts", glance::verdicts(&summary)),
+        part("cautions", warned),
+        part("allan", with_readings(figures::together(record, &figures, &captions), &figures.allan_sensors)),
+        part("parameters", glance::parameters(&summary, &captions)),
+        part(
+            "datasheet",
+            html! { details { summary { "Comparison with the data sheet" } (parameters::verdicts(record, words, &captions)) } },
+        ),
+        part("axes", with_readings(figures::axes(record, &figures, &captions), &figures.allan_axes)),
+        part(
+            "spectrum",
+            with_readings(figures::spectrum(&figures, &captions), figures.spectra.iter().chain(&figures.segments)),
+        ),
+        part("statistics", statistics::tables(record, &captions)),
+        part(
+            "marks",
+            html! { @if marks.is_empty() { p.absent { "None." } } @else { (facts::facts_table("Marks", &marks, &captions)) } },
+        ),
+    ]
+}
+
+/// The last minutes of every channel.
+#[must_use]
+pub fn signal_part(snapshot: &Snapshot, prefix: &str) -> PagePart {
+    let figure = |(place, channel): (usize, &vn100_analysis::protocol::Channel)| {
+        let history = History::of(snapshot, place, COLUMNS, usize::MAX)?;
+        let mut figure = last_minutes(&channel.name, &channel.unit, &history)?;
+        figure.id.insert_str(0, prefix);
+        Some(figure)
+    };
+    let figures: Vec<Figure> = snapshot.layout_channels().iter().enumerate().filter_map(figure).collect();
+    PagePart::new(prefix, "signal", with_readings(figures::grid(&figures, &Captions::without_numbers()), &figures))
+}
+
+/// Figures, with what can be read off them, for the script of the page.
+fn with_readings<'a>(content: Markup, figures: impl IntoIterator<Item = &'a Figure>) -> Markup {
+    // without their readings the figures stand still
+    let readings = figures::readings(figures.into_iter()).unwrap_or_else(|_| "[]".into());
+    html! { (content) script.readings type="application/json" { (PreEscaped(readings)) } }
+}
+
+/// All sources, a row each; nothing for one source alone.
+#[must_use]
+pub fn sources_part(sources: &[(String, LiveSource<'_>)]) -> PagePart {
+    let row = |(prefix, source): &(String, LiveSource<'_>)| {
+        let timing = &source.snapshot.timing;
+        let warnings = source.snapshot.warnings.iter().chain(&source.assessment.warnings);
+        let gravest = warnings.min_by_key(|warning| warning.severity);
+        html! {
+            tr {
+                th scope="row" { a href={ "#" (prefix) "source" } { (source.facts.name) } }
+                td.words { (badge(source)) }
+                td { (grouped(timing.samples)) }
+                td { (time(timing.duration_s())) }
+                td { (grouped(timing.missing)) }
+                td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (gravest.headline) } @else { "–" } }
+            }
+        }
+    };
+    let content = html! {
+        @if sources.len() > 1 {
+            div.scroll { table {
+                thead { tr { @for name in ["source", "state", "samples", "data time", "dropped", "gravest warning"] { th scope="col" { (name) } } } }
+                tbody { @for source in sources { (row(source)) } }
+            } }
+        }
+    };
+    PagePart::new("", "sources", content)
+}
+
+/// The sections of a source: the name of its part, and its heading.
+const SECTIONS: [(&str, &str); 9] = [
+    ("cautions", "Cautions"),
+    ("allan", "Allan deviation"),
+    ("parameters", "Noise parameters"),
+    ("signal", "Last minutes"),
+    ("axes", "Allan deviation of each axis"),
+    ("spectrum", "Spectrum and deviation per segment"),
+    ("statistics", "Descriptive statistics"),
+    ("datasheet", "Data sheet"),
+    ("marks", "Marks"),
+];
+
+/// The whole page with these parts; `version` is where its events continue. `sources` are the
+/// prefixes and names of the sources.
+#[must_use]
+pub fn live_page(sources: &[(String, String)], parts: &[PagePart], version: &str, program: &str) -> String {
+    let content = |id: &str| {
+        let part = parts.iter().find(|part| part.id == id);
+        html! { (PreEscaped(part.map_or("", |part| part.html.as_str()))) }
+    };
+    let title = match sources {
+        [(_, name)] => format!("{name}: noise, live"),
+        _ => format!("Noise of {} sources, live", sources.len()),
+    };
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" data-version=(version) {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                link rel="icon" href="icon.svg" type="image/svg+xml";
+                link rel="stylesheet" href="page.css";
+                script src="page.js" defer {}
+            }
+            body {
+                header {
+                    h1 { (title) }
+                    p #connection role="status" {}
+                    noscript { p.warning.caution { "Without its script this page stays as it is: load it again for news." } }
+                }
+                main {
+                    section #sources { (content("sources")) }
+                    @for (prefix, name) in sources {
+                        article id={ (prefix) "source" } {
+                            @if sources.len() > 1 { h2.record { (name) } }
+                            @for part in ["now", "identity", "verdicts"] {
+                                @let id = format!("{prefix}{part}");
+                                div id=(id) { (content(&id)) }
+                            }
+                            @for (part, heading) in SECTIONS {
+                                @let id = format!("{prefix}{part}");
+                                section { h2 { (heading) } div id=(id) { (content(&id)) } }
+                            }
+                        }
+                    }
+                }
+                footer {
+                    p {
+                        a href="report.html" { "The report so far" } " · " a href="snapshot.json" { "all numbers (JSON)" } " · " a href="metrics" { "metrics" }
+                    }
+                    p { "Measured by " (program) "." }
+                }
+            }
+        }
+    };
+    text_of(page)
+}
+
+/// A small picture for the tab of a browser: a falling and rising curve.
+#[must_use]
+pub fn live_icon() -> String {
+    let mut path = String::from("M4 8");
+    for (x, y) in [(12, 18), (18, 22), (23, 20), (28, 12)] {
+        // a String takes everything
+        let _ = write!(path, "L{x} {y}");
+    }
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 32 32\"><rect width=\"32\" height=\"32\" rx=\"6\" fill=\"#0072b2\"/><path d=\"{path}\" fill=\"none\" stroke=\"#fff\" stroke-width=\"3\"/></svg>"
+    )
+}

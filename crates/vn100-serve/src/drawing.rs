@@ -1,0 +1,352 @@
+//! The parts of the page. What an assessment says is drawn when there is a new one, the last
+//! minutes every few seconds, and what is left at each look.
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, SystemTime},
+};
+
+use tokio::{sync::watch, time::Instant};
+use vn100_analysis::{Assessment, Snapshot, SourceFacts};
+use vn100_pipeline::{SourceState, Stage};
+use vn100_report::{
+    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, PageOptions, PagePart, Record, goals::Goals,
+    live_page, now_part, result_parts, run_name, run_prefix, signal_part, sources_part, write_page,
+};
+
+use crate::{ServedSource, Words};
+
+/// A result lasts so long at least; at first a third of the time since the start.
+const RESULT_LASTS: Duration = Duration::from_secs(4);
+const SIGNAL_LASTS: Duration = Duration::from_secs(5);
+/// However often they are asked for.
+const PAGE_LASTS: Duration = Duration::from_millis(250);
+const REPORT_LASTS: Duration = Duration::from_secs(5);
+
+/// A silence of a stream that is worth a word.
+const SILENT: Duration = Duration::from_secs(3);
+
+/// The page at one moment.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PageState {
+    /// Of this run of the program.
+    run: u64,
+    version: u64,
+    parts: Vec<Arc<Versioned>>,
+}
+
+#[derive(Debug)]
+struct Versioned {
+    /// Of the page in which it changed last.
+    version: u64,
+    part: PagePart,
+}
+
+impl PageState {
+    pub(crate) const fn run(&self) -> u64 {
+        self.run
+    }
+
+    pub(crate) const fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The content of the parts that have changed since that version, by their ids.
+    pub(crate) fn since(&self, version: u64) -> BTreeMap<&str, &str> {
+        let changed = self.parts.iter().filter(|part| part.version > version);
+        changed.map(|part| (part.part.id.as_str(), part.part.html.as_str())).collect()
+    }
+
+    /// The page with these parts.
+    fn next(&self, parts: Vec<PagePart>) -> Self {
+        let version = self.version + 1;
+        let drawn = |part: PagePart| match self.parts.iter().find(|old| old.part.id == part.id) {
+            Some(old) if old.part == part => Arc::clone(old),
+            _ => Arc::new(Versioned { version, part }),
+        };
+        let parts: Vec<Arc<Versioned>> = parts.into_iter().map(drawn).collect();
+        let has_changed = parts.iter().any(|part| part.version == version);
+        Self { run: self.run, version: if has_changed { version } else { self.version }, parts }
+    }
+}
+
+/// Draws the page, and makes the documents of the same state.
+pub(crate) struct Drawer {
+    sources: Vec<SourceDrawer>,
+    evaluation: Arc<Evaluation>,
+    words: Words,
+    options: PageOptions<'static>,
+    page: Arc<PageState>,
+    drawn_at: Option<Instant>,
+    documents: Kept,
+    report: Kept,
+}
+
+/// What is not made again for a while.
+#[derive(Debug, Default)]
+struct Kept(Option<(Instant, Arc<str>)>);
+
+impl Kept {
+    fn get(&mut self, now: Instant, lasts: Duration, make: impl FnOnce() -> String) -> Arc<str> {
+        match &self.0 {
+            Some((at, text)) if now.saturating_duration_since(*at) < lasts => Arc::clone(text),
+            _ => {
+                let text: Arc<str> = make().into();
+                self.0 = Some((now, Arc::clone(&text)));
+                text
+            }
+        }
+    }
+}
+
+impl Drawer {
+    pub(crate) fn new(
+        sources: Vec<ServedSource>,
+        evaluation: Arc<Evaluation>,
+        words: Words,
+        options: PageOptions<'static>,
+        now: Instant,
+    ) -> Self {
+        let is_alone = sources.len() == 1;
+        let of = |(place, source): (usize, ServedSource)| {
+            let prefix = if is_alone { String::new() } else { run_prefix(place) };
+            SourceDrawer::new(source, prefix, now)
+        };
+        // another run has another number, as far as the clock is set
+        let run = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_micros() as u64;
+        Self {
+            sources: sources.into_iter().enumerate().map(of).collect(),
+            evaluation,
+            words,
+            options,
+            page: Arc::new(PageState { run, ..PageState::default() }),
+            drawn_at: None,
+            documents: Kept::default(),
+            report: Kept::default(),
+        }
+    }
+
+    /// Notes which sources have given samples.
+    pub(crate) fn look(&mut self, now: Instant) {
+        self.sources.iter_mut().for_each(|source| source.look(now));
+    }
+
+    /// The page as it is now, or was a moment ago.
+    pub(crate) fn page(&mut self, now: Instant) -> Arc<PageState> {
+        if self.drawn_at.is_none_or(|at| now.saturating_duration_since(at) >= PAGE_LASTS) {
+            self.draw(now);
+        }
+        Arc::clone(&self.page)
+    }
+
+    pub(crate) fn draw(&mut self, now: Instant) -> Arc<PageState> {
+        self.drawn_at = Some(now);
+        let (words, evaluation) = (self.words, &self.evaluation);
+        let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(words, evaluation, now)).collect();
+        let live: Vec<(String, LiveSource<'_>)> = (self.sources.iter().zip(&seen))
+            .map(|(source, seen)| {
+                (source.prefix.clone(), seen.live(&source.goals, now.saturating_duration_since(source.began)))
+            })
+            .collect();
+        let mut parts = vec![sources_part(&live)];
+        for ((prefix, source), drawer) in live.iter().zip(&self.sources) {
+            parts.push(now_part(source, prefix));
+            parts.extend(drawer.results.iter().flat_map(|results| results.parts.iter().cloned()));
+            parts.extend(drawer.signal.iter().map(|(_, part)| part.clone()));
+        }
+        self.page = Arc::new(self.page.next(parts));
+        Arc::clone(&self.page)
+    }
+
+    /// The whole page.
+    pub(crate) fn html(&mut self, now: Instant) -> String {
+        let page = self.page(now);
+        let parts: Vec<PagePart> = page.parts.iter().map(|part| part.part.clone()).collect();
+        let name = |source: &SourceDrawer| (source.prefix.clone(), source.state.borrow().name().to_owned());
+        let names: Vec<(String, String)> = self.sources.iter().map(name).collect();
+        live_page(&names, &parts, &format!("{}-{}", page.run, page.version), self.options.program.name)
+    }
+
+    /// The JSON document, of several sources an array of them.
+    pub(crate) fn documents(&mut self, now: Instant) -> Arc<str> {
+        let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
+        self.documents.get(now, PAGE_LASTS, || {
+            let document = |source: &SourceDrawer| {
+                let measured = source.measured(words, evaluation);
+                let document = Document::new(&measured, measured.facts.ended, words.remedy);
+                // numbers and texts alone are serialised
+                serde_json::to_string(&document).unwrap_or_default()
+            };
+            let documents: Vec<String> = sources.iter().map(document).collect();
+            if let [only] = &documents[..] { format!("{only}\n") } else { format!("[{}]\n", documents.join(",")) }
+        })
+    }
+
+    /// The report so far.
+    pub(crate) fn report(&mut self, now: Instant) -> Arc<str> {
+        let (sources, words, evaluation, options) = (&self.sources, self.words, &self.evaluation, self.options);
+        self.report.get(now, REPORT_LASTS, || {
+            let all: Vec<Measured> = sources.iter().map(|source| source.measured(words, evaluation)).collect();
+            let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
+            let is_alone = records.len() == 1;
+            let prefix = |place| if is_alone { String::new() } else { run_prefix(place) };
+            let figures: Vec<Figures> =
+                records.iter().enumerate().map(|(place, record)| Figures::of(record, &prefix(place))).collect();
+            let names: Vec<String> = (0..records.len()).map(run_name).collect();
+            let together = if is_alone { Figures::default() } else { Figures::together(&records, &names) };
+            let mut page = Vec::new();
+            // memory takes everything
+            let _ = write_page(&mut page, &records, &figures, &together, options);
+            String::from_utf8_lossy(&page).into_owned()
+        })
+    }
+
+    /// Whether every source gives samples, and a line for each.
+    pub(crate) fn health(&self, now: Instant) -> (bool, String) {
+        let mut is_healthy = true;
+        let mut text = String::new();
+        for source in &self.sources {
+            let state = source.state.borrow().clone();
+            let word = source.health(&state, now);
+            is_healthy &= word.is_ok();
+            let word = word.unwrap_or_else(|word| word);
+            text.push_str(&format!("{}: {word}\n", vn100_report::printable(state.name())));
+        }
+        (is_healthy, text)
+    }
+}
+
+struct SourceDrawer {
+    state: watch::Receiver<SourceState>,
+    goals: Goals,
+    prefix: String,
+    began: Instant,
+    /// Samples that were there at the last look, and since when.
+    samples: (u64, Instant),
+    results: Option<Results>,
+    signal: Option<(Instant, PagePart)>,
+}
+
+/// What was drawn of an assessment.
+struct Results {
+    assessment: Arc<Assessment>,
+    is_over: bool,
+    at: Instant,
+    parts: Vec<PagePart>,
+}
+
+/// What one look has seen.
+struct Seen {
+    facts: SourceFacts,
+    snapshot: Arc<Snapshot>,
+    assessment: Arc<Assessment>,
+    stage: Stage,
+    silent: Option<Duration>,
+}
+
+impl Seen {
+    fn live<'a>(&'a self, goals: &'a Goals, elapsed: Duration) -> LiveSource<'a> {
+        LiveSource {
+            facts: &self.facts,
+            snapshot: &self.snapshot,
+            assessment: &self.assessment,
+            goals,
+            elapsed,
+            stage: match self.stage {
+                Stage::Preparing => LiveStage::Preparing,
+                Stage::Measuring | Stage::Finishing => LiveStage::Measuring,
+                Stage::Ended(_) => LiveStage::Ended(self.facts.error.as_deref()),
+            },
+            silent: self.silent,
+        }
+    }
+}
+
+/// Whether no sample comes any more.
+fn is_over(state: &SourceState) -> bool {
+    matches!(state.stage, Stage::Ended(_)) || state.playback.is_some_and(|playback| playback.at_end)
+}
+
+/// The facts, with why the result is not whole.
+fn facts_of(state: &SourceState, words: Words) -> SourceFacts {
+    let error = match &state.stage {
+        Stage::Ended(reason) => (words.end)(state.name(), reason, &state.snapshot),
+        _ => None,
+    };
+    SourceFacts { error, ..state.facts() }
+}
+
+impl SourceDrawer {
+    fn new(source: ServedSource, prefix: String, now: Instant) -> Self {
+        let ServedSource { state, goals } = source;
+        Self { state, goals, prefix, began: now, samples: (0, now), results: None, signal: None }
+    }
+
+    fn look(&mut self, now: Instant) {
+        let samples = self.state.borrow().snapshot.link.samples();
+        if samples != self.samples.0 {
+            self.samples = (samples, now);
+        }
+    }
+
+    /// Since when no sample has come, in a stream that should give some.
+    fn silent(&self, state: &SourceState, now: Instant) -> Option<Duration> {
+        let is_paused = state.playback.is_some_and(|playback| playback.paused);
+        let silent = now.saturating_duration_since(self.samples.1);
+        let is_due = matches!(state.stage, Stage::Measuring) && !is_over(state) && !is_paused;
+        (is_due && silent >= SILENT).then_some(silent)
+    }
+
+    fn see(&mut self, words: Words, evaluation: &Evaluation, now: Instant) -> Seen {
+        self.look(now);
+        let state = self.state.borrow().clone();
+        let (facts, is_over) = (facts_of(&state, words), is_over(&state));
+        let snapshot = Arc::clone(&state.snapshot);
+        let lasts = RESULT_LASTS.min(now.saturating_duration_since(self.began) / 3);
+        let fits = |results: &&Results| {
+            results.is_over == is_over
+                && results.assessment.channels.len() == snapshot.channels.len()
+                && results.assessment.samples <= snapshot.timing.samples
+                && now.saturating_duration_since(results.at) < lasts
+        };
+        let assessment = match self.results.as_ref().filter(fits) {
+            Some(results) => Arc::clone(&results.assessment),
+            None => state.assessment(),
+        };
+        let is_drawn = |results: &&Results| results.is_over == is_over && Arc::ptr_eq(&results.assessment, &assessment);
+        match self.results.as_mut().filter(|results| is_drawn(&&**results)) {
+            Some(results) => results.at = if lasts.is_zero() { now } else { results.at },
+            None => {
+                let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
+                let measured = evaluation.complete(so_far);
+                let parts = result_parts(&Record::new(&measured), words.remedy, &self.prefix);
+                self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
+            }
+        }
+        let is_drawn = |(at, _): &(Instant, PagePart)| !is_over && now.saturating_duration_since(*at) < SIGNAL_LASTS;
+        if !self.signal.as_ref().is_some_and(is_drawn) {
+            self.signal = Some((now, signal_part(&snapshot, &self.prefix)));
+        }
+        let silent = self.silent(&state, now);
+        Seen { facts, snapshot, assessment, stage: state.stage, silent }
+    }
+
+    fn measured(&self, words: Words, evaluation: &Evaluation) -> Measured {
+        let state = self.state.borrow().clone();
+        let assessment = (*state.assessment()).clone();
+        evaluation.complete(Measured::so_far(facts_of(&state, words), Arc::clone(&state.snapshot), assessment))
+    }
+
+    fn health(&self, state: &SourceState, now: Instant) -> Result<String, String> {
+        if let Some(silent) = self.silent(state, now) {
+            return Err(format!("no sample for {} s", silent.as_secs()));
+        }
+        match &state.stage {
+            Stage::Preparing => Err("preparing".into()),
+            Stage::Ended(_) => Err("ended".into()),
+            Stage::Measuring | Stage::Finishing if is_over(state) => Ok("replayed to its end".into()),
+            Stage::Measuring | Stage::Finishing => Ok("measuring".into()),
+        }
+    }
+}

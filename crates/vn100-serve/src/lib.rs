@@ -1,0 +1,172 @@
+//! A measurement under way in a browser: one page for all sources of a command, its events, its
+//! document, its report and its metrics.
+//!
+//! Nothing can be changed from here: the server holds the states of the sessions and no way to
+//! command them. It runs on a thread of its own; measuring never waits for it.
+//!
+//! | file | is |
+//! |---|---|
+//! | `connection.rs` | connections: how many, how long, how large |
+//! | `guard.rs` | which requests are answered, and with which headers |
+//! | `routes.rs` | what is answered |
+//! | `events.rs` | the stream of what has changed |
+//! | `drawing.rs` | the parts of the page, drawn when they have changed |
+
+mod connection;
+mod drawing;
+mod events;
+mod guard;
+mod routes;
+
+use std::{
+    io,
+    net::{SocketAddr, TcpListener},
+    sync::{Arc, Mutex, PoisonError},
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use tokio::{
+    runtime::Builder,
+    sync::{Semaphore, watch},
+    time::{self, Instant, MissedTickBehavior},
+};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{RemedyWords, Snapshot};
+use vn100_pipeline::{EndReason, SourceState};
+use vn100_report::{Evaluation, PageOptions, goals::Goals};
+
+use drawing::{Drawer, PageState};
+use guard::Hosts;
+use routes::App;
+
+/// How often the page changes at most.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// Streams of events at the same time.
+const STREAMS: usize = 16;
+
+/// How long those who read may take with the end.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// What is served.
+#[derive(Debug)]
+pub struct ServeSpec {
+    /// Where it is asked for.
+    pub listener: TcpListener,
+    /// Names of this machine under which it may be asked for, beside its addresses.
+    pub host_names: Vec<String>,
+    /// What to do about a name that is not among them.
+    pub host_advice: &'static str,
+    /// The sources, in their order.
+    pub sources: Vec<ServedSource>,
+    /// What results are completed with.
+    pub evaluation: Arc<Evaluation>,
+    /// How a face calls things.
+    pub words: Words,
+    /// What a report says beside the results.
+    pub options: PageOptions<'static>,
+}
+
+/// A source that is shown.
+#[derive(Debug)]
+pub struct ServedSource {
+    /// Of its session.
+    pub state: watch::Receiver<SourceState>,
+    /// What its measurement ends by.
+    pub goals: Goals,
+}
+
+/// How a face calls what the user can do, and what happened.
+#[derive(Debug, Clone, Copy)]
+pub struct Words {
+    /// What can be done.
+    pub remedy: RemedyWords,
+    /// Why the result of the source of that name is not whole; `None` where it is.
+    pub end: fn(&str, &EndReason, &Snapshot) -> Option<String>,
+}
+
+/// Serves until it is dropped.
+#[derive(Debug)]
+pub struct Server {
+    address: SocketAddr,
+    ending: CancellationToken,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Begins to serve, on a thread of its own.
+    ///
+    /// # Errors
+    /// Where the listener cannot be used, or no thread be started.
+    pub fn start(spec: ServeSpec) -> io::Result<Self> {
+        let address = spec.listener.local_addr()?;
+        spec.listener.set_nonblocking(true)?;
+        let ending = CancellationToken::new();
+        let token = ending.clone();
+        let run = move || {
+            // drawing blocks: two at a time are enough, and others wait
+            let runtime = Builder::new_current_thread().enable_all().max_blocking_threads(2).build();
+            if let Ok(runtime) = runtime {
+                let _ = runtime.block_on(serve(spec, token));
+                runtime.shutdown_timeout(GRACE);
+            }
+        };
+        let thread = Some(thread::Builder::new().name("vn100-serve".into()).spawn(run)?);
+        Ok(Self { address, ending, thread })
+    }
+
+    /// Where it is asked for.
+    #[must_use]
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for Server {
+    /// Sends the last state to those who read, and ends.
+    fn drop(&mut self) {
+        self.ending.cancel();
+        if let Some(thread) = self.thread.take() {
+            // a panic there is reported, and ends nothing here
+            let _ = thread.join();
+        }
+    }
+}
+
+async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(spec.listener)?;
+    let hosts = Hosts::new(spec.host_names, spec.host_advice);
+    let drawer = Drawer::new(spec.sources, spec.evaluation, spec.words, spec.options, Instant::now());
+    let app = Arc::new(App {
+        drawer: Arc::new(Mutex::new(drawer)),
+        page: watch::channel(Arc::new(PageState::default())).0,
+        streams: Arc::new(Semaphore::new(STREAMS)),
+        over: CancellationToken::new(),
+        hosts,
+    });
+    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), ending.clone()));
+    connection::accept(listener, routes::router(&app), &app.over).await;
+    let _ = keeping.await;
+    Ok(())
+}
+
+/// Draws the page as long as anybody reads it, and once more at the end.
+async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
+    let mut ticks = time::interval(PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            _ = ticks.tick() => {}
+            () = ending.cancelled() => break,
+        }
+        app.drawer.lock().unwrap_or_else(PoisonError::into_inner).look(Instant::now());
+        if app.page.receiver_count() > 0 {
+            app.draw().await;
+        }
+    }
+    if app.page.receiver_count() > 0 {
+        let _ = time::timeout(GRACE, app.draw()).await;
+    }
+    app.over.cancel();
+}

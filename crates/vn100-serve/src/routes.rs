@@ -1,0 +1,186 @@
+//! What is answered.
+
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use axum::{
+    Router,
+    extract::{Request, State},
+    http::{HeaderMap, StatusCode, header},
+    middleware::from_fn_with_state,
+    response::{
+        IntoResponse, Response,
+        sse::{KeepAlive, Sse},
+    },
+    routing::get,
+};
+use sha2::{Digest, Sha256};
+use tokio::{
+    sync::{Semaphore, watch},
+    task::spawn_blocking,
+    time::Instant,
+};
+use tokio_util::sync::CancellationToken;
+use vn100_report::{live_icon, live_script, live_style};
+
+use crate::{
+    drawing::{Drawer, PageState},
+    events::{PageEvents, Place},
+    guard::{Hosts, guard},
+};
+
+/// A comment is sent after so long without an event: it shows that the other end is still there.
+const KEEP_ALIVE: Duration = Duration::from_secs(10);
+
+/// What all answers are made of.
+pub(crate) struct App {
+    pub(crate) drawer: Arc<Mutex<Drawer>>,
+    pub(crate) page: watch::Sender<Arc<PageState>>,
+    pub(crate) streams: Arc<Semaphore>,
+    /// The program ends, and those who read have its last state.
+    pub(crate) over: CancellationToken,
+    pub(crate) hosts: Hosts,
+}
+
+impl App {
+    /// Asks the drawer, which may take its time.
+    async fn ask<T: Send + 'static>(
+        &self,
+        what: impl FnOnce(&mut Drawer, Instant) -> T + Send + 'static,
+    ) -> Result<T, StatusCode> {
+        let drawer = Arc::clone(&self.drawer);
+        let asked = move || what(&mut drawer.lock().unwrap_or_else(PoisonError::into_inner), Instant::now());
+        spawn_blocking(asked).await.map_err(|_| StatusCode::INTERNAL_SERVER_ERROR)
+    }
+
+    /// Draws the page for those who read its events.
+    pub(crate) async fn draw(&self) {
+        if let Ok(page) = self.ask(Drawer::draw).await {
+            self.page.send_replace(page);
+        }
+    }
+}
+
+pub(crate) fn router(app: &Arc<App>) -> Router {
+    Router::new()
+        .route("/", get(page))
+        .route("/page.css", get(async || text("text/css; charset=utf-8", live_style())))
+        .route("/page.js", get(async || text("text/javascript; charset=utf-8", live_script())))
+        .route("/icon.svg", get(async || text("image/svg+xml", live_icon())))
+        .route("/events", get(events))
+        .route("/snapshot.json", get(snapshot))
+        .route("/report.html", get(report))
+        .route("/healthz", get(health))
+        .layer(from_fn_with_state(Arc::clone(app), guard))
+        .with_state(Arc::clone(app))
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+
+fn text(kind: &'static str, text: impl Into<axum::body::Body>) -> Response {
+    ([(header::CONTENT_TYPE, kind)], text.into()).into_response()
+}
+
+fn shared(text: &Arc<str>) -> String {
+    text.as_ref().to_owned()
+}
+
+async fn page(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
+    Ok(text(HTML, app.ask(Drawer::html).await?))
+}
+
+async fn snapshot(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
+    Ok(text("application/json", shared(&app.ask(Drawer::documents).await?)))
+}
+
+async fn report(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
+    let page = app.ask(Drawer::report).await?;
+    let policy = format!(
+        "default-src 'none'; style-src {}; script-src {}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        hashes(&page, "style"),
+        hashes(&page, "script")
+    );
+    Ok(([(header::CONTENT_SECURITY_POLICY, policy)], text(HTML, shared(&page))).into_response())
+}
+
+async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
+    let (is_healthy, lines) = app.ask(|drawer, now| drawer.health(now)).await?;
+    let status = if is_healthy { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
+    Ok((status, text("text/plain; charset=utf-8", lines)).into_response())
+}
+
+async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
+    let Ok(stream) = Arc::clone(&app.streams).try_acquire_owned() else {
+        let after = [(header::RETRY_AFTER, "10")];
+        return (StatusCode::SERVICE_UNAVAILABLE, after, "the page is open too often: close it elsewhere\n")
+            .into_response();
+    };
+    let place = place(request.headers(), request.uri().query());
+    let events = PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream);
+    Sse::new(events).keep_alive(KeepAlive::new().interval(KEEP_ALIVE)).into_response()
+}
+
+/// Where the reader has come: a browser that connects again says it by itself.
+fn place(headers: &HeaderMap, query: Option<&str>) -> Option<Place> {
+    let again = headers.get("last-event-id").and_then(|id| Place::parse(id.to_str().ok()?));
+    let since = || query?.split('&').find_map(|part| Place::parse(part.strip_prefix("since=")?));
+    again.or_else(since)
+}
+
+/// The hashes of the contents of all elements of that name, for a content security policy.
+fn hashes(page: &str, element: &str) -> String {
+    let (begin, end) = (format!("<{element}"), format!("</{element}>"));
+    let contents = page.split(&begin).skip(1).filter_map(|rest| Some(rest.split_once('>')?.1.split_once(&end)?.0));
+    let hash = |content: &str| format!("'sha256-{}'", base64(&Sha256::digest(content)));
+    let hashes: Vec<String> = contents.map(hash).collect();
+    if hashes.is_empty() { "'none'".into() } else { hashes.join(" ") }
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let of_three = |three: &[u8]| {
+        let bits = (0..3).fold(0_u32, |bits, place| bits << 8 | u32::from(three.get(place).copied().unwrap_or(0)));
+        [18, 12, 6, 0].map(|shift| char::from(DIGITS[(bits >> shift) as usize & 63]))
+    };
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        text.extend(of_three(three).into_iter().take(three.len() + 1));
+        text.extend(std::iter::repeat_n('=', 3 - three.len()));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_written_as_rfc_4648_has_them() {
+        for (bytes, text) in [("", ""), ("M", "TQ=="), ("Ma", "TWE="), ("Man", "TWFu"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+    }
+
+    #[test]
+    fn every_script_and_style_has_its_hash() {
+        let page = "<style>a{}</style><p>x</p><script type=\"application/json\">[]</script><script>alert(1)</script>";
+        // printf 'alert(1)' | openssl dgst -sha256 -binary | base64
+        let script = "'sha256-bhHHL3z2vDgxUt0W3dWQOrprscmda2Y5pLsLg4GF+pI='";
+        assert!(hashes(page, "script").ends_with(script), "{}", hashes(page, "script"));
+        assert_eq!(hashes(page, "style").matches("sha256-").count(), 1);
+        assert_eq!(hashes("<p>", "style"), "'none'");
+    }
+
+    #[test]
+    fn a_reader_is_known_by_its_last_event() {
+        let mut headers = HeaderMap::new();
+        assert_eq!(place(&headers, None), None);
+        let since = Some(Place { run: 7, version: 3 });
+        assert_eq!(place(&headers, Some("x=1&since=7-3")), since);
+        assert_eq!(place(&headers, Some("since=nonsense")), None);
+        headers.insert("last-event-id", "7-9".parse().unwrap());
+        assert_eq!(place(&headers, Some("since=7-3")), Some(Place { run: 7, version: 9 }));
+    }
+}
