@@ -99,7 +99,7 @@ impl ChannelState {
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
-        // that is for a screen, which shows one piece
+        // that is for a screen, which shows an undivided record
         self.other = None;
         self.place = next.place;
         self.restarted |= next.restarted;
