@@ -17,6 +17,8 @@ mod left_as_found;
 mod link_faults;
 mod own_questions;
 #[cfg(target_os = "linux")]
+mod page;
+#[cfg(target_os = "linux")]
 mod sensor;
 #[cfg(target_os = "linux")]
 mod session;

@@ -66,8 +66,8 @@ impl Args {
             Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
                 Some("--pool needs two recordings or more; intervals need three".into())
             }
-            Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.serve.is_some() => {
-                Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
+            Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
+                Some("--serve and --metrics-file show a replay while it lasts: give its pace, as in --speed 10x".into())
             }
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, .. }) => {

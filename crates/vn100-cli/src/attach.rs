@@ -26,7 +26,7 @@ use crate::{
     ports::only_likely,
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
-    serve::Page,
+    serve::Watched,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
     view::{self, MessageQueue, SourceMonitor, View},
@@ -78,13 +78,13 @@ async fn attach_all(
     log: Entries,
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
-    let page = Page::of(&args.serve)?;
+    let watched = Watched::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format.is_text() && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings {
-        recent: messages.is_some() || page.is_some(),
+        recent: messages.is_some() || watched.is_some(),
         other_deviation: messages.is_some(),
         ..args.measure.settings()
     };
@@ -122,11 +122,11 @@ async fn attach_all(
             Ok(Prepared { session, emulated, writer, stop })
         })
         .collect::<Result<_>>()?;
-    if let Some(page) = page {
+    if let Some(watched) = watched {
         let sessions = prepared.iter().map(|prepared| &prepared.session);
-        let (started, text) = page.show(sessions, &goals, &job.settings, &job.evaluation)?;
-        job.status.report(&text);
-        server = Some(started);
+        let status = job.status.clone();
+        let say = Box::new(move |text: String| status.report(&text));
+        server = Some(watched.show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }
     let sources: Vec<JoinHandle<Result<Measured>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();

@@ -31,7 +31,7 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
     samples::SampleWriter,
-    serve::Page,
+    serve::Watched,
     user_files::evaluation,
     view::{self, MessageQueue, SourceMonitor, View},
     words,
@@ -67,12 +67,12 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
 
 /// Replays in the view until the user quits it, and writes the results as any replay does.
 fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
-    if args.serve.serve.is_none() && !view::is_there() {
+    if !args.serve.is_asked() && !view::is_there() {
         bail!(
             "--speed needs the live view, and that a terminal for input and output, or a page (--serve); without --speed the result is printed at once"
         );
     }
-    if args.serve.serve.is_none() && takes_terminal(&args.files.log) {
+    if !args.serve.is_asked() && takes_terminal(&args.files.log) {
         bail!("-v would overwrite the view: use --log FILE");
     }
     let work = async |log| replay_all(args, speed, log).await;
@@ -81,7 +81,7 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
 
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Completion> {
     let files = &args.files;
-    let page = Page::of(&args.serve)?;
+    let watched = Watched::of(&args.serve)?;
     let messages = (view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
     let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
@@ -93,11 +93,11 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
     let goals = Goals::of(&files.settings(), None);
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();
-    let server = match page {
-        Some(page) => {
-            let (server, text) = page.show(&sessions, &goals, &files.settings(), &evaluation)?;
-            said(messages.as_ref(), text);
-            Some(server)
+    let server = match watched {
+        Some(watched) => {
+            let view = messages.clone();
+            let say = Box::new(move |text| said(view.as_ref(), text));
+            Some(watched.show(&sessions, &goals, &files.settings(), &evaluation, say)?)
         }
         None => None,
     };
@@ -143,7 +143,7 @@ async fn follow_paced(
             Ok(()) = session.state.changed(), if !is_at_end => {
                 is_at_end = session.state.borrow_and_update().playback.is_some_and(|playback| playback.at_end);
                 if is_at_end {
-                    report(&format!("{name}: replayed to its end; the page stays, Ctrl-C ends it and prints the result"));
+                    report(&format!("{name}: replayed to its end; it stays on the page until Ctrl-C, which prints the result"));
                 }
             }
         }

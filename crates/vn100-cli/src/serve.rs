@@ -3,6 +3,7 @@
 use std::{
     io,
     net::{SocketAddr, TcpListener},
+    path::PathBuf,
     sync::Arc,
 };
 
@@ -10,7 +11,7 @@ use anyhow::{Context, Result, anyhow};
 use vn100_analysis::Settings;
 use vn100_pipeline::Session;
 use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
-use vn100_serve::{ServeSpec, ServedSource, Server, Words};
+use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
 
 use crate::{args::ServeArgs, words};
 
@@ -20,32 +21,43 @@ pub(crate) const PROGRAM: Program<'static> =
 
 const HOST_ADVICE: &str = ": --serve-host NAME allows it";
 
-/// The place of a page that is asked for, before anything is measured.
-pub(crate) struct Page {
-    listener: TcpListener,
+/// Where a measurement is watched from elsewhere, before anything is measured.
+pub(crate) struct Watched {
+    listener: Option<TcpListener>,
     names: Vec<String>,
+    metrics_file: Option<PathBuf>,
 }
 
-impl Page {
-    /// Takes the address; `None` where no page is asked for.
+/// What takes messages for the user.
+pub(crate) type Say = Box<dyn Fn(String) + Send>;
+
+impl Watched {
+    /// Takes the address; `None` where nothing is asked for.
     pub(crate) fn of(args: &ServeArgs) -> Result<Option<Self>> {
-        let Some(address) = args.serve else { return Ok(None) };
-        let listener = TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)))?;
-        Ok(Some(Self { listener, names: machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect() }))
+        if !args.is_asked() {
+            return Ok(None);
+        }
+        let listen = |address| TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)));
+        let names = machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect();
+        Ok(Some(Self { listener: args.serve.map(listen).transpose()?, names, metrics_file: args.metrics_file.clone() }))
     }
 
-    /// Shows these sessions; gives what the user has to know of it.
+    /// Shows these sessions, and says where.
     pub(crate) fn show<'a>(
         self,
         sessions: impl IntoIterator<Item = &'a Session>,
         goals: &Goals,
         settings: &Settings,
         evaluation: &Arc<Evaluation>,
-    ) -> Result<(Server, String)> {
+        say: Say,
+    ) -> Result<Server> {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
-        let name = self.names.first().cloned();
+        if let Some(listener) = &self.listener {
+            say(announced(listener.local_addr()?, self.names.first().map(String::as_str)));
+        }
         let server = Server::start(ServeSpec {
             listener: self.listener,
+            metrics_file: self.metrics_file.map(|path| MetricsFile { path, failed: say }),
             host_names: self.names,
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),
@@ -59,9 +71,7 @@ impl Page {
                 kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
             },
         });
-        let server = server.context("cannot start the live page")?;
-        let text = announced(server.address(), name.as_deref());
-        Ok((server, text))
+        server.context("cannot start the live page")
     }
 }
 
@@ -130,8 +140,8 @@ mod tests {
     fn an_address_in_use_is_refused_with_what_to_do() {
         let taken = TcpListener::bind("127.0.0.1:0").unwrap();
         let args = ServeArgs { serve: Some(taken.local_addr().unwrap()), ..ServeArgs::default() };
-        let error = Page::of(&args).err().unwrap().to_string();
+        let error = Watched::of(&args).err().unwrap().to_string();
         assert!(error.contains("--serve=:8101"), "{error}");
-        assert!(Page::of(&ServeArgs::default()).unwrap().is_none());
+        assert!(Watched::of(&ServeArgs::default()).unwrap().is_none());
     }
 }

@@ -46,6 +46,7 @@ pub use document::{
 pub use export::{
     kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
     lot::lot_table,
+    metrics::{MeasuredSource, MetricsForm, metrics_text},
     ros2::{Ros2Error, Ros2Messages, RosFrame, Stamps},
     samples::SampleTable,
     tables::CsvTable,

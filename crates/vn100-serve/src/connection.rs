@@ -147,3 +147,86 @@ impl AsyncWrite for Patient {
         Pin::new(&mut self.stream).poll_shutdown(context)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use axum::{http::StatusCode, routing::get};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+    use super::*;
+
+    async fn served(router: Router) -> (SocketAddr, CancellationToken) {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let (address, over) = (listener.local_addr().unwrap(), CancellationToken::new());
+        let token = over.clone();
+        tokio::spawn(async move { accept(listener, router, &token).await });
+        (address, over)
+    }
+
+    /// All that comes until the other end closes, and after how long by the clock of the test.
+    async fn answer_to(address: SocketAddr, request: &str) -> (String, Duration) {
+        let begin = time::Instant::now();
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer).await;
+        (String::from_utf8_lossy(&answer).into_owned(), begin.elapsed())
+    }
+
+    // paused, the clock runs ahead to the next deadline as soon as nothing else is to be done
+    #[tokio::test(start_paused = true)]
+    async fn a_request_that_does_not_end_is_closed() {
+        let (address, _over) = served(Router::new().route("/", get(async || StatusCode::OK))).await;
+        let (answer, took) = answer_to(address, "GET / HTTP/1.1\r\nHost: x\r\nX: ").await;
+        assert!(!answer.contains(" 200 "), "{answer}");
+        assert!((REQUEST_WITHIN..REQUEST_WITHIN + Duration::from_secs(1)).contains(&took), "{took:?}");
+        // one that is kept without another request, too
+        let (answer, took) = answer_to(address, "GET / HTTP/1.1\r\nHost: x\r\n\r\n").await;
+        assert!(answer.contains(" 200 "), "{answer}");
+        assert!((REQUEST_WITHIN..REQUEST_WITHIN + Duration::from_secs(1)).contains(&took), "{took:?}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_answer_that_is_not_taken_is_given_up() {
+        let large = vec![b'x'; 64 << 20];
+        let given_up = Arc::new(Semaphore::new(0));
+        struct Noted(Arc<Semaphore>);
+        impl Drop for Noted {
+            fn drop(&mut self) {
+                self.0.add_permits(1);
+            }
+        }
+        let note = Arc::clone(&given_up);
+        let answer = get(move || {
+            let noted = Noted(Arc::clone(&note));
+            let pieces = tokio_stream::iter(large.chunks(1 << 20).map(<[u8]>::to_vec).collect::<Vec<_>>());
+            let pieces = tokio_stream::StreamExt::map(pieces, move |piece| {
+                let _ = &noted;
+                Ok::<_, io::Error>(piece)
+            });
+            async { axum::body::Body::from_stream(pieces) }
+        });
+        let (address, _over) = served(Router::new().route("/", answer)).await;
+        let begin = time::Instant::now();
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        stream.write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n").await.unwrap();
+        given_up.acquire().await.unwrap().forget();
+        assert!(begin.elapsed() >= TAKE_WITHIN, "{:?}", begin.elapsed());
+        drop(stream);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn connections_beyond_the_limit_are_closed_at_once() {
+        let (address, _over) = served(Router::new().route("/", get(async || StatusCode::OK))).await;
+        let mut open = Vec::new();
+        for _ in 0..CONNECTIONS {
+            open.push(TcpStream::connect(address).await.unwrap());
+        }
+        let (answer, took) = answer_to(address, "GET / HTTP/1.1\r\nHost: x\r\n\r\n").await;
+        assert_eq!((answer.as_str(), took < REQUEST_WITHIN), ("", true));
+        // in time they are closed, and others answered
+        assert_eq!(open[0].read(&mut [0]).await.unwrap(), 0);
+        let request = "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+        assert!(answer_to(address, request).await.0.contains(" 200 "));
+    }
+}

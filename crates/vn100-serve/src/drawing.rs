@@ -11,8 +11,9 @@ use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
 use vn100_pipeline::{SourceState, Stage};
 use vn100_report::{
-    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, PageOptions, PagePart, Record, goals::Goals,
-    live_page, now_part, result_parts, run_name, run_prefix, signal_part, sources_part, write_page,
+    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, MeasuredSource, MetricsForm, PageOptions, PagePart,
+    Record, goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix,
+    signal_part, sources_part, write_page,
 };
 
 use crate::{ServedSource, Words};
@@ -81,6 +82,8 @@ pub(crate) struct Drawer {
     drawn_at: Option<Instant>,
     documents: Kept,
     report: Kept,
+    prometheus: Kept,
+    open_metrics: Kept,
 }
 
 /// What is not made again for a while.
@@ -124,6 +127,8 @@ impl Drawer {
             drawn_at: None,
             documents: Kept::default(),
             report: Kept::default(),
+            prometheus: Kept::default(),
+            open_metrics: Kept::default(),
         }
     }
 
@@ -179,7 +184,7 @@ impl Drawer {
                 serde_json::to_string(&document).unwrap_or_default()
             };
             let documents: Vec<String> = sources.iter().map(document).collect();
-            if let [only] = &documents[..] { format!("{only}\n") } else { format!("[{}]\n", documents.join(",")) }
+            json_line(&if let [only] = &documents[..] { only.clone() } else { format!("[{}]", documents.join(",")) })
         })
     }
 
@@ -199,6 +204,28 @@ impl Drawer {
             // memory takes everything
             let _ = write_page(&mut page, &records, &figures, &together, options);
             String::from_utf8_lossy(&page).into_owned()
+        })
+    }
+
+    /// The metrics of all sources.
+    pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Arc<str> {
+        self.look(now);
+        let (sources, words) = (&self.sources, self.words);
+        let kept = match form {
+            MetricsForm::Prometheus => &mut self.prometheus,
+            MetricsForm::OpenMetrics => &mut self.open_metrics,
+        };
+        kept.get(now, PAGE_LASTS, || {
+            let seen: Vec<_> = sources.iter().map(|source| source.numbers(words, now)).collect();
+            let sources: Vec<MeasuredSource<'_>> = (seen.iter())
+                .map(|(facts, snapshot, assessment, last_sample_age)| MeasuredSource {
+                    facts,
+                    snapshot,
+                    assessment,
+                    last_sample_age: *last_sample_age,
+                })
+                .collect();
+            metrics_text(&sources, form)
         })
     }
 
@@ -332,6 +359,13 @@ impl SourceDrawer {
         Seen { facts, snapshot, assessment, stage: state.stage, silent }
     }
 
+    /// Facts, numbers, what they say, and the age of the last sample.
+    fn numbers(&self, words: Words, now: Instant) -> (SourceFacts, Arc<Snapshot>, Arc<Assessment>, Option<Duration>) {
+        let state = self.state.borrow().clone();
+        let age = (self.samples.0 > 0).then(|| now.saturating_duration_since(self.samples.1));
+        (facts_of(&state, words), Arc::clone(&state.snapshot), state.assessment(), age)
+    }
+
     fn measured(&self, words: Words, evaluation: &Evaluation) -> Measured {
         let state = self.state.borrow().clone();
         let assessment = (*state.assessment()).clone();
@@ -348,5 +382,40 @@ impl SourceDrawer {
             Stage::Measuring | Stage::Finishing if is_over(state) => Ok("replayed to its end".into()),
             Stage::Measuring | Stage::Finishing => Ok("measuring".into()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parts(htmls: [&str; 2]) -> Vec<PagePart> {
+        ["a", "b"].into_iter().zip(htmls).map(|(id, html)| PagePart { id: id.into(), html: html.into() }).collect()
+    }
+
+    #[test]
+    fn a_reader_gets_what_has_changed_since_it_read() {
+        let first = PageState { run: 7, ..PageState::default() }.next(parts(["1", "x"]));
+        assert_eq!(first.since(0).len(), 2);
+        assert!(first.since(first.version()).is_empty());
+        let second = first.next(parts(["2", "x"]));
+        assert_eq!(second.since(first.version()).into_iter().collect::<Vec<_>>(), [("a", "2")]);
+        let third = second.next(parts(["3", "y"]));
+        // one who has skipped the second state
+        assert_eq!(third.since(first.version()).into_iter().collect::<Vec<_>>(), [("a", "3"), ("b", "y")]);
+        assert_eq!(third.next(parts(["3", "y"])).version(), third.version(), "nothing has changed");
+    }
+
+    #[test]
+    fn what_is_asked_for_often_is_made_once_in_a_while() {
+        let (begin, mut made) = (Instant::now(), 0);
+        let mut kept = Kept::default();
+        for ms in [0, 1, 249, 250, 251] {
+            kept.get(begin + Duration::from_millis(ms), PAGE_LASTS, || {
+                made += 1;
+                String::new()
+            });
+        }
+        assert_eq!(made, 2);
     }
 }

@@ -10,12 +10,14 @@
 //! | `guard.rs` | which requests are answered, and with which headers |
 //! | `routes.rs` | what is answered |
 //! | `events.rs` | the stream of what has changed |
+//! | `metrics_file.rs` | the metrics as a file |
 //! | `drawing.rs` | the parts of the page, drawn when they have changed |
 
 mod connection;
 mod drawing;
 mod events;
 mod guard;
+mod metrics_file;
 mod routes;
 
 use std::{
@@ -38,6 +40,8 @@ use vn100_report::{Evaluation, PageOptions, goals::Goals};
 
 use drawing::{Drawer, PageState};
 use guard::Hosts;
+pub use metrics_file::MetricsFile;
+use metrics_file::keep_written;
 use routes::App;
 
 /// How often the page changes at most.
@@ -50,10 +54,11 @@ const STREAMS: usize = 16;
 const GRACE: Duration = Duration::from_millis(500);
 
 /// What is served.
-#[derive(Debug)]
 pub struct ServeSpec {
-    /// Where it is asked for.
-    pub listener: TcpListener,
+    /// Where it is asked for; `None` for the file of metrics alone.
+    pub listener: Option<TcpListener>,
+    /// The metrics in a file.
+    pub metrics_file: Option<MetricsFile>,
     /// Names of this machine under which it may be asked for, beside its addresses.
     pub host_names: Vec<String>,
     /// What to do about a name that is not among them.
@@ -89,7 +94,7 @@ pub struct Words {
 /// Serves until it is dropped.
 #[derive(Debug)]
 pub struct Server {
-    address: SocketAddr,
+    address: Option<SocketAddr>,
     ending: CancellationToken,
     thread: Option<JoinHandle<()>>,
 }
@@ -100,8 +105,8 @@ impl Server {
     /// # Errors
     /// Where the listener cannot be used, or no thread be started.
     pub fn start(spec: ServeSpec) -> io::Result<Self> {
-        let address = spec.listener.local_addr()?;
-        spec.listener.set_nonblocking(true)?;
+        let address = spec.listener.as_ref().map(TcpListener::local_addr).transpose()?;
+        spec.listener.iter().try_for_each(|listener| listener.set_nonblocking(true))?;
         let ending = CancellationToken::new();
         let token = ending.clone();
         let run = move || {
@@ -116,9 +121,9 @@ impl Server {
         Ok(Self { address, ending, thread })
     }
 
-    /// Where it is asked for.
+    /// Where it is asked for; `None` for the file of metrics alone.
     #[must_use]
-    pub const fn address(&self) -> SocketAddr {
+    pub const fn address(&self) -> Option<SocketAddr> {
         self.address
     }
 }
@@ -135,7 +140,7 @@ impl Drop for Server {
 }
 
 async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
-    let listener = tokio::net::TcpListener::from_std(spec.listener)?;
+    let listener = spec.listener.map(tokio::net::TcpListener::from_std).transpose()?;
     let hosts = Hosts::new(spec.host_names, spec.host_advice);
     let drawer = Drawer::new(spec.sources, spec.evaluation, spec.words, spec.options, Instant::now());
     let app = Arc::new(App {
@@ -146,8 +151,15 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
         hosts,
     });
     let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), ending.clone()));
-    connection::accept(listener, routes::router(&app), &app.over).await;
+    let file = spec.metrics_file.map(|file| tokio::spawn(keep_written(file, Arc::clone(&app), app.over.clone())));
+    if let Some(listener) = listener {
+        connection::accept(listener, routes::router(&app), &app.over).await;
+    }
+    // a panic there is reported, and ends nothing here
     let _ = keeping.await;
+    if let Some(file) = file {
+        let _ = time::timeout(GRACE, file).await;
+    }
     Ok(())
 }
 

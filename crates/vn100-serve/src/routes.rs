@@ -23,7 +23,7 @@ use tokio::{
     time::Instant,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_report::{live_icon, live_script, live_style};
+use vn100_report::{MetricsForm, live_icon, live_script, live_style};
 
 use crate::{
     drawing::{Drawer, PageState},
@@ -46,7 +46,7 @@ pub(crate) struct App {
 
 impl App {
     /// Asks the drawer, which may take its time.
-    async fn ask<T: Send + 'static>(
+    pub(crate) async fn ask<T: Send + 'static>(
         &self,
         what: impl FnOnce(&mut Drawer, Instant) -> T + Send + 'static,
     ) -> Result<T, StatusCode> {
@@ -72,6 +72,7 @@ pub(crate) fn router(app: &Arc<App>) -> Router {
         .route("/events", get(events))
         .route("/snapshot.json", get(snapshot))
         .route("/report.html", get(report))
+        .route("/metrics", get(metrics))
         .route("/healthz", get(health))
         .layer(from_fn_with_state(Arc::clone(app), guard))
         .with_state(Arc::clone(app))
@@ -103,6 +104,17 @@ async fn report(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
         hashes(&page, "script")
     );
     Ok(([(header::CONTENT_SECURITY_POLICY, policy)], text(HTML, shared(&page))).into_response())
+}
+
+async fn metrics(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Response, StatusCode> {
+    let accepts = |form: &str| {
+        let accepted = headers.get_all(header::ACCEPT).iter().filter_map(|accepted| accepted.to_str().ok());
+        accepted.flat_map(|accepted| accepted.split(',')).any(|accepted| accepted.trim().starts_with(form))
+    };
+    let is_open = accepts("application/openmetrics-text");
+    let form = if is_open { MetricsForm::OpenMetrics } else { MetricsForm::Prometheus };
+    let metrics = app.ask(move |drawer, now| drawer.metrics(now, form)).await?;
+    Ok(text(form.content_type(), shared(&metrics)))
 }
 
 async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {

@@ -37,6 +37,7 @@ const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
 const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
 const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
 const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
+const METRICS: (&str, &str) = ("*.prom", "metrics (--metrics-file)");
 const SETTINGS: (&str, &str) = ("vn100/vn100.toml", "settings of the user (--config)");
 const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
 
@@ -64,10 +65,11 @@ const COMMANDS: [CommandHelp; 15] = [
             ),
             ("until N of all gyroscope axes is known to 5 %", "attach /dev/ttyUSB0 --until 'gyro N ±5%'"),
             ("a sensor behind a serial server, as JSON", "attach tcp://bench:2000 -d 10min --json"),
+            ("watched in a browser, and by Prometheus", "attach /dev/ttyUSB0 --serve"),
             ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, CONDITIONS, DATASHEET, SETTINGS],
+        files: &[RECORDING, CONDITIONS, DATASHEET, SETTINGS, METRICS],
         see_also: &["record", "replay", "configure", "ports", "plan"],
     },
     CommandHelp {
@@ -110,11 +112,12 @@ const COMMANDS: [CommandHelp; 15] = [
             ("the summary of a capture", "replay capture.mcap"),
             ("without the warm-up, every table", "replay capture.mcap --skip 10min --full"),
             ("the samples as a table", "replay capture.mcap --samples capture.csv"),
+            ("a night in minutes, in the live view and on a page", "replay night.mcap --speed 600x --serve"),
             ("another sensor's table", "replay imu.csv --columns t=stamp:ns,gyro_x=wx:deg/s"),
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET, SETTINGS],
+        files: &[RECORDING, SIDECAR, DATASHEET, SETTINGS, METRICS],
         see_also: &["report", "compare", "explain"],
     },
     CommandHelp {

@@ -177,7 +177,8 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
     let part = |name: &str, content: Markup| PagePart::new(prefix, name, content);
     // those change with every sample
     let is_fixed = |name: &str| !matches!(name, "Length" | "Sample rate");
-    let identity = glance::rows(glance::identity_rows(record).into_iter().filter(|(name, _)| is_fixed(name)));
+    let rows = glance::identity_rows(record).into_iter().filter(|(name, _)| is_fixed(name));
+    let identity = glance::rows(rows.map(|(name, value)| (if name == "Capture" { "Source" } else { name }, value)));
     let is_empty = record.measured.snapshot.timing.samples == 0;
     let warned = if is_empty && record.measured.warnings().is_empty() {
         html! {}
@@ -186,7 +187,10 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
     };
     if is_empty {
         let waiting = html! { p.absent { "No sample yet." } };
-        return vec![part("identity", identity), part("cautions", warned), part("allan", waiting)];
+        // what was there before the measurement was started over
+        let others = ["verdicts", "parameters", "axes", "spectrum", "statistics", "datasheet", "marks"];
+        let parts = [part("identity", identity), part("cautions", warned), part("allan", waiting)];
+        return parts.into_iter().chain(others.map(|name| part(name, html! {}))).collect();
     }
     let summary = Summary::new(record, words);
     let figures = Figures::of(record, prefix);

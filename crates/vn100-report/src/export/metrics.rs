@@ -1,0 +1,267 @@
+//! Metrics of measurements under way, for Prometheus and what else reads its text.
+
+use std::{collections::BTreeSet, fmt::Write, time::Duration};
+
+use vn100_analysis::noise::Term;
+use vn100_analysis::protocol::{Quantity, Register};
+use vn100_analysis::{Assessment, LinkStatus, Snapshot, SourceFacts};
+
+use crate::{
+    codes::code_of_missing,
+    health::line_load,
+    history::History,
+    printable::printable,
+    units::{ChannelValues, channel_values, si_unit},
+};
+
+/// How metrics are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MetricsForm {
+    /// The text format 0.0.4 of Prometheus.
+    Prometheus,
+    /// OpenMetrics 1.0, with units and an end.
+    OpenMetrics,
+}
+
+impl MetricsForm {
+    /// Its type in HTTP.
+    #[must_use]
+    pub const fn content_type(self) -> &'static str {
+        match self {
+            Self::Prometheus => "text/plain; version=0.0.4; charset=utf-8",
+            Self::OpenMetrics => "application/openmetrics-text; version=1.0.0; charset=utf-8",
+        }
+    }
+}
+
+/// One source at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredSource<'a> {
+    /// What is known of it.
+    pub facts: &'a SourceFacts,
+    /// Its numbers.
+    pub snapshot: &'a Snapshot,
+    /// What they say; it may be a little older.
+    pub assessment: &'a Assessment,
+    /// Since its last sample; `None` before the first.
+    pub last_sample_age: Option<Duration>,
+}
+
+/// The metrics of these sources. What is not known has no sample; with motion that are the noise
+/// parameters.
+///
+/// # Examples
+/// ```
+/// use vn100_report::{MetricsForm, metrics_text};
+/// assert_eq!(metrics_text(&[], MetricsForm::OpenMetrics), "# EOF\n");
+/// assert_eq!(metrics_text(&[], MetricsForm::Prometheus), "");
+/// ```
+#[must_use]
+pub fn metrics_text(sources: &[MeasuredSource<'_>], form: MetricsForm) -> String {
+    let mut families = Families { form, families: Vec::new() };
+    for source in sources {
+        of_source(&mut families, source);
+    }
+    families.text()
+}
+
+type Labels<'a> = &'a [(&'a str, &'a str)];
+
+struct Families {
+    form: MetricsForm,
+    families: Vec<Family>,
+}
+
+struct Family {
+    name: &'static str,
+    help: &'static str,
+    kind: Kind,
+    samples: String,
+}
+
+/// What a metric is; a gauge may have a unit at the end of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Counter,
+    Gauge(Option<&'static str>),
+}
+
+impl Families {
+    /// Adds a sample; one of a family that is there already stands behind its others.
+    fn add(&mut self, kind: Kind, name: &'static str, help: &'static str, labels: Labels<'_>, value: f64) {
+        let place = self.families.iter().position(|family| family.name == name).unwrap_or_else(|| {
+            self.families.push(Family { name, help, kind, samples: String::new() });
+            self.families.len() - 1
+        });
+        let suffix = if kind == Kind::Counter { "_total" } else { "" };
+        let labels: Vec<String> = labels.iter().map(|(key, value)| format!("{key}=\"{}\"", escaped(value))).collect();
+        // a String takes everything
+        let _ = writeln!(self.families[place].samples, "{name}{suffix}{{{}}} {value}", labels.join(","));
+    }
+
+    fn count(&mut self, name: &'static str, help: &'static str, labels: Labels<'_>, count: u64) {
+        self.add(Kind::Counter, name, help, labels, count as f64);
+    }
+
+    fn gauge(&mut self, name: &'static str, help: &'static str, labels: Labels<'_>, value: impl Into<Option<f64>>) {
+        const UNITS: [&str; 4] = ["hertz", "seconds", "ratio", "celsius"];
+        let unit = UNITS.into_iter().find(|unit| name.ends_with(&format!("_{unit}")));
+        if let Some(value) = value.into().filter(|value| value.is_finite()) {
+            self.add(Kind::Gauge(unit), name, help, labels, value);
+        }
+    }
+
+    fn text(self) -> String {
+        let mut out = String::new();
+        for Family { name, help, kind, samples } in self.families {
+            let is_open = self.form == MetricsForm::OpenMetrics;
+            let (word, suffix) = match kind {
+                // Prometheus has the suffix in the name of the family
+                Kind::Counter => ("counter", if is_open { "" } else { "_total" }),
+                Kind::Gauge(_) => ("gauge", ""),
+            };
+            // a String takes everything
+            let _ = writeln!(out, "# HELP {name}{suffix} {help}\n# TYPE {name}{suffix} {word}");
+            if let Kind::Gauge(Some(unit)) = kind
+                && is_open
+            {
+                let _ = writeln!(out, "# UNIT {name} {unit}");
+            }
+            out.push_str(&samples);
+        }
+        if self.form == MetricsForm::OpenMetrics {
+            out.push_str("# EOF\n");
+        }
+        out
+    }
+}
+
+/// The value of a label; what steers a terminal is replaced, as everywhere.
+fn escaped(value: &str) -> String {
+    printable(value).replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+}
+
+fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
+    let MeasuredSource { facts, snapshot, assessment, last_sample_age } = *source;
+    let (timing, link, tally) = (&snapshot.timing, &snapshot.link, &snapshot.link.tally);
+    let port = ("port", facts.name.as_str());
+    let of_port = &[port];
+    let register = |register: Register| snapshot.registers.get(&register.0).map_or("", |text| text.trim());
+    let message = snapshot.layout.as_ref().map_or(String::new(), |layout| layout.message.to_string());
+    let identity = [
+        port,
+        ("model", register(Register::MODEL)),
+        ("serial", register(Register::SERIAL_NUMBER)),
+        ("firmware", register(Register::FIRMWARE)),
+        ("message", &message),
+    ];
+    out.gauge("vn100_info", "The source: sensor and message.", &identity, 1.0);
+    let is_up = !facts.ended && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
+    out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
+    out.count("vn100_samples", "Samples measured.", of_port, timing.samples);
+    let from = [port, ("from", code_of_missing(timing.missing_from).code)];
+    out.count("vn100_missing_samples", "Dropped samples, and what detects them.", &from, timing.missing);
+    for (kind, count) in [
+        ("checksum", tally.rejected.checksum),
+        ("unchecked", tally.rejected.unchecked),
+        ("grammar", tally.rejected.grammar),
+        ("range", tally.rejected.range),
+        ("truncated", tally.rejected.truncated),
+        ("too-long", tally.rejected.too_long),
+    ] {
+        out.count("vn100_bad_lines", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
+    }
+    out.count("vn100_bytes", "Bytes read.", of_port, link.bytes());
+    out.count("vn100_skipped_bytes", "Bytes in which no sentence and no packet was.", of_port, link.skipped_bytes());
+    let reconnects = link.connects.saturating_sub(1);
+    out.count("vn100_reconnects", "How often the link was connected again.", of_port, reconnects);
+    let has_samples = timing.samples > 0;
+    out.gauge("vn100_rate_hertz", "Nominal sample rate.", of_port, has_samples.then_some(timing.rate_hz));
+    let offset = snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm).map(|ppm| 1e-6 * ppm);
+    out.gauge("vn100_rate_offset_ratio", "Measured over nominal sample rate, less 1.", of_port, offset);
+    out.gauge("vn100_measurement_seconds", "Data time measured.", of_port, timing.duration_s());
+    let age = last_sample_age.map(|age| age.as_secs_f64());
+    out.gauge("vn100_last_sample_age_seconds", "Time since the last sample, to a second.", of_port, age);
+    let load = line_load(facts.link.as_ref(), snapshot);
+    out.gauge("vn100_link_load_ratio", "Part of the baud rate in use.", of_port, load);
+    let temperature = temperature_now(snapshot);
+    out.gauge("vn100_temperature_celsius", "Temperature of the sensor now.", of_port, temperature);
+    for channel in channel_values(snapshot, assessment) {
+        of_channel(out, port, &channel, assessment.motion.is_none());
+    }
+    let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
+    for kind in warnings.map(|warning| warning.kind.name()).collect::<BTreeSet<_>>() {
+        out.gauge("vn100_warning", "A warning that holds now, by its kind.", &[port, ("kind", kind)], 1.0);
+    }
+}
+
+fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues, is_at_rest: bool) {
+    let labels = [port, ("channel", channel.name.as_str()), ("unit", channel.unit.as_str())];
+    out.gauge("vn100_channel_mean", "Mean of all samples.", &labels, channel.mean);
+    out.gauge("vn100_channel_std", "Standard deviation of all samples.", &labels, channel.std);
+    let Some(noise) = channel.noise.as_ref().filter(|_| is_at_rest) else { return };
+    for (term, name, help) in [
+        (Term::White, "vn100_white_noise", "N, angle or velocity random walk, with its interval."),
+        (Term::BiasInstability, "vn100_bias_instability", "B, with its interval, or an upper bound alone."),
+        (Term::RateRandomWalk, "vn100_rate_random_walk", "K, with its interval, or an upper bound alone."),
+    ] {
+        let Some(parameter) = noise.parameter(term) else { continue };
+        let unit = si_unit(noise.sensor, term);
+        for (bound, value) in [("lower", parameter.lower), ("value", parameter.value), ("upper", parameter.upper)] {
+            let labels = [port, ("channel", channel.name.as_str()), ("unit", unit), ("bound", bound)];
+            out.gauge(name, help, &labels, value);
+        }
+    }
+}
+
+/// The latest half second of it; `None` where the stream does not carry it.
+fn temperature_now(snapshot: &Snapshot) -> Option<f64> {
+    let place = snapshot.layout_channels().iter().position(|channel| channel.quantity == Quantity::Temperature)?;
+    let history = History::of(snapshot, place, 2, 1)?;
+    history.columns.last().copied().flatten().map(|column| column.mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::{Analysis, LinkFacts, Settings};
+
+    use super::*;
+
+    fn text(name: &str, form: MetricsForm) -> String {
+        let snapshot = Analysis::new(Settings::default()).snapshot();
+        let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
+        let facts = SourceFacts { name: name.into(), link, ..SourceFacts::default() };
+        let assessment = Assessment::new(&snapshot, 0.95);
+        let last_sample_age = Some(Duration::from_millis(1500));
+        metrics_text(
+            &[MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age }],
+            form,
+        )
+    }
+
+    #[test]
+    fn counters_have_their_suffix_where_each_form_has_it() {
+        let open = text("imu", MetricsForm::OpenMetrics);
+        assert!(open.contains("# TYPE vn100_samples counter\nvn100_samples_total{port=\"imu\"} 0\n"), "{open}");
+        assert!(open.contains("# UNIT vn100_last_sample_age_seconds seconds\n"), "{open}");
+        assert!(open.ends_with("# EOF\n"), "{open}");
+        let old = text("imu", MetricsForm::Prometheus);
+        assert!(old.contains("# TYPE vn100_samples_total counter\nvn100_samples_total{port=\"imu\"} 0\n"), "{old}");
+        assert!(!old.contains("# UNIT") && !old.contains("# EOF"), "{old}");
+    }
+
+    #[test]
+    fn what_is_not_known_has_no_sample() {
+        let text = text("imu", MetricsForm::OpenMetrics);
+        for absent in ["vn100_rate_hertz", "vn100_white_noise", "vn100_link_load_ratio", "NaN"] {
+            assert!(!text.contains(absent), "{absent} in {text}");
+        }
+        assert!(text.contains("vn100_link_up{port=\"imu\"} 1\n"), "{text}");
+    }
+
+    #[test]
+    fn the_name_of_a_source_cannot_end_its_label() {
+        let text = text("a\"} 1\nb\\", MetricsForm::Prometheus);
+        assert!(text.contains("vn100_link_up{port=\"a\\\"} 1\u{fffd}b\\\\\"} 1\n"), "{text}");
+    }
+}

@@ -1,0 +1,342 @@
+//! The live page: what it answers, whom it refuses, and that the measurement does not notice it.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::Path,
+    process::{Child, Command, Stdio},
+    time::Duration,
+};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::support::{Lines, capture, channel, schema, vn100};
+
+/// No answer takes so long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The program with its page, ended when it is let go of.
+struct Served {
+    process: Child,
+    stderr: Lines,
+    address: String,
+}
+
+impl Served {
+    /// The arguments of a command, without those of the page: any free port.
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = vn100();
+        let command = command.args(arguments).arg("--serve=:0").stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let mut stderr = Lines::of(process.stderr.take().unwrap());
+        let said = stderr.find(|line| line.contains("http://")).unwrap();
+        let address = said.split("http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
+        Self { process, stderr, address }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// The answer to a request with these lines behind the first, head and body.
+    fn ask(&self, method: &str, path: &str, lines: &str) -> (String, String) {
+        let mut stream = self.connect();
+        write!(stream, "{method} {path} HTTP/1.1\r\nConnection: close\r\n{lines}\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+        (head.to_lowercase(), body.to_owned())
+    }
+
+    fn get(&self, path: &str) -> (String, String) {
+        self.ask("GET", path, &format!("Host: {}\r\n", self.address))
+    }
+
+    /// The events of the page, line by line.
+    fn events(&self, lines: &str) -> impl Iterator<Item = String> + use<> {
+        let mut stream = self.connect();
+        write!(stream, "GET /events HTTP/1.1\r\nHost: {}\r\n{lines}\r\n", self.address).unwrap();
+        BufReader::new(stream).lines().map_while(Result::ok)
+    }
+
+    /// Its end: exit code and standard output.
+    fn end(mut self) -> (i32, String) {
+        let mut out = String::new();
+        self.process.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        (self.process.wait().unwrap().code().unwrap(), out)
+    }
+
+    fn interrupt(&self) {
+        kill_process(Pid::from_child(&self.process), Signal::INT).unwrap();
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A replay at its end, with its page.
+fn replayed(folder: &Path) -> Served {
+    let file = capture(folder, "still.mcap", &["--message", "VNIMU", "-d", "10min"]);
+    let mut served = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]);
+    served.stderr.find(|line| line.contains("replayed to its end")).unwrap();
+    served
+}
+
+#[test]
+fn every_address_of_the_page_answers() {
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    for (path, kind, has) in [
+        ("/", "text/html", "<article id=\"source\">"),
+        ("/page.css", "text/css", "svg.figure"),
+        ("/page.js", "text/javascript", "EventSource"),
+        ("/icon.svg", "image/svg+xml", "<svg"),
+        ("/snapshot.json", "application/json", "\"schema\":\"vn100.analysis/1\""),
+        ("/report.html", "text/html", "Noise report: still.mcap"),
+        ("/metrics", "text/plain; version=0.0.4", "vn100_samples_total{port=\"still.mcap\"} 24000\n"),
+        ("/healthz", "text/plain", "still.mcap: replayed to its end\n"),
+    ] {
+        let (head, body) = served.get(path);
+        assert!(head.starts_with("http/1.1 200 "), "{path}: {head}");
+        assert!(head.contains(&format!("content-type: {kind}")), "{path}: {head}");
+        assert!(body.contains(has), "{path}: {}", &body[..body.len().min(500)]);
+        for header in ["x-content-type-options: nosniff", "content-security-policy: default-src 'none'"] {
+            assert!(head.contains(header), "{path}: no {header} in {head}");
+        }
+        assert!(!head.contains("access-control") && !head.contains("unsafe"), "{path}: {head}");
+        let (head, body) = served.ask("HEAD", path, &format!("Host: {}\r\n", served.address));
+        assert!(head.starts_with("http/1.1 200 ") && body.is_empty(), "{path}: {head}");
+    }
+    schema::check(&serde_json::from_str(&served.get("/snapshot.json").1).unwrap());
+    assert!(served.get("/nothing").0.starts_with("http/1.1 404 "));
+    let host = format!("Host: {}\r\nAccept: application/openmetrics-text; version=1.0.0\r\n", served.address);
+    let (head, body) = served.ask("GET", "/metrics", &host);
+    assert!(head.contains("content-type: application/openmetrics-text; version=1.0.0"), "{head}");
+    assert!(body.ends_with("# EOF\n"));
+    served.interrupt();
+    let (code, out) = served.end();
+    assert_eq!(code, 0);
+    assert!(out.starts_with("still.mcap"), "{out}");
+}
+
+#[test]
+fn what_writes_or_asks_for_another_name_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let here = format!("Host: {}\r\n", served.address);
+    for (method, lines, status) in [
+        ("GET", here.as_str(), 200),
+        ("GET", "Host: localhost:9\r\n", 200),
+        ("POST", &here, 405),
+        ("DELETE", &here, 405),
+        ("OPTIONS", &here, 405),
+        ("GET", "Host: evil.example\r\n", 403),
+        ("GET", "Host: localhost.evil.example\r\n", 403),
+        ("GET", "Host: 192.0.2.1\r\n", 403),
+        ("GET", "", 400),
+        ("GET", "Host: localhost\r\nHost: evil.example\r\n", 400),
+        ("GET", &format!("{here}X: {}\r\n", "x".repeat(40_000)), 431),
+        ("GET", &(here.clone() + &"X: x\r\n".repeat(200)), 431),
+    ] {
+        let mut stream = served.connect();
+        // one who was refused already may have closed it
+        let _ = write!(stream, "{method} / HTTP/1.1\r\nConnection: close\r\n{lines}\r\n");
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer);
+        let shown = &lines[..lines.len().min(60)];
+        assert!(
+            answer.starts_with(&format!("HTTP/1.1 {status} ")),
+            "{method} {shown}: {}",
+            answer.lines().next().unwrap_or("")
+        );
+    }
+}
+
+#[test]
+fn events_continue_where_a_reader_has_come_and_end_with_the_program() {
+    let served = Served::start(&["attach", "sim", "-d", "6s", "--json"]);
+    let mut events = served.events("");
+    let mut next = |name: &str| {
+        let begin = format!("event: {name}");
+        assert!(events.any(|line| line == begin), "no {name}");
+        let id = events.next().unwrap();
+        (id, events.next().unwrap_or_default())
+    };
+    let has_all = |data: &str| data.contains("\"now\":") && data.contains("\"marks\":\"<p");
+    while !has_all(&next("snapshot").1) {}
+    // only what has changed
+    let is_news = |data: &str| data.contains("\"now\":") && !data.contains("\"marks\":");
+    let (id, data) = next("snapshot");
+    assert!(is_news(&data), "{}", &data[..data.len().min(300)]);
+    let again = id.replace("id: ", "Last-Event-ID: ");
+    let data = served.events(&format!("{again}\r\n")).find(|line| line.starts_with("data: ")).unwrap();
+    assert!(is_news(&data), "{}", &data[..data.len().min(300)]);
+    let other = served.events("Last-Event-ID: 1-1\r\n").find(|line| line.starts_with("event: ")).unwrap();
+    assert_eq!(other, "event: other");
+    next("end");
+    assert_eq!(served.end().0, 0);
+}
+
+#[test]
+fn the_seventeenth_page_is_refused_and_one_that_is_closed_makes_room() {
+    let served = Served::start(&["attach", "sim", "-d", "30s", "--json"]);
+    let is_open = |events: &mut dyn Iterator<Item = String>| events.next().unwrap().contains(" 200 ");
+    let mut open: Vec<_> = (0..16).map(|_| served.events("")).collect();
+    assert!(open.iter_mut().all(|events| is_open(events)));
+    let refused = served.events("").next().unwrap();
+    assert!(refused.contains(" 503 "), "{refused}");
+    open.pop();
+    for _ in 0..20 {
+        if is_open(&mut served.events("")) {
+            return;
+        }
+        // with the next event at the latest its end is noticed
+        assert!(open[0].any(|line| line.starts_with("event: snapshot")));
+    }
+    panic!("no room for another page");
+}
+
+/// A thousand connections: slow, large, hung up in the middle.
+#[test]
+fn the_measurement_does_not_notice_those_who_attack_its_page() {
+    let options = ["attach", "sim", "--set-message", "BINARY", "--set-rate", "800", "-d", "8s", "--json"];
+    let served = Served::start(&options);
+    let mut events = served.events("");
+    assert!(events.any(|line| line == "event: snapshot"));
+    let here = format!("Host: {}\r\n", served.address);
+    let ask = |text: &str| {
+        let mut stream = TcpStream::connect(&served.address).unwrap();
+        // a connection beyond the limit is closed already
+        let _ = stream.write_all(text.as_bytes());
+        stream
+    };
+    let mut kept = Vec::new();
+    for round in 0..250 {
+        // a request that never ends, one that is too large, an answer and a stream that are not read
+        let slow = ask(&format!("GET / HTTP/1.1\r\n{here}X: "));
+        let large = ask(&format!("GET / HTTP/1.1\r\n{here}X: {}\r\n\r\n", "x".repeat(60_000)));
+        let unread = ask(&format!("GET /report.html HTTP/1.1\r\n{here}\r\n"));
+        let stream = ask(&format!("GET /events HTTP/1.1\r\n{here}\r\n"));
+        if round < 100 {
+            kept.push((slow, large, unread, stream));
+        }
+    }
+    // the page that was open is alive, up to the end of the measurement
+    assert!(events.any(|line| line == "event: end"));
+    let (code, out) = served.end();
+    let document: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((&document["timing"]["missing"], &document["timing"]["samples"]), (&0.into(), &6400.into()));
+    assert_eq!(document["link"]["overrun_bytes"], 0);
+    assert_eq!(document["link"]["reconnects"], 0);
+    assert_eq!(code, 0);
+}
+
+#[test]
+fn the_metrics_are_read_by_the_parsers_of_prometheus() {
+    let pythons = [std::env::var("VN100_PYTHON").unwrap_or_default(), "python3".into()];
+    let has_parser = |python: &&String| {
+        let imports = Command::new(python).args(["-c", "import prometheus_client"]).output();
+        imports.is_ok_and(|output| output.status.success())
+    };
+    let Some(python) = pythons.iter().find(has_parser) else {
+        eprintln!("skipped: no python3 with prometheus_client, nor one named by VN100_PYTHON");
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let script = "
+import sys
+from prometheus_client.parser import text_string_to_metric_families as old
+from prometheus_client.openmetrics.parser import text_string_to_metric_families as new
+for family in {'old': old, 'new': new}[sys.argv[1]](sys.stdin.read()):
+    for sample in family.samples:
+        print(family.type, sample.name, sample.labels.get('channel', ''), sample.labels.get('bound', ''), sample.value)
+";
+    let document: Value = serde_json::from_str(&served.get("/snapshot.json").1).unwrap();
+    for (form, accept) in [("old", "*/*"), ("new", "application/openmetrics-text")] {
+        let (_, text) = served.ask("GET", "/metrics", &format!("Host: {}\r\nAccept: {accept}\r\n", served.address));
+        let mut parser = Command::new(python);
+        let parser = parser.args(["-c", script, form]).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut parser = parser.stderr(Stdio::piped()).spawn().unwrap();
+        parser.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        let output = parser.wait_with_output().unwrap();
+        assert!(output.status.success(), "{form}: {}\n{text}", String::from_utf8_lossy(&output.stderr));
+        let found = String::from_utf8(output.stdout).unwrap();
+        assert!(found.contains("counter vn100_samples_total   24000"), "{form}: {found}");
+        let white = &channel(&document, "gyro_x")["noise"]["white"]["value"];
+        let white = white.as_f64().unwrap_or_else(|| panic!("{}", channel(&document, "gyro_x")["noise"]));
+        let line = found.lines().find(|line| line.contains("vn100_white_noise gyro_x value ")).unwrap();
+        let value: f64 = line.rsplit(' ').next().unwrap().parse().unwrap();
+        assert!((value / white - 1.0).abs() < 1e-12, "{value} {white}");
+    }
+}
+
+#[test]
+fn the_metrics_of_a_host_without_a_port_stand_in_a_file_up_to_the_end() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("vn100.prom");
+    let output = vn100().args(["attach", "sim", "-d", "2s", "--json", "--metrics-file"]).arg(&file).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.contains("vn100_samples_total{port=\"sim\"} 80\n"), "{text}");
+    assert!(text.contains("vn100_link_up{port=\"sim\"} 0\n"), "{text}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+    let refused = vn100().args(["attach", "sim", "--metrics-file", "imu.mcap"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+/// The numbers of a table of the page, by the name of the row.
+fn cells(dom: &str, name: &str) -> Vec<String> {
+    let begin = format!("<th scope=\"row\">{name}</th>");
+    let rows: Vec<&str> = dom.split(&begin).skip(1).filter_map(|rest| rest.split("</tr>").next()).collect();
+    // the table of statistics begins with the number of samples
+    let row = rows.iter().find(|row| row.contains("24\u{202f}000")).unwrap_or_else(|| panic!("{name}: {rows:?}"));
+    let cells = row.split("<td>").skip(1).map(|cell| cell.split("</td>").next().unwrap());
+    cells.map(|cell| cell.replace('−', "-").replace('\u{202f}', "")).collect()
+}
+
+/// In a browser, where there is one: no error, every figure alive, the numbers of the document.
+#[test]
+fn a_browser_shows_the_numbers_of_the_document() {
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let Some(browser) = browsers.iter().find(|name| Command::new(name).arg("--version").output().is_ok()) else {
+        eprintln!("skipped: no chromium on this machine");
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let document: Value = serde_json::from_str(&served.get("/snapshot.json").1).unwrap();
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0", "--timeout=3000"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg("--dump-dom")
+        .arg(format!("http://{}/", served.address))
+        .output()
+        .unwrap();
+    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "the browser itself failed: {:?}\n{log}", output.status);
+    assert!(!log.contains("CONSOLE"), "{log}");
+    assert!(dom.contains("data-ready=\"true\""), "the script has run");
+    let figures = dom.matches("<figure ").count();
+    assert_eq!(dom.matches(">Enlarge</button>").count(), figures, "{figures} figures, all made alive");
+    for name in ["gyro_x", "accel_z", "mag_y", "temperature"] {
+        let statistics = &channel(&document, name)["statistics"];
+        let shown = cells(&dom, name);
+        assert_eq!(shown[0], statistics["count"].to_string(), "{name}");
+        for (text, key) in shown[1..].iter().zip(["mean", "std", "min", "max"]) {
+            let (shown, exact): (f64, f64) = (text.parse().unwrap(), statistics[key].as_f64().unwrap());
+            let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            assert!((shown - exact).abs() <= 0.5001 * 10_f64.powi(-(decimals as i32)), "{name} {key}: {text}, {exact}");
+        }
+    }
+}
