@@ -29,8 +29,8 @@ const PERIODIC_S: f64 = 1.0;
 const PERIODIC_TOLERANCE: f64 = 0.1;
 
 /// Seconds of arrivals at a listed rate, to within so much of it, that outweigh another rate that
-/// the sensor reports. Chosen: a pace that is not the sensor's lies so near one of eleven rates by a
-/// chance of 1 in 100.
+/// the sensor reports. Chosen: a pace that is not the sensor's lies so near one of eleven rates by
+/// a chance of 1 in 100.
 const CONTRADICTION_S: f64 = 5.0;
 const CONTRADICTION_TOLERANCE: f64 = 0.002;
 
