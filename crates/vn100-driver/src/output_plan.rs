@@ -213,7 +213,7 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
         baud,
     ];
     let (frames, rate_hz) = match &new.binary {
-        Some(binary) if new.sends_packets_alone() => (FrameKind::Packet, binary.rate_hz()),
+        Some(binary) if new.sends_packets_alone() => (FrameKind::Packet(binary.header()), binary.rate_hz()),
         _ => (FrameKind::Sentence(new.message), new.rate.hz().into()),
     };
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })

@@ -116,7 +116,7 @@ pub use message::{
     table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},
 };
 pub use packet::{
-    form::{BINARY, PacketForm, RejectedPacket},
+    form::{BINARY, PacketForm, PacketHeader, RejectedPacket},
     message::{MEASUREMENTS_PER_S, PACKET_MESSAGES, PacketMessage},
 };
 pub use register::{

@@ -3,6 +3,7 @@
 use proptest::{option, prelude::*, sample::select};
 
 use super::*;
+use vn100_protocol::PacketHeader;
 
 fn contents(register: Register, fields: &str) -> RegisterContents {
     RegisterContents { register, fields: RegisterFields::new(fields).unwrap() }
@@ -217,7 +218,7 @@ fn packets_come_behind_a_faster_line_and_without_sentences() {
     let expected = ["05,921600", "06,0", "85,0,1,1,4,0,0,3,3,3,0", "75,1,1,05,0001,003E"];
     assert_eq!(planned(&sold, &with_mag), expected);
     let OutputPlan { frames, rate_hz, .. } = plan(&sold, &fast).unwrap();
-    assert_eq!((frames, rate_hz), (FrameKind::Packet, 800.0));
+    assert_eq!((frames, rate_hz), (FrameKind::Packet(PacketHeader::new(5, &[1, 0x1C])), 800.0));
 }
 
 #[test]

@@ -20,6 +20,35 @@ pub const BINARY: &str = "BINARY";
 /// `FA`, groups and a word for each of the four.
 const MAX_HEADER: usize = 2 + 2 * GROUPS.len();
 
+/// The groups and words that a packet begins with: what tells the packets of one binary output from
+/// those of another.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PacketHeader([u8; MAX_HEADER]);
+
+impl PacketHeader {
+    /// Of packets with these groups and a word of fields for each, as registers 75 to 77 have them;
+    /// more than four words are cut.
+    #[must_use]
+    pub fn new(groups: u8, words: &[u16]) -> Self {
+        let mut header = [0; MAX_HEADER];
+        (header[0], header[1]) = (crate::framing::packet::START, groups);
+        for (bytes, word) in header[2..].chunks_exact_mut(2).zip(words) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
+        Self(header)
+    }
+
+    /// Of a packet.
+    #[must_use]
+    pub fn of(packet: &Packet<'_>) -> Self {
+        let mut header = [0; MAX_HEADER];
+        let groups = packet.raw.get(1).map_or(0, |groups| groups.count_ones() as usize);
+        let length = (2 + 2 * groups).min(packet.raw.len()).min(MAX_HEADER);
+        header[..length].copy_from_slice(&packet.raw[..length]);
+        Self(header)
+    }
+}
+
 /// The fields of packets that begin with the same groups and words, and how they are read.
 ///
 /// Measured are attitude, magnetic field, acceleration, angular rate, temperature and pressure,
@@ -99,11 +128,7 @@ impl PacketForm {
     #[must_use]
     pub fn new(groups: u8, words: &[u16]) -> Option<Self> {
         crate::framing::packet::length(groups, words)?;
-        let mut header = [0; MAX_HEADER];
-        (header[0], header[1]) = (crate::framing::packet::START, groups);
-        for (bytes, word) in header[2..].chunks_exact_mut(2).zip(words) {
-            bytes.copy_from_slice(&word.to_le_bytes());
-        }
+        let PacketHeader(header) = PacketHeader::new(groups, words);
         let header_length = 2 + 2 * words.len();
         let (mut at, mut interval_at) = (header_length, None);
         let (mut device_time_at, mut saturation_at) = (None, None);
@@ -171,6 +196,12 @@ impl PacketForm {
             device_time_at: None,
             saturation_at: None,
         })
+    }
+
+    /// What its packets begin with.
+    #[must_use]
+    pub const fn header(&self) -> PacketHeader {
+        PacketHeader(self.header)
     }
 
     /// Whether the packet has this form.

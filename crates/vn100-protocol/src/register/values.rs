@@ -7,7 +7,7 @@ use core::fmt;
 use super::{Register, RegisterValue, ValueError, WritableValue, fields::FieldReader};
 use crate::{
     framing::{checksum::Check, packet},
-    packet::field,
+    packet::{field, form::PacketHeader},
 };
 
 /// A register of whole numbers: its value, with the name and the factory default of each field.
@@ -233,6 +233,12 @@ impl BinaryOutput {
     #[must_use]
     pub fn rate_hz(&self) -> f64 {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
+    }
+
+    /// What its packets begin with.
+    #[must_use]
+    pub fn header(&self) -> PacketHeader {
+        PacketHeader::new(self.groups, &self.field_words)
     }
 
     /// The known fields of a packet by their names in the manual, in the order of the wire.

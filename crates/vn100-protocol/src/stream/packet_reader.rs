@@ -1,14 +1,19 @@
 //! The packets of one form as rows.
 
-use alloc::vec::Vec;
+use alloc::{collections::BTreeMap, vec::Vec};
 
-use crate::{MeasuredPackets, Packet, PacketForm, RejectedPacket};
+use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket};
+
+/// A sensor has three binary outputs, which may be set anew: of more only the sum is known.
+const MOST_OTHER_HEADERS: usize = 16;
 
 /// Reads the packets of the form that is measured. Other packets are counted by the framer alone.
 #[derive(Debug, Default)]
 pub(super) struct PacketReader {
     pub(super) form: Option<PacketForm>,
     pub(super) counts: MeasuredPackets,
+    /// Packets of other forms.
+    others: BTreeMap<PacketHeader, u64>,
     last_device_ns: Option<u64>,
     /// Where a packet is tried, to know whether it is a row.
     tried: Vec<i32>,
@@ -32,7 +37,10 @@ impl PacketReader {
 
     #[inline]
     pub(super) fn read(&mut self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> PacketOutcome {
-        let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else { return PacketOutcome::None };
+        let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else {
+            self.count_other(packet);
+            return PacketOutcome::None;
+        };
         let device_ns = form.device_ns(packet);
         if is_repeated(self.last_device_ns, device_ns) {
             self.counts.repeated += 1;
@@ -49,6 +57,22 @@ impl PacketReader {
                 PacketOutcome::Rejected(rejected)
             }
         }
+    }
+
+    #[cold]
+    fn count_other(&mut self, packet: &Packet<'_>) {
+        let header = PacketHeader::of(packet);
+        if self.others.len() < MOST_OTHER_HEADERS || self.others.contains_key(&header) {
+            *self.others.entry(header).or_default() += 1;
+        }
+    }
+
+    /// Packets of each form so far.
+    pub(super) fn packets(&self) -> impl Iterator<Item = (PacketHeader, u64)> {
+        let MeasuredPackets { samples, rejected, repeated, .. } = self.counts;
+        let measured = self.form.as_ref().map(|form| (form.header(), samples + rejected + repeated));
+        let others = self.others.iter().map(|(header, packets)| (*header, *packets));
+        others.chain(measured)
     }
 
     /// Whether the packet is a row, with nothing else to be said.

@@ -9,7 +9,7 @@ use super::{
     packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
-    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PrintFormat, Quantity, Register,
+    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketHeader, PrintFormat, Quantity, Register,
     RegisterContents, Reply, Sample, Sentence, Tally, VNIMU,
 };
 
@@ -47,8 +47,8 @@ pub enum MeasuredFrames {
 pub enum FrameKind {
     /// Sentences of a message; of all without a name [`AsyncType::OFF`].
     Sentence(AsyncType),
-    /// Binary packets.
-    Packet,
+    /// Binary packets of one output.
+    Packet(PacketHeader),
 }
 
 /// Decodes a stream and collects its samples in batches.
@@ -127,7 +127,7 @@ impl SampleReader {
     /// Frames that the sensor has sent by itself so far, by their kind.
     pub fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         let sentences = self.lines().map(|(code, count)| (FrameKind::Sentence(AsyncType(code)), count));
-        sentences.chain([(FrameKind::Packet, self.tally().packets)])
+        sentences.chain(self.stream.packets.packets().map(|(header, packets)| (FrameKind::Packet(header), packets)))
     }
 
     /// Valid sentences of each message so far, by its code.
