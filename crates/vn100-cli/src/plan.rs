@@ -84,7 +84,8 @@ fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
 
 const METHOD: &str = "Lengths at which 80 % of records meet the target on all its axes (simulated: N 78 to 98 %, B 70 %, K 87 %), for a sensor \
                       at rest without vibration or gaps, from the covariance of the octaves in the fit; with --until a measurement stops as soon as \
-                      the target is met. N ±P%: half the interval over the value. B, K: estimated, K in the presence of the assumed B. \
+                      the target is met. N ±P%: half the interval over the value; of gyro and accel as from 10 independent samples a second at most, as \
+                      the sensor's own low pass, which no manual describes, makes neighbours alike. B, K: estimated, K in the presence of the assumed B. \
                       <=: the limit is decided.";
 
 /// Of a length.
