@@ -51,6 +51,8 @@ pub struct Snapshot {
     pub saturation: Saturation,
     /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.
     pub restarts: u64,
+    /// How often the time of the sensor stepped ahead of what passed by the host's clock.
+    pub time_steps: u64,
     /// Packets excluded as their time fits neither neighbour: damage that the CRC did not show.
     pub false_times: u64,
     /// How the deviations are estimated.

@@ -16,8 +16,10 @@ const TICK_NS: f64 = 1_250_000.0;
 /// sensors differ by a fortieth at 800 Hz.
 const TOLERANCE: f64 = 0.25;
 
-/// Part of a tick by which the mean interval of a sensor with such ticks may differ.
+/// Part of a tick by which an interval may differ from whole ticks, and relative error of the mean
+/// tick. Chosen: four times that of 31 times with the jitter of a real sensor, a fortieth of a tick.
 const TICK_TOLERANCE: f64 = 0.1;
+const MEAN_TICK_TOLERANCE: f64 = 0.005;
 
 /// Above, an interval is no gap but another clock: at 800 Hz such a gap takes two months.
 const MAX_PERIODS: f64 = 4_294_967_296.0;
@@ -35,12 +37,14 @@ const CLOCK_DIFFERENCE: f64 = 1e-3;
 /// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
 /// intervals shows one, else that mean: it is right as long as two samples follow each other
 /// anywhere among them. An interval of n periods is n - 1 missing samples. A time that goes back is
-/// a restart of the sensor, [`GapEvent::Restart`], and any other interval another clock,
-/// [`GapEvent::UnknownGap`]. As many equal intervals of another length are another rate.
+/// a restart of the sensor, [`GapEvent::Restart`], one before which the sample would have had to
+/// arrive earlier than it was sent a step of its clock, [`GapEvent::TimeStep`], and any other
+/// interval another clock, [`GapEvent::UnknownGap`]. As many equal intervals of another length are
+/// another rate.
 ///
 /// A sample after any other interval than one period is in doubt until the next one: if that
 /// follows the sample before by two periods, the time in between was false,
-/// [`GapEvent::FalseTime`].
+/// [`GapEvent::FalseTime`]; if its interval is the same, both are in doubt.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
     first_ns: u64,
@@ -49,14 +53,15 @@ pub(super) struct DeviceClock {
     /// The first samples; empty once the period is known.
     held: Vec<Stamped>,
     period_ns: Option<f64>,
-    /// The last sample, if its interval is not one period.
-    in_doubt: Option<Stamped>,
+    /// The last samples, if their intervals are equal and not one period; fewer than show a rate.
+    in_doubt: Vec<Stamped>,
     /// Whether the next sample is the first one after an outage: its arrival shows no interval.
     after_outage: bool,
     /// Of the last sample, in periods since the sensor started to send.
     index: u64,
-    /// Ticks of the last intervals that are not the period, and how many of them came.
-    other: (u64, usize),
+    /// The least time in nanoseconds from a device time to its arrival, in the origins of both; it
+    /// rises as clocks may drift.
+    least_lag_ns: Option<f64>,
     envelope: Option<Envelope>,
     intervals: IntervalStatistics,
     /// Where the offset of the clocks begins to count.
@@ -94,10 +99,10 @@ impl DeviceClock {
             last_at: None,
             held: Vec::new(),
             period_ns: None,
-            in_doubt: None,
+            in_doubt: Vec::new(),
             after_outage: false,
             index: 0,
-            other: (0, 0),
+            least_lag_ns: None,
             envelope: None,
             intervals: IntervalStatistics::new(),
             compared_from: None,
@@ -208,28 +213,71 @@ impl DeviceClock {
             (interval_ns - periods * period_ns).abs() <= TOLERANCE * period_ns
         };
         // nearly every sample
-        if self.in_doubt.is_none() && periods_after(self.last_ns, 1.0) {
-            self.other.1 = 0;
+        if self.in_doubt.is_empty() && periods_after(self.last_ns, 1.0) {
             self.index += 1;
             return self.add_sample(stamped);
         }
-        if let Some(doubtful) = self.in_doubt.take() {
-            if periods_after(self.last_ns, 2.0) && !periods_after(doubtful.device_ns, 1.0) {
-                self.events.push_back(GapEvent::FalseTime);
-                self.add_missing(1);
-                self.index += 1;
-                return self.add_sample(stamped);
-            }
-            self.judge(doubtful, period_ns);
-            return self.take(stamped, self.period_ns.unwrap_or(period_ns));
+        let Some(doubtful) = self.in_doubt.last() else {
+            self.in_doubt.push(stamped);
+            return;
+        };
+        if self.in_doubt.len() == 1 && periods_after(self.last_ns, 2.0) && !periods_after(doubtful.device_ns, 1.0) {
+            self.in_doubt.clear();
+            self.events.push_back(GapEvent::FalseTime);
+            self.add_missing(1);
+            self.index += 1;
+            return self.add_sample(stamped);
         }
-        self.in_doubt = Some(stamped);
+        if self.continues_run(stamped) {
+            self.in_doubt.push(stamped);
+            if self.in_doubt.len() == RUN {
+                self.change_rate(period_ns);
+            }
+            return;
+        }
+        self.decide();
+        self.take(stamped, self.period_ns.unwrap_or(period_ns));
     }
 
-    /// Decides on the sample in doubt.
+    /// Whether the sample follows those in doubt by as many ticks as they follow each other.
+    fn continues_run(&self, stamped: Stamped) -> bool {
+        let before = match self.in_doubt[..] {
+            [] => return false,
+            [only] => [self.last_ns, only.device_ns],
+            [.., before, last] => [before.device_ns, last.device_ns],
+        };
+        let ticks = |from_ns: u64, to_ns: u64| {
+            let ticks = to_ns.checked_sub(from_ns)? as f64 / TICK_NS;
+            let whole = ticks.round();
+            ((ticks - whole).abs() <= TICK_TOLERANCE && whole >= 1.0).then_some(whole as u64)
+        };
+        let expected = ticks(before[0], before[1]);
+        expected.is_some() && ticks(before[1], stamped.device_ns) == expected
+    }
+
+    /// The samples in doubt come at another rate.
+    fn change_rate(&mut self, period_ns: f64) {
+        let run = std::mem::take(&mut self.in_doubt);
+        let ([first, .., last], from_hz) = (&run[..], 1e9 / period_ns) else { return };
+        let mean_ns = (last.device_ns - first.device_ns) as f64 / (run.len() - 1) as f64;
+        let to_period_ns = (mean_ns / TICK_NS).round() * TICK_NS;
+        let to_hz = 1e9 / to_period_ns;
+        self.events.push_back(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
+        self.period_ns = Some(to_period_ns);
+        self.envelope = Some(Envelope::new(to_period_ns * 1e-9));
+        self.begin_anew(*first, GapEvent::UnknownGap);
+        for stamped in &run[1..] {
+            self.index += 1;
+            self.add_sample(*stamped);
+        }
+    }
+
+    /// Decides on the samples in doubt.
     fn decide(&mut self) {
-        if let (Some(doubtful), Some(period_ns)) = (self.in_doubt.take(), self.period_ns) {
-            self.judge(doubtful, period_ns);
+        for doubtful in std::mem::take(&mut self.in_doubt) {
+            if let Some(period_ns) = self.period_ns {
+                self.judge(doubtful, period_ns);
+            }
         }
     }
 
@@ -238,8 +286,8 @@ impl DeviceClock {
             self.backwards += 1;
             return self.begin_anew(stamped, GapEvent::Restart);
         };
-        if self.is_other_rate(interval_ns, period_ns) {
-            return self.begin_anew(stamped, GapEvent::UnknownGap);
+        if self.is_too_early(stamped, interval_ns) {
+            return self.begin_anew(stamped, GapEvent::TimeStep);
         }
         let Some(periods) = whole_periods(interval_ns, period_ns) else {
             return self.begin_anew(stamped, GapEvent::UnknownGap);
@@ -247,6 +295,14 @@ impl DeviceClock {
         self.add_missing(periods - 1);
         self.index += 1;
         self.add_sample(stamped);
+    }
+
+    /// Whether the sample arrived before its device time can have passed: a host may read late, and
+    /// not early.
+    fn is_too_early(&self, stamped: Stamped, interval_ns: u64) -> bool {
+        let Some((least_ns, at)) = self.least_lag_ns.zip(stamped.at) else { return false };
+        let earlier_ns = least_ns - (at.as_nanos() as f64 - stamped.device_ns as f64);
+        earlier_ns > LATEST_ARRIVAL.as_nanos() as f64 + CLOCK_DIFFERENCE * interval_ns as f64
     }
 
     fn add_missing(&mut self, missing: u64) {
@@ -261,7 +317,7 @@ impl DeviceClock {
     /// The sample follows the one before by an unknown time, for this reason.
     fn begin_anew(&mut self, stamped: Stamped, reason: GapEvent) {
         self.index = 0;
-        (self.last_at, self.compared_from) = (None, None);
+        (self.last_at, self.compared_from, self.least_lag_ns) = (None, None, None);
         if let Some(envelope) = &mut self.envelope {
             envelope.restart();
         }
@@ -269,24 +325,14 @@ impl DeviceClock {
         self.add_sample(stamped);
     }
 
-    /// Whether as many intervals as show a rate were equal to this one; then it is the period.
-    fn is_other_rate(&mut self, interval_ns: u64, period_ns: f64) -> bool {
-        let ticks = (interval_ns as f64 / TICK_NS).round().max(1.0);
-        let same = if self.other.0 == ticks as u64 { self.other.1 + 1 } else { 1 };
-        self.other = (ticks as u64, same);
-        if same < RUN || (interval_ns as f64 / TICK_NS - ticks).abs() > TICK_TOLERANCE {
-            return false;
-        }
-        let (from_hz, to_hz) = (1e9 / period_ns, 1e9 / (ticks * TICK_NS));
-        self.events.push_back(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
-        (self.period_ns, self.other) = (Some(ticks * TICK_NS), (0, 0));
-        self.envelope = Some(Envelope::new(ticks * TICK_NS * 1e-9));
-        true
-    }
-
     fn add_sample(&mut self, stamped: Stamped) {
+        let passed_ns = stamped.device_ns.saturating_sub(self.last_ns) as f64;
         self.last_ns = stamped.device_ns;
         if let Some(at) = stamped.at {
+            let lag_ns = at.as_nanos() as f64 - stamped.device_ns as f64;
+            let least_ns =
+                self.least_lag_ns.map_or(lag_ns, |least_ns| lag_ns.min(least_ns + CLOCK_DIFFERENCE * passed_ns));
+            self.least_lag_ns = Some(least_ns);
             if let Some(envelope) = &mut self.envelope {
                 envelope.push(self.index, at.as_secs_f64());
             }
@@ -312,13 +358,19 @@ fn whole_periods(interval_ns: u64, period_ns: f64) -> Option<u64> {
     is_whole.then_some(periods as u64)
 }
 
-/// Of intervals in nanoseconds that are not zero; `None` without any.
+/// Of intervals in nanoseconds that are not zero; `None` without any. Whole ticks where the
+/// intervals together are.
 fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
     let least = intervals.clone().min()? as f64;
-    let single: Vec<f64> = intervals.map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
+    let single: Vec<f64> = intervals.clone().map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
     let mean_ns = single.iter().sum::<f64>() / single.len() as f64;
-    let ticks = (mean_ns / TICK_NS).round();
-    let is_whole = ticks >= 1.0 && (mean_ns / TICK_NS - ticks).abs() <= TICK_TOLERANCE;
+    let ticks_of = |ns: f64| (ns / TICK_NS).round();
+    let (all_ns, all_ticks) =
+        intervals.fold((0.0, 0.0), |(all_ns, ticks), ns| (all_ns + ns as f64, ticks + ticks_of(ns as f64)));
+    let ticks = ticks_of(mean_ns);
+    let is_whole = ticks >= 1.0
+        && (mean_ns / TICK_NS - ticks).abs() <= TICK_TOLERANCE
+        && (all_ns / (all_ticks * TICK_NS) - 1.0).abs() <= MEAN_TICK_TOLERANCE;
     Some(if is_whole { ticks * TICK_NS } else { mean_ns })
 }
 
@@ -326,7 +378,9 @@ fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::gap_event::GapEvent::{DeviceTimeInUse, FalseTime, Missing, Restart, Samples, UnknownGap};
+    use super::super::gap_event::GapEvent::{
+        DeviceTimeInUse, FalseTime, Missing, Restart, Samples, TimeStep, UnknownGap,
+    };
     use super::*;
 
     const TICK: u64 = 1_250_000;
@@ -435,12 +489,50 @@ mod tests {
         let found = events(fast.chain(slow));
         let changed = |event: &GapEvent| matches!(event, GapEvent::RateChanged { from_hz: 800.0, to_hz: 200.0, .. });
         assert_eq!(found.iter().filter(|event| changed(event)).count(), 1);
-        assert_eq!(found.last(), Some(&Samples(69)), "{found:?}");
+        assert_eq!(found[1..2], [Samples(100)], "{found:?}");
+        assert_eq!(found[3..], [UnknownGap, Samples(100)], "{found:?}");
         let (fast, slow) =
             ((0..100).map(|sample| sample * 4 * TICK), (0..100).map(|tick| 396 * TICK + (tick + 1) * TICK));
         let found = events(fast.chain(slow));
         let changed = |event: &GapEvent| matches!(event, GapEvent::RateChanged { from_hz: 200.0, to_hz: 800.0, .. });
         assert_eq!(found.iter().filter(|event| changed(event)).count(), 1, "{found:?}");
+        assert_eq!((&found[1], &found[3..]), (&Samples(100), &[UnknownGap, Samples(100)][..]));
+        // too few for a rate: every second one was dropped
+        let halved = (0..100).chain((101..141).step_by(2)).chain(142..160).map(|tick| tick * TICK);
+        let missing = events(halved).iter().filter(|event| **event == Missing(1)).count();
+        assert_eq!(missing, 20, "and two before the last part");
+    }
+
+    #[test]
+    fn a_time_that_steps_ahead_of_its_arrival_is_no_gap() {
+        let stepped = |ahead_ns: u64, late: &dyn Fn(u64) -> u64| {
+            let mut clock = DeviceClock::new();
+            for tick in 0..4000_u64 {
+                let ahead_ns = if tick < 2000 { 0 } else { ahead_ns };
+                clock.push(tick * TICK + ahead_ns, Some(Duration::from_nanos(tick * TICK + late(tick))));
+            }
+            clock.finish();
+            let is_gap = |event: &GapEvent| matches!(event, Missing(_) | UnknownGap | TimeStep | Restart);
+            clock.events.into_iter().filter(is_gap).collect::<Vec<_>>()
+        };
+        let prompt = |_| 0;
+        assert_eq!(stepped(7_200_000_000_000, &prompt), [TimeStep]);
+        assert_eq!(stepped(500_000_000 + 2 * TICK, &prompt), [TimeStep]);
+        // half a second may be the delay of a first read
+        assert_eq!(stepped(400_000_000, &prompt), [Missing(320)]);
+        // the host read nothing for two seconds, in which a buffer lost one of them
+        let stalled = |tick: u64| if (1900..2200).contains(&tick) { 2_000_000_000 } else { 1_000_000_000 };
+        assert_eq!(stepped(800 * TICK, &|tick| if tick < 1900 { 0 } else { stalled(tick) }), [Missing(800)]);
+    }
+
+    #[test]
+    fn a_mean_tick_that_is_off_is_no_tick() {
+        let rate = |period_ns: u64| match events((0..60).map(|sample| sample * period_ns))[0] {
+            DeviceTimeInUse { rate_hz } => rate_hz,
+            ref other => panic!("{other:?}"),
+        };
+        assert_eq!((rate(1_250_300), rate(5_001_000)), (800.0, 200.0), "a clock off by 240 ppm");
+        assert!((rate(1_275_000) - 784.3).abs() < 0.1, "2 % slow");
     }
 
     #[test]

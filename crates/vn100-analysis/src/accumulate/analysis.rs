@@ -369,6 +369,7 @@ impl Analysis {
             marks: self.marks.clone(),
             saturation: self.record.saturation.clone(),
             restarts: self.record.gaps.restarts,
+            time_steps: self.record.gaps.time_steps,
             false_times: self.record.gaps.false_times,
             estimator: settings.estimator,
             deviation: settings.deviation,

@@ -175,6 +175,10 @@ impl DataRecord {
                 self.gaps.restarts += 1;
                 self.push_unknown_gap();
             }
+            GapEvent::TimeStep => {
+                self.gaps.time_steps += 1;
+                self.push_unknown_gap();
+            }
             GapEvent::FalseTime => self.gaps.false_times += 1,
             GapEvent::CounterInUse => self.gaps.use_evidence(MissingFrom::Counter),
             GapEvent::DeviceTimeInUse { rate_hz } => {

@@ -12,6 +12,8 @@ pub(crate) struct Gaps {
     pub(super) gaps: u64,
     /// Times the sensor restarted, by its own clock.
     pub(super) restarts: u64,
+    /// Times that clock stepped ahead of the host's.
+    pub(super) time_steps: u64,
     /// Samples with a false time, by that clock.
     pub(super) false_times: u64,
     /// Of the missing, those counted by rejected rows.
@@ -60,6 +62,7 @@ impl Gaps {
         self.missing += next.missing;
         self.gaps += next.gaps;
         self.restarts += next.restarts;
+        self.time_steps += next.time_steps;
         self.false_times += next.false_times;
         self.by_rejected += next.by_rejected;
     }

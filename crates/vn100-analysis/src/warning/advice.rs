@@ -7,7 +7,8 @@ mod tests;
 use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
 use vn100_protocol::{
-    BINARY, Channel, Layout, Quantity, ReferenceFrameRotation, Register, RegisterContents, RegisterFields, Tally,
+    BINARY, BinaryOutput, Channel, Layout, MEASUREMENTS_PER_S, Quantity, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterFields, RegisterValue, Tally,
 };
 
 use self::link::{no_valid_lines, refused, unsolicited};
@@ -170,6 +171,39 @@ impl Advice {
         }
     }
 
+    /// Whether packets come as a VN-100 sends them, and as its registers say.
+    fn on_packet_rate(&mut self, snapshot: &Snapshot) {
+        const SAME_RATE: f64 = 1e-6;
+        let timing = &snapshot.timing;
+        if timing.rate_from != RateFrom::DeviceTime || timing.samples == 0 {
+            return;
+        }
+        let (rate_hz, divisor) = (timing.rate_hz, f64::from(MEASUREMENTS_PER_S) / timing.rate_hz);
+        if divisor < 1.0 - SAME_RATE || (divisor / divisor.round() - 1.0).abs() > SAME_RATE {
+            let headline =
+                format!("{rate_hz:.2} Hz by the packets' own time: a VN-100 sends at 800 Hz over a whole number");
+            let details = "Averaging times and dropped samples follow that time, and are as wrong as it is.";
+            self.warn(WarningKind::RateOffNominal, headline, details);
+            return;
+        }
+        let output = |register: &Register| {
+            let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
+            let output: BinaryOutput = RegisterContents { register: *register, fields }.value().ok()?;
+            Some((register.0, output.rate_hz())).filter(|(_, hz)| *hz > 0.0)
+        };
+        let set: Vec<(u8, f64)> = BinaryOutput::REGISTERS.iter().filter_map(output).collect();
+        if let [(register, set_hz), ..] = set[..]
+            && set.iter().all(|(_, hz)| (hz / rate_hz - 1.0).abs() > SAME_RATE)
+        {
+            let headline = format!(
+                "register {register} sets packets of {set_hz} Hz, but they come at {rate_hz} Hz by their own time"
+            );
+            let details =
+                "Averaging times are those of the packets. The register may be that of another sensor or port.";
+            self.warn(WarningKind::RateOffNominal, headline, details);
+        }
+    }
+
     fn on_time(&mut self, snapshot: &Snapshot) {
         let timing = &snapshot.timing;
         if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.rate_change {
@@ -211,6 +245,13 @@ impl Advice {
                            unknown.";
             self.warn(WarningKind::StampsBackwards, headline, details);
         }
+        if snapshot.time_steps > 0 {
+            let headline = format!("the sensor's own time stepped ahead {}", counted(snapshot.time_steps, "time"));
+            let details = "Its packets arrived before that time can have passed. No averaging window spans that place; how many samples \
+                           were dropped there is unknown.";
+            self.warn(WarningKind::Gaps, headline, details);
+        }
+        self.on_packet_rate(snapshot);
         self.on_absent_values(snapshot);
         if timing.missing > 0 {
             let headline = format!(

@@ -194,6 +194,49 @@ fn the_time_of_the_sensor_shows_how_many_samples_an_outage_cost() {
 }
 
 #[test]
+fn a_step_of_the_time_of_the_sensor_is_no_data_time() {
+    let hour = Some(Duration::from_secs(3600));
+    let mut analysis = Analysis::new(Settings { duration: hour, ..Settings::default() });
+    let mut batch = by_device_time(0..4000, 0);
+    batch.device_ns[800..].iter_mut().for_each(|ns| *ns += 7_200_000_000_000);
+    analysis.absorb(&batch);
+    assert!(!analysis.is_complete());
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.segments, snapshot.time_steps), (4000, 0, 2, 1));
+    let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::Gaps).unwrap();
+    assert!(warning.to_string().contains("time stepped ahead 1 time"), "{warning}");
+}
+
+#[test]
+fn packets_at_a_rate_that_no_sensor_or_register_has_are_told() {
+    let told = |period_ns: u64, register: Option<&str>| {
+        let mut batch = by_device_time(0..4000, 0);
+        batch.layout = vn100_protocol::PacketForm::new(5, &[1, 0x1C]).map(|form| Arc::clone(form.layout()));
+        batch.counts = vec![7; 4000 * batch.layout.as_ref().unwrap().channels.len()];
+        batch.device_ns = (0..4000).map(|row| row * period_ns).collect();
+        let register = register
+            .map(|fields| RegisterContents { register: Register(75), fields: RegisterFields::new(fields).unwrap() });
+        batch.registers.extend(register);
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&batch);
+        analysis.finish();
+        let warnings = analysis.snapshot().warnings;
+        let warning = warnings.iter().find(|warning| warning.kind == WarningKind::RateOffNominal);
+        warning.map(ToString::to_string)
+    };
+    assert_eq!(told(1_250_000, None), None);
+    assert!(told(1_700_000, None).unwrap().contains("588.24 Hz by the packets' own time"));
+    assert!(told(1_000_000, None).unwrap().contains("1000.00 Hz"));
+    for same in ["1,4,05,0001,001C", "0,4,05,0001,001C", "1,0,05,0001,001C", "?"] {
+        assert_eq!(told(5_000_000, Some(same)), None, "{same}");
+    }
+    let other = told(5_000_000, Some("1,1,05,0001,001C")).unwrap();
+    assert!(other.contains("register 75 sets packets of 800 Hz, but they come at 200 Hz"), "{other}");
+}
+
+#[test]
 fn a_packet_with_a_false_time_is_no_sample() {
     let mut analysis = Analysis::new(Settings::default());
     let ticks = (0..2000).map(|tick| if tick == 700 { 1 << 30 } else { tick });
