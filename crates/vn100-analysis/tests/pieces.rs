@@ -220,9 +220,17 @@ fn settings() -> impl Strategy<Value = Settings> {
     })
 }
 
+/// As in packets: three channels have a new value in every fourth row, one in every second.
+fn with_slower_channels() -> Layout {
+    let mut channels = VNYMR.channels.to_vec();
+    channels[3..6].iter_mut().for_each(|channel| channel.refresh_hz = Some(10));
+    channels[6].refresh_hz = Some(20);
+    Layout { channels: channels.into(), ..VNYMR.clone() }
+}
+
 fn records() -> impl Strategy<Value = Record> {
-    // the one has angles, the other the temperature of the sensor
-    let layout = prop_oneof![Just(VNYMR.clone()), Just(VNIMU.clone())];
+    // the one has angles, the other the temperature of the sensor, the third slower channels
+    let layout = prop_oneof![Just(VNYMR.clone()), Just(VNIMU.clone()), Just(with_slower_channels())];
     (layout, lines(), any::<bool>(), settings()).prop_map(|(layout, lines, has_counters, settings)| Record {
         layout,
         lines,

@@ -35,6 +35,8 @@ pub struct ChannelSignal {
     /// Samples of the record before the piece, and up to its end.
     samples_before: u64,
     samples: u64,
+    /// Missing samples are among these.
+    counts_missing: bool,
     /// The end of a window, all of it, where the piece begins within one.
     head: Option<Vec<i32>>,
     /// The last samples, without a gap between them, of the window that is not full.
@@ -53,6 +55,7 @@ impl ChannelSignal {
             piece: Piece::starting_at(0),
             samples_before: 0,
             samples: 0,
+            counts_missing: false,
             head: None,
             window: Vec::with_capacity(WINDOW),
         }
@@ -67,6 +70,15 @@ impl ChannelSignal {
         self.spectrum.start_at(index, samples_before);
         let window = index.div_ceil(WINDOW as u64);
         self.slow_spectrum.start_at(window, window);
+        self
+    }
+
+    /// The same, with the segments of the spectrum spread by all places of the record, those missing
+    /// too: for a channel whose samples before a piece are not counted. Before any sample.
+    #[must_use]
+    pub const fn counting_missing(mut self) -> Self {
+        self.spectrum.count_missing();
+        self.counts_missing = true;
         self
     }
 
@@ -98,6 +110,7 @@ impl ChannelSignal {
         self.end_window(false);
         self.spectrum.gap(missing);
         self.piece.end += missing;
+        self.samples += if self.counts_missing { missing } else { 0 };
         if missing == 0 {
             self.piece.part();
             // The window of the break lacks samples: the break is behind it, in any division.
@@ -115,10 +128,15 @@ impl ChannelSignal {
     /// then nothing is appended.
     pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.piece.check_follows(&next.piece)?;
-        if next.samples_before != self.samples {
-            return Err(PieceNotAppended::OtherSamples { samples: self.samples, samples_before: next.samples_before });
+        let between = next.piece.start.saturating_sub(self.piece.end);
+        let samples = self.samples + if self.counts_missing { between } else { 0 };
+        if next.counts_missing != self.counts_missing {
+            return Err(PieceNotAppended::OtherKind);
         }
-        match next.piece.start.saturating_sub(self.piece.end) {
+        if next.samples_before != samples {
+            return Err(PieceNotAppended::OtherSamples { samples, samples_before: next.samples_before });
+        }
+        match between {
             0 => {}
             between => self.gap(Some(between)),
         }

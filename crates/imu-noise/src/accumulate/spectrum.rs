@@ -69,6 +69,10 @@ impl<T: Count> Spectrum<T> {
         Self { plan: plan.clone(), segments: Segments::new(counts_missing), sums }
     }
 
+    pub(crate) const fn count_missing(&mut self) {
+        self.segments.count_missing();
+    }
+
     /// A piece that begins at this absolute index, with so many samples of the record before it.
     pub(crate) fn start_at(&mut self, index: u64, samples: u64) {
         self.segments.start_at(index, samples);

@@ -195,11 +195,6 @@ impl Accumulators {
         }
     }
 
-    /// A channel has a rate of its own.
-    pub(crate) fn has_strides(&self) -> bool {
-        self.channels.iter().any(|channel| channel.stride() > 1)
-    }
-
     /// The absent cells of these rows, by place: all of a quaternion that lacks an element.
     fn without_broken_quaternions(&self, rows: &Rows<'_>) -> Vec<AbsentCell> {
         if rows.is_full() {

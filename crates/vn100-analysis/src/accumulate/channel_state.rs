@@ -23,6 +23,8 @@ pub(crate) struct ChannelState {
     stride: u64,
     /// Absolute place of the next row.
     place: u64,
+    /// The piece begins behind a break, of this many missing samples.
+    break_before: Option<Option<u64>>,
     signal: ChannelSignal,
     /// Angles only.
     unwrap: Option<Unwrap>,
@@ -45,19 +47,31 @@ impl ChannelState {
             detrend,
             stride: 1,
             place: start.places,
+            break_before: None,
             signal: ChannelSignal::new(plan).starting_at(start.places, start.samples),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
     }
 
-    /// Takes a sample of its own of so many rows, before the first of the record.
+    /// Takes a sample of its own of so many rows, before the first of the piece: those at multiples
+    /// of as many.
     pub(crate) fn set_stride(&mut self, stride: u64) {
+        if stride == 1 {
+            return;
+        }
         self.stride = stride;
+        let first = self.place.div_ceil(stride);
+        self.accumulator = self.accumulator.clone().starting_at(first);
+        // how many of the samples before were those of this channel, the piece does not know
+        self.signal = self.signal.clone().counting_missing().starting_at(first, first);
+        if let Some(missing) = self.break_before {
+            self.gap(missing);
+        }
     }
 
-    pub(crate) const fn stride(&self) -> u64 {
-        self.stride
+    fn has_samples(&self) -> bool {
+        self.accumulator.moments().count() > 0
     }
 
     /// Rows are missing here; `None` for an unknown number.
@@ -66,6 +80,9 @@ impl ChannelState {
         let samples_until = |place: u64| place.div_ceil(self.stride);
         let samples = samples_until(self.place + rows) - samples_until(self.place);
         self.place += rows;
+        if rows == 0 && !self.has_samples() {
+            self.break_before = self.break_before.unwrap_or(missing).and(missing).into();
+        }
         // rows that hold none of its samples are no gap
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
@@ -84,6 +101,9 @@ impl ChannelState {
     /// counts leave their range there, or may have done so before.
     pub(crate) fn continued(&self, next: &Self) -> Option<Self> {
         let mut next = next.clone();
+        if next.stride != self.stride && !next.has_samples() {
+            next.set_stride(self.stride);
+        }
         let by = self.unwrap.as_ref().zip(next.unwrap.as_ref()).map_or(0, |(ours, theirs)| ours.counts_to(theirs));
         if by != 0 {
             if next.restarted || !next.accumulator.shift(by) {
@@ -97,6 +117,9 @@ impl ChannelState {
     /// Continues with a piece that was [`continued`](Self::continued), and begins where this one
     /// ends, or behind it.
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
+        if next.stride != self.stride && !self.has_samples() {
+            self.set_stride(next.stride);
+        }
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
         // that is for a screen, which shows an undivided record

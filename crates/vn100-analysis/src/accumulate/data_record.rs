@@ -104,9 +104,6 @@ impl DataRecord {
         let (hz, next_hz) = (self.rate.hz(), next.rate.hz());
         match () {
             () if self.settings != next.settings => return Err(NotAppended::OtherSettings),
-            () if self.accumulators.has_strides() || next.accumulators.has_strides() => {
-                return Err(NotAppended::OwnRate);
-            }
             () if layouts.is_some_and(|(ours, theirs)| ours != theirs) => return Err(NotAppended::OtherMessage),
             () if !self.rate.is_steady() || !next.rate.is_steady() => return Err(NotAppended::RateChanged),
             () if self.relies_on_readings() || next.relies_on_readings() => return Err(NotAppended::PolledTemperature),

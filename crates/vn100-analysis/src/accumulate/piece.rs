@@ -81,9 +81,6 @@ pub enum NotAppended {
         /// Its place in the message, from 0.
         channel: usize,
     },
-    /// A channel has a rate of its own, so that where its samples lie depends on all rows before.
-    #[error("a channel of packets has a rate of its own: analyse the record whole")]
-    OwnRate,
     /// The sums of a channel do not belong together.
     #[error(transparent)]
     Sums(#[from] imu_noise::PieceNotAppended),

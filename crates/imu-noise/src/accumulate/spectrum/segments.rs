@@ -59,6 +59,10 @@ impl<T: Copy + Default> Segments<T> {
         }
     }
 
+    pub(super) const fn count_missing(&mut self) {
+        self.counts_missing = true;
+    }
+
     /// A piece that begins at this index, with so many samples of the record before it.
     pub(super) fn start_at(&mut self, index: u64, samples: u64) {
         (self.piece, self.samples, self.head) = (Piece::starting_at(index), samples, Places::from(index));
