@@ -7,6 +7,7 @@
     reason = "a test fails by panicking and says so when it skips"
 )]
 
+mod archive;
 mod bags;
 mod cli_contract;
 mod column_rates;

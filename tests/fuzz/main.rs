@@ -71,6 +71,11 @@ fn options() {
 }
 
 #[test]
+fn states() {
+    run("states");
+}
+
+#[test]
 fn each_target_is_a_binary_of_the_fuzzer() {
     // the gate does not compile these
     let manifest =

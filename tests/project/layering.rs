@@ -30,6 +30,11 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
     ),
     (
+        "vn100-python",
+        &["vn100-protocol", "vn100-capture", "imu-noise", "vn100-analysis", "vn100-pipeline", "vn100-report"],
+        &["serialport", "clap", "ratatui", "indicatif", "anyhow"],
+    ),
+    (
         "vn100-cli",
         &[
             "vn100-protocol",

@@ -44,7 +44,11 @@ pub(crate) fn check(document: &Value) {
 
 /// What is not as the schema has it. `seen` takes the places of the schema that held a value.
 pub(crate) fn errors(document: &Value, seen: &mut BTreeSet<String>) -> Vec<String> {
-    let schema = if document["schema"] == "vn100.progress/1" { progress() } else { analysis() };
+    let schema = match document["schema"].as_str() {
+        Some("vn100.progress/1") => progress(),
+        Some("vn100.archive/1") => serde_json::from_str(vn100_report::ARCHIVE_SCHEMA).unwrap(),
+        _ => analysis(),
+    };
     let mut errors = Vec::new();
     compare(document, &schema, &schema, ("", ""), &mut errors, seen);
     errors

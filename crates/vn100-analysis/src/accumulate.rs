@@ -7,6 +7,7 @@ pub(crate) mod analysis;
 mod channel_state;
 mod data_record;
 pub(crate) mod fingerprint;
+mod foreign;
 mod gaps;
 pub(crate) mod magnitude;
 mod measured_span;

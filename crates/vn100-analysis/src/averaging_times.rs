@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::{Deviation, RecordShape};
+use imu_noise::{BadEncoding, Decoder, Deviation, Encoded, RecordShape, check_encoded};
 use thiserror::Error;
 
 /// The averaging times at which the deviation is given. The noise model rests on the octaves,
@@ -152,6 +152,28 @@ impl fmt::Display for AveragingTimes {
             Self::All => f.write_str("all"),
             Self::List(times) => f.write_str(&times.iter().map(f64::to_string).collect::<Vec<_>>().join(",")),
         }
+    }
+}
+
+impl Encoded for AveragingTimes {
+    fn encode(&self, out: &mut Vec<u8>) {
+        let (kind, list) = match self {
+            Self::Octave => (0, Vec::new()),
+            Self::Decade => (1, Vec::new()),
+            Self::All => (2, Vec::new()),
+            Self::List(list) => (3, list.clone()),
+        };
+        out.push(kind);
+        list.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let (kind, list) = (u8::decode(input)?, Vec::<f64>::decode(input)?);
+        check_encoded((kind == 3 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
+        [Self::Octave, Self::Decade, Self::All, Self::List(list)]
+            .into_iter()
+            .nth(kind.into())
+            .ok_or(BadEncoding::Contradictory)
     }
 }
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 /// The results of `work` on each of `items`, in their order, with any number of cores.
-pub(crate) fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+pub fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let queue = Mutex::new(items.enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work_off = || std::iter::from_fn(next).map(|(place, item)| (place, work(item))).collect::<Vec<_>>();

@@ -27,6 +27,7 @@ mod sensor;
 mod settings;
 mod snapshot;
 mod source_facts;
+mod state;
 mod want;
 mod warning;
 
@@ -53,6 +54,7 @@ pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
 };
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
+pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError};
 pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
@@ -68,5 +70,6 @@ pub use source_facts::{
     EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
     SourceFacts,
 };
+pub use state::{RecordedPieces, State, StateError};
 pub use want::{Known, Want, WantError};
 pub use warning::{Severity, Warning, WarningKind};

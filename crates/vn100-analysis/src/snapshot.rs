@@ -410,3 +410,22 @@ pub struct RegisterChannel {
     /// Its statistics; it has no deviation.
     pub results: ChannelSnapshot,
 }
+
+imu_noise::encoded!(PlaceMark { at_s, text });
+imu_noise::encoded!(Outages { times, down_ns, since_ns, closed_ns });
+imu_noise::encoded!(RateChange { after_samples, from_hz, to_hz });
+imu_noise::encoded!(FalseReport { reported_hz, arrival_hz });
+imu_noise::encoded!(FalseRate { samples, arrival_hz, device_hz });
+imu_noise::encoded!(
+    MissingFrom = MissingFrom::DeviceTime,
+    MissingFrom::Counter,
+    MissingFrom::Arrival,
+    MissingFrom::RejectedRows
+);
+imu_noise::encoded!(
+    RateFrom = RateFrom::Option,
+    RateFrom::DeviceTime,
+    RateFrom::Device,
+    RateFrom::Arrival,
+    RateFrom::Assumed
+);

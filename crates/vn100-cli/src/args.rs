@@ -7,7 +7,10 @@ mod measure;
 mod serve;
 mod view;
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use clap::{
     CommandFactory, Parser, ValueEnum,
@@ -25,8 +28,8 @@ use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use measure::confidence;
 pub(crate) use measure::{
-    CompareArgs, ExportForm, FileArgs, MeasureArgs, Ndjson, OutputFormat, ReplayArgs, ReportArgs, ResultArgs, Section,
-    is_page,
+    ArchiveArgs, CompareArgs, ExportForm, FileArgs, MeasureArgs, Ndjson, OutputFormat, ReplayArgs, ReportArgs,
+    ResultArgs, Section, is_page,
 };
 
 pub(crate) use serve::ServeArgs;
@@ -69,6 +72,9 @@ impl Args {
             Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
                 Some("--serve and --metrics-file show a replay while it lasts: give its pace, as in --speed 10x".into())
             }
+            Subcommand::Archive(args) if args.files.files.iter().any(|path| path == Path::new("-")) => {
+                Some("an archive is of files and folders: standard input is none".into())
+            }
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, .. }) => {
                 files.refused_taus().or_else(|| result.refused(files.files.len()))
@@ -103,6 +109,10 @@ pub(crate) enum Subcommand {
     /// Measure recorded captures, as fast as the machine can
     #[command(after_help = help::after("replay"))]
     Replay(ReplayArgs),
+    /// Measure every capture below some folders, on all cores: a row for each recording and
+    /// channel, and the recordings of each sensor as one
+    #[command(after_help = help::after("archive"))]
+    Archive(ArchiveArgs),
     /// Compare captures: which one to use, which is disturbed, and whether they differ
     /// significantly
     #[command(after_help = help::after("compare"))]
@@ -421,8 +431,8 @@ pub(crate) struct SelftestArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SchemaArgs {
-    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin
-    /// and of heartbeats
+    /// The document: analysis, of `vn100 attach` and `vn100 replay`; archive, of `vn100 archive`;
+    /// progress, of --ndjson=thin and of heartbeats
     #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
     pub(crate) document: DescribedDocument,
 }
@@ -432,6 +442,8 @@ pub(crate) struct SchemaArgs {
 pub(crate) enum DescribedDocument {
     /// The result of a measurement, vn100.analysis/1
     Analysis,
+    /// The recordings of an archive, vn100.archive/1
+    Archive,
     /// The lines of a measurement under way, vn100.progress/1
     Progress,
 }

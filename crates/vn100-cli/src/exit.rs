@@ -14,6 +14,8 @@ use vn100_report::{Completion, json_line, printable};
 
 use crate::view::give_back;
 
+pub(crate) use crate::words::about;
+
 /// The exit code; 2 is also a wrong command line.
 pub(crate) fn code(completion: Completion) -> ExitCode {
     ExitCode::from(match completion {
@@ -87,12 +89,6 @@ pub(crate) fn usage(error: &clap::Error) -> ! {
 /// Whether the reader of the output has closed it: enough was seen.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
-}
-
-/// The text, with the source it is about before it where it does not name that itself.
-pub(crate) fn about(name: &str, text: &str) -> String {
-    let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
-    if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
 fn printable_lines(text: &str) -> String {
@@ -206,18 +202,5 @@ impl Signals {
             // no signal exists on this system
             std::future::pending::<()>().await;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_source_is_named_once() {
-        let named = "cannot open /dev/ttyUSB0: there is no such port";
-        assert_eq!(about("/dev/ttyUSB0", named), named);
-        assert_eq!(about("/dev/ttyUSB", named), format!("/dev/ttyUSB: {named}"));
-        assert_eq!(about("-", "no bytes came"), "-: no bytes came");
     }
 }

@@ -1,6 +1,7 @@
 //! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. Dispatches to the
 //! commands.
 
+mod archive;
 mod args;
 mod attach;
 mod compare;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         Subcommand::Info(args) => sensor::info(args),
         Subcommand::Configure(args) => sensor::configure(args),
         Subcommand::Replay(args) => replay::replay(&args),
+        Subcommand::Archive(args) => archive::archive(&args),
         Subcommand::Compare(args) => compare::compare(&args),
         Subcommand::Plan(args) => plan::plan(&args),
         Subcommand::Report(args) => report::report(&args),

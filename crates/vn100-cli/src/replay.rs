@@ -215,7 +215,7 @@ async fn measure_all(
     Ok(())
 }
 
-fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
+pub(crate) fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
     let spec = ReplaySpec {
         path: input.path,
         capture: input.options,
@@ -274,13 +274,13 @@ async fn follow(mut session: Session, job: &Job, goals: &[Goal]) -> Result<Sessi
 }
 
 /// The size of a regular file; no other source has a known size.
-fn stored_bytes(path: &Path) -> Option<u64> {
+pub(crate) fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
 }
 
 /// A bar for the bytes of sources of these sizes together; without an end if one does not know its
 /// size. Nothing is shown where it `is_hidden`, because something else is written there.
-fn progress_bar(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> ProgressBar {
+pub(crate) fn progress_bar(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> ProgressBar {
     let total: Option<u64> = sizes.into_iter().sum();
     let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
     let template = if total.is_some() {

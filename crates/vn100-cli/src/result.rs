@@ -48,7 +48,7 @@ async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, is_live: 
     Ok(task::spawn_blocking(move || evaluation.complete(measured(result, is_live))).await?)
 }
 
-fn measured(result: SessionResult, is_live: bool) -> Measured {
+pub(crate) fn measured(result: SessionResult, is_live: bool) -> Measured {
     let early = words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
     let error = words::end(&facts.name, &end, &snapshot);

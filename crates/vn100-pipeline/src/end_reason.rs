@@ -4,7 +4,7 @@ use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
 use vn100_analysis::noise::Refusal;
 use vn100_analysis::protocol::stream::MessageName;
-use vn100_analysis::{Assessment, EndKind, RateChange, Snapshot, SourceFacts, UnmetGoal};
+use vn100_analysis::{Analysis, Assessment, EndKind, RateChange, Snapshot, SourceFacts, UnmetGoal};
 use vn100_capture::{OpenError, RecordError, RecordingState};
 
 use crate::{live_source::LiveError, sensor_setup::SetupError};
@@ -133,6 +133,8 @@ pub struct SessionResult {
     pub snapshot: Arc<Snapshot>,
     /// Of this very snapshot.
     pub assessment: Assessment,
+    /// The sums it rests on, finished; `None` where nothing was measured.
+    pub analysis: Option<Box<Analysis>>,
     /// Why it ended.
     pub end: Arc<EndReason>,
     /// The data time that it lacks of what was asked for; `None` where it has all, or none was.

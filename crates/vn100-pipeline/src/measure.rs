@@ -111,6 +111,7 @@ pub(crate) enum MeasurementEnd {
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) analysis: Option<Box<Analysis>>,
     pub(crate) reason: EndReason,
     pub(crate) report: Option<FileReport>,
     pub(crate) excluded: Excluded,
@@ -604,7 +605,8 @@ impl Measuring {
             self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        MeasurementEnd::Ended(Ending { snapshot, reason, report, excluded: self.excluded, shortfall })
+        let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
+        MeasurementEnd::Ended(Ending { snapshot, analysis, reason, report, excluded, shortfall })
     }
 }
 

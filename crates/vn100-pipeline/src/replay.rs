@@ -192,7 +192,7 @@ async fn measure_capture(
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
             let reason = EndReason::SourceFailed(error);
-            MeasurementEnd::Ended(Ending { snapshot, reason, report: None, excluded, shortfall: None })
+            MeasurementEnd::Ended(Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None })
         }
     }
 }

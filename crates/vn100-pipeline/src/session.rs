@@ -150,7 +150,7 @@ impl Channels {
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { snapshot, reason, report, excluded, shortfall } = ending;
+    let Ending { snapshot, analysis, reason, report, excluded, shortfall } = ending;
     let (csv, bag) = match report {
         Some(FileReport::Csv(csv)) => (Some(csv), None),
         Some(FileReport::Bag(bag)) => (None, Some(bag)),
@@ -168,6 +168,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         snapshot,
         assessment,
+        analysis,
         end: Arc::new(reason),
         excluded: excluded.total(),
         recording: None,
@@ -206,7 +207,8 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    result(Ending { snapshot, reason, report: None, excluded, shortfall: None }, &[], channels)
+    let ending = Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None };
+    result(ending, &[], channels)
 }
 
 /// So that a result that ends between two reads is the same however they were cut.

@@ -1,5 +1,6 @@
 //! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
 
+pub(crate) mod archive;
 pub(crate) mod comparison;
 mod graphical;
 pub(crate) mod noise;

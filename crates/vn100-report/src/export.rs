@@ -1,5 +1,6 @@
 //! The numbers of a report in the forms other programs read.
 
+pub(crate) mod archive;
 pub(crate) mod kalibr;
 pub(crate) mod lot;
 pub(crate) mod metrics;

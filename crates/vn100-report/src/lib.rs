@@ -37,6 +37,7 @@ pub use codes::{
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,
+    archive::{ARCHIVE_SCHEMA, ArchiveDocument, measured_of_state},
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
     pool::PoolDocument,
@@ -44,6 +45,7 @@ pub use document::{
     source::RecordingDocument,
 };
 pub use export::{
+    archive::archive_table,
     kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
     lot::lot_table,
     metrics::{MeasuredSource, MetricsForm, metrics_text},

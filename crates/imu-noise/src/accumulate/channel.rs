@@ -152,6 +152,8 @@ fn add_block(block: AlignedBlock, lag_one: &mut LagOneSums, trend: &mut Trend) {
     }
 }
 
+crate::encoded!(ChannelAccumulator { moments, histogram, octaves, aligned, lag_one, trend });
+
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::encoding::{BadEncoding, Decoder, Encoded, check};
+
 /// Most bins a histogram has.
 pub const MAX_BINS: usize = 16_384;
 
@@ -240,6 +242,27 @@ impl PartialEq for Histogram {
 }
 
 impl Eq for Histogram {}
+
+impl Encoded for Histogram {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.width_log2.encode(out);
+        let bins: Vec<(i64, u64)> =
+            self.bins().map(|(lowest, frequency)| (lowest >> self.width_log2, frequency)).collect();
+        bins.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let (width_log2, bins) = (u32::decode(input)?, Vec::<(i64, u64)>::decode(input)?);
+        // a turn of an angle may lie beyond 32 bits
+        let is_bin = |&(bin, frequency): &(i64, u64)| bin.unsigned_abs() <= 1 << 33 >> width_log2 && frequency > 0;
+        check(width_log2 <= 32 && bins.iter().all(is_bin) && bins.is_sorted_by(|one, other| one.0 < other.0))?;
+        let mut histogram = Self { width_log2, ..Self::new() };
+        histogram
+            .add_bins(width_log2, bins.into_iter().map(|(bin, frequency)| (bin << width_log2, frequency)).collect());
+        check(histogram.width_log2 == width_log2)?;
+        Ok(histogram)
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,7 @@
 //! The lag-1 autocorrelation of block sums at each block length: what kind of noise they show.
 
+use ethnum::I256;
+
 /// Times that block sums are differenced at most, as suits the Allan deviation.
 pub(crate) const MAX_DIFFERENCES: usize = 2;
 
@@ -254,3 +256,15 @@ impl LagOneSeries {
         (denominator > 0.0).then(|| numerator / denominator)
     }
 }
+
+crate::encoded!(LagOneSeries { count, pairs, sum, squares, products, ends, first, last } if |series| {
+    // as of any numbers (Cauchy, Schwarz), so that no reading overflows
+    let most = I256::from(series.count) * I256::from(series.squares);
+    let within = |sum: i128, times: i128| I256::from(sum) * I256::from(sum) <= most * times;
+    series.squares >= 0 && series.pairs <= series.count && within(series.sum, 1) && within(series.ends, 4)
+        && series.products.abs() <= series.squares
+});
+crate::encoded!(Level { series, first, last, in_first_row });
+crate::encoded!(LagOneSums { block, levels, parted } if |sums| {
+    sums.block.is_power_of_two() && sums.block <= LONGEST && sums.levels.len() <= LONGEST.ilog2() as usize + 1
+});

@@ -6,12 +6,16 @@ mod gapped;
 mod overlapping;
 mod squares;
 
+use super::encoding::{BadEncoding, Decoder, Encoded};
 use super::piece::{Piece, PieceNotAppended};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use gapped::Gapped;
 use overlapping::Overlapping;
 use squares::SquareSum;
+
+/// Of the strided estimator, from there on where the stride grows with the averaging time.
+pub(crate) const WINDOWS_PER_TAU: usize = 16;
 
 /// Streaming octave sums of one channel of rate data (angular rate, ...), in counts: the same, bit
 /// by bit, for any division of the samples over calls of [`push`](Self::push).
@@ -57,7 +61,7 @@ impl Octaves {
     #[must_use]
     pub fn new(estimator: Estimator, deviation: Deviation) -> Self {
         let windows = match estimator {
-            Estimator::Strided => Windows::Strided(Cascade::new(16, deviation)),
+            Estimator::Strided => Windows::Strided(Cascade::new(WINDOWS_PER_TAU, deviation)),
             Estimator::Plain => Windows::Strided(Cascade::new(1, deviation)),
             Estimator::Full => Windows::Full(Overlapping::new(deviation)),
         };
@@ -239,5 +243,33 @@ impl OctaveSum {
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
+    }
+}
+
+impl Encoded for Octaves {
+    fn encode(&self, out: &mut Vec<u8>) {
+        match &self.windows {
+            Windows::Strided(cascade) => {
+                out.push(0);
+                cascade.encode(out);
+            }
+            Windows::Full(overlapping) => {
+                out.push(1);
+                overlapping.encode(out);
+            }
+        }
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        match bool::decode(input)? {
+            false => {
+                let cascade = Cascade::decode(input)?;
+                Ok(Self { deviation: cascade.deviation(), windows: Windows::Strided(cascade) })
+            }
+            true => {
+                let overlapping = Overlapping::decode(input)?;
+                Ok(Self { deviation: overlapping.deviation, windows: Windows::Full(overlapping) })
+            }
+        }
     }
 }

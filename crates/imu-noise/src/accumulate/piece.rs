@@ -96,3 +96,7 @@ impl fmt::Display for PieceNotAppended {
 }
 
 impl std::error::Error for PieceNotAppended {}
+
+crate::encoded!(Piece { start, end, first_break } if |piece| {
+    piece.start <= piece.end && piece.first_break.is_none_or(|place| (piece.start..=piece.end).contains(&place))
+});

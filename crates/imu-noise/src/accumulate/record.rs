@@ -143,3 +143,6 @@ impl RecordShape {
         (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
     }
 }
+
+crate::encoded!(Estimator = Estimator::Strided, Estimator::Plain, Estimator::Full);
+crate::encoded!(Deviation = Deviation::Allan, Deviation::Hadamard);

@@ -3,6 +3,7 @@
 use std::mem;
 
 use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
+use super::encoding::{BadEncoding, Decoder, Encoded, check};
 use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
@@ -73,8 +74,8 @@ impl ChannelSignal {
         self
     }
 
-    /// The same, with the segments of the spectrum spread by all places of the record, those missing
-    /// too: for a channel whose samples before a piece are not counted. Before any sample.
+    /// The same, with the segments of the spectrum spread by all places of the record, also those
+    /// missing: for a channel whose samples before a piece are not counted. Before any sample.
     #[must_use]
     pub const fn counting_missing(mut self) -> Self {
         self.spectrum.count_missing();
@@ -169,6 +170,42 @@ impl ChannelSignal {
         self.blocks.shift(by);
         self.windows.shift(by);
         self.head.iter_mut().flatten().chain(&mut self.window).for_each(|count| *count = shifted(*count));
+    }
+
+    /// Appends the form in bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        self.spectrum.encode(out);
+        self.slow_spectrum.encode(out);
+        self.blocks.encode(out);
+        self.windows.encode(out);
+        self.piece.encode(out);
+        self.samples_before.encode(out);
+        self.samples.encode(out);
+        self.counts_missing.encode(out);
+        self.head.encode(out);
+        self.window.encode(out);
+    }
+
+    /// Takes it from the front; the spectra continue by this plan.
+    ///
+    /// # Errors
+    /// As of [`Encoded::decode`].
+    pub fn decode(plan: &SpectrumPlan, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let signal = Self {
+            spectrum: Spectrum::decode(plan, input)?,
+            slow_spectrum: Spectrum::decode(plan, input)?,
+            blocks: Encoded::decode(input)?,
+            windows: Encoded::decode(input)?,
+            piece: Encoded::decode(input)?,
+            samples_before: Encoded::decode(input)?,
+            samples: Encoded::decode(input)?,
+            counts_missing: Encoded::decode(input)?,
+            head: Encoded::decode(input)?,
+            window: Encoded::decode(input)?,
+        };
+        let is_part = |part: &Vec<i32>| part.len() < WINDOW;
+        check(is_part(&signal.window) && signal.head.iter().all(is_part))?;
+        Ok(signal)
     }
 
     /// The power spectral density and its lines.

@@ -8,13 +8,14 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
+use super::encoding::{BadEncoding, Decoder, Encoded};
 use power_sums::{SegmentPowerSums, Transform};
 use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
-const LONG: usize = 512;
+pub(crate) const LONG: usize = 512;
 
 /// Samples of a segment of records too short to average over long ones.
-const SHORT: usize = 128;
+pub(crate) const SHORT: usize = 128;
 
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
 /// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
@@ -105,6 +106,21 @@ impl<T: Count> Spectrum<T> {
         sums.short.append(&next.sums.short);
     }
 
+    pub(crate) fn encode(&self, out: &mut Vec<u8>)
+    where
+        T: Encoded,
+    {
+        self.segments.encode(out);
+        self.sums.encode(out);
+    }
+
+    pub(crate) fn decode(plan: &SpectrumPlan, input: &mut Decoder<'_>) -> Result<Self, BadEncoding>
+    where
+        T: Encoded,
+    {
+        Ok(Self { plan: plan.clone(), segments: Segments::decode(input)?, sums: SpectrumSums::decode(input)? })
+    }
+
     /// With other values, of the same differences.
     pub(crate) fn shift(&mut self, shifted: impl Fn(T) -> T) {
         self.segments.shift(shifted);
@@ -120,6 +136,8 @@ impl<T: Count> Spectrum<T> {
         (sums.short.segments > 0).then(|| sums.short.powers())
     }
 }
+
+crate::encoded!(SpectrumSums { long, short });
 
 impl SpectrumSums {
     fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {

@@ -159,7 +159,9 @@ impl TemperatureBlocks {
         Ok(())
     }
 
-    pub(crate) const fn axes(&self) -> usize {
+    /// How many it relates to the temperature.
+    #[must_use]
+    pub const fn axes(&self) -> usize {
         self.axes
     }
 
@@ -249,6 +251,18 @@ fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usiz
         counts = tail;
     }
 }
+
+crate::encoded!(Presence { samples, readings, temperature_counts, is_broken });
+crate::encoded!(TemperatureBlocks { axes, length_log2, blocks, sums, absent, span, begins_with_break } if |record| {
+    let places = record.blocks.len().checked_mul(record.axes);
+    let reach = (record.blocks.len() as u64) << record.length_log2.min(40);
+    (SHORTEST_LOG2..=40).contains(&record.length_log2)
+        && record.blocks.len() as u64 <= MOST_BLOCKS
+        && places == Some(record.sums.len())
+        && (record.absent.is_empty() || places == Some(record.absent.len()))
+        && record.span.is_none_or(|(start, end)| start < end && end <= reach)
+        && (0..record.absent.len()).all(|place| record.absent[place] <= record.blocks[place / record.axes].samples)
+});
 
 #[cfg(test)]
 mod tests {

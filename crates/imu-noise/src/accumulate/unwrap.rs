@@ -94,3 +94,8 @@ impl Unwrap {
         -(self.turn_counts - 2 * counts).div_euclid(2 * self.turn_counts)
     }
 }
+
+crate::encoded!(Unwrap { turn_counts, first, last } if |unwrap| {
+    let is_count = |end: &(i64, i64)| end.0.unsigned_abs() <= 1 << 32 && end.1.unsigned_abs() <= 1 << 40;
+    (1..1 << 31).contains(&unwrap.turn_counts) && unwrap.first.iter().chain(&unwrap.last).all(is_count)
+});

@@ -255,6 +255,20 @@ fn lowest_of(bin: u16) -> f64 {
     if lowest < 1.0 { 0.0 } else { lowest }
 }
 
+/// Of any number below 2^75.
+const MOST_BINS: usize = 1 << 14;
+
+crate::encoded!(Window { number, sum, spread });
+crate::encoded!(Cell { number, highest, peaks });
+crate::encoded!(PeakWindows { first_window, last_window, peak });
+crate::encoded!(Magnitudes { first, frequencies, total, ends, highest, least } if |magnitudes| {
+    usize::from(magnitudes.first) + magnitudes.frequencies.len() <= MOST_BINS
+        && magnitudes.ends.len() <= 2
+        && magnitudes.highest.len() <= KEPT
+        && magnitudes.ends.iter().all(|cell| cell.number <= 1 << 56)
+});
+crate::encoded!(WindowStatistics { changes, spreads, first, last, parted });
+
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};

@@ -92,3 +92,5 @@ impl IntervalStatistics {
         self.max_us = self.max_us.max(interval_us);
     }
 }
+
+crate::encoded!(Arrivals { p50_us, p99_us, max_us, share_together, samples_together });

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use crate::accumulate::encoding::{BadEncoding, Decoder, Encoded, encode_hash};
+
 use thiserror::Error;
 
 use super::gap_event::GapEvent;
@@ -186,6 +188,24 @@ fn step(increments: &[Increment]) -> f64 {
     };
     let single: Vec<_> = events.filter(|&events| events <= 1.5 * least).collect();
     single.iter().sum::<f64>() / single.len() as f64
+}
+
+impl Encoded for CounterSummary {
+    fn encode(&self, out: &mut Vec<u8>) {
+        encode_hash(self.first, out);
+        encode_hash(self.last, out);
+        self.step.encode(out);
+        self.is_device_time.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        Ok(Self {
+            first: input.hash()?,
+            last: input.hash()?,
+            step: Encoded::decode(input)?,
+            is_device_time: Encoded::decode(input)?,
+        })
+    }
 }
 
 #[cfg(test)]

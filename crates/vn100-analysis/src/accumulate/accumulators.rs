@@ -2,12 +2,13 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
+use imu_noise::{BadEncoding, Decoder, Encoded, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
     fingerprint::Fingerprint,
+    foreign,
     magnitude::Magnitude,
     piece::{NotAppended, PieceStart},
     printed::Printed,
@@ -294,6 +295,57 @@ impl Accumulators {
 
     fn states(&self) -> impl Iterator<Item = (&ChannelState, &vn100_protocol::Channel)> {
         self.channels.iter().zip(self.layout.iter().flat_map(|layout| layout.channels.iter()))
+    }
+}
+
+impl Accumulators {
+    /// Without the last minutes of a screen.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        let settled = self.settled();
+        let Some(layout) = &settled.layout else {
+            return false.encode(out);
+        };
+        true.encode(out);
+        foreign::encode_layout(layout, out);
+        settled.channels.iter().for_each(|channel| channel.encode(out));
+        settled.magnitudes.iter().for_each(|magnitude| magnitude.moments.encode(out));
+        settled.quaternion.iter().for_each(|quaternion| quaternion.encode(out));
+        settled.temperature.is_some().encode(out);
+        settled.temperature.iter().for_each(|temperature| temperature.encode(out));
+        settled.end.encode(out);
+        settled.end_of_sums.encode(out);
+        settled.repeats.encode(out);
+        settled.fingerprint.encode(out);
+        settled.printed.encode(out);
+    }
+
+    pub(crate) fn decode(settings: &Settings, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        if !bool::decode(input)? {
+            return Ok(Self::default());
+        }
+        let layout = foreign::decode_layout(input)?;
+        let plan = SpectrumPlan::new();
+        let mut channels = Vec::new();
+        for channel in layout.channels.iter() {
+            channels.push(ChannelState::decode(channel, settings, &plan, input)?);
+        }
+        let mut magnitudes = Magnitude::all(&layout);
+        for magnitude in &mut magnitudes {
+            magnitude.moments = Encoded::decode(input)?;
+        }
+        Ok(Self {
+            channels,
+            magnitudes,
+            quaternion: QuaternionSign::of(&layout).map(|quaternion| quaternion.decode(input)).transpose()?,
+            temperature: bool::decode(input)?.then(|| TemperatureRecord::decode(&layout, input)).transpose()?,
+            end: Encoded::decode(input)?,
+            end_of_sums: Encoded::decode(input)?,
+            repeats: Encoded::decode(input)?,
+            fingerprint: Encoded::decode(input)?,
+            printed: Encoded::decode(input)?,
+            layout: Some(layout.into()),
+            ..Self::default()
+        })
     }
 }
 

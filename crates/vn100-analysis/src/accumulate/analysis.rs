@@ -2,12 +2,15 @@
 
 use std::time::Duration;
 
-use imu_noise::{ClockAfterOutage, CounterSummary, GapDetector, NominalRate, TimebaseSummary};
+use imu_noise::{
+    BadEncoding, ClockAfterOutage, CounterSummary, Decoder, Encoded, GapDetector, NominalRate, TimebaseSummary,
+};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
     data_record::DataRecord,
+    foreign,
     pending_rows::PendingRows,
     piece::{NotAppended, PieceStart},
     rate_authority::{Rate, RateEffect},
@@ -36,8 +39,9 @@ pub struct Analysis {
     record: DataRecord,
     /// Rows with stamps or counters, since the link came up.
     pending: Option<PendingRows>,
-    /// Of the pieces that were appended.
+    /// Of the pieces that were appended, and of a record that was read from bytes.
     counter_before: Option<CounterSummary>,
+    arrivals_before: Option<TimebaseSummary>,
     link: StreamCounts,
     outages: Outages,
     marks: Vec<PlaceMark>,
@@ -66,6 +70,7 @@ impl Analysis {
             record: DataRecord::new(settings),
             pending: None,
             counter_before: None,
+            arrivals_before: None,
             link: StreamCounts::default(),
             outages: Outages::default(),
             marks: Vec::new(),
@@ -102,10 +107,15 @@ impl Analysis {
     pub fn append(&mut self, mut next: Self) -> Result<(), NotAppended> {
         self.finish();
         next.finish();
+        self.append_finished(&next)
+    }
+
+    /// The same of records that are finished.
+    pub(crate) fn append_finished(&mut self, next: &Self) -> Result<(), NotAppended> {
         if self.is_timed() || next.is_timed() {
             return Err(NotAppended::ByArrival);
         }
-        let counter = self.joined_counter(&next)?;
+        let counter = self.joined_counter(next)?;
         self.record.append(&next.record)?;
         if let Some(counter) = counter.filter(|counter| counter.step.is_some_and(|step| step > 0.0)) {
             self.record.gaps.use_evidence(if counter.is_device_time {
@@ -136,6 +146,15 @@ impl Analysis {
 
     fn counter(&self) -> Option<CounterSummary> {
         self.counter_before.or_else(|| self.pending.as_ref()?.detector.counter())
+    }
+
+    fn arrivals(&self) -> Option<TimebaseSummary> {
+        self.pending.as_ref().map_or(self.arrivals_before, |pending| pending.detector.summary())
+    }
+
+    /// Where it begins.
+    pub(crate) const fn start(&self) -> PieceStart {
+        self.record.span.start
     }
 
     /// Rows had arrival times, or the link was lost.
@@ -251,6 +270,13 @@ impl Analysis {
         }
     }
 
+    /// So many samples are missing here, `None` for an unknown number, as who reads them knows;
+    /// rows that are pending are decided first.
+    pub fn gap(&mut self, missing: Option<u64>) {
+        self.finish();
+        self.record.push_known_gap(missing);
+    }
+
     /// The stream is over: decides on the rows that are pending.
     pub fn finish(&mut self) {
         self.begin_finish();
@@ -355,9 +381,7 @@ impl Analysis {
         let mut snapshot = Snapshot {
             layout: accumulators.layout.as_ref().map(|layout| replies.layout_of(layout)),
             timing: self.record.timing(),
-            arrivals: rate
-                .arrivals(|| self.pending.as_ref().and_then(|pending| pending.detector.summary()))
-                .map(|summary| without_own_offset(summary, rate.hz())),
+            arrivals: rate.arrivals(|| self.arrivals()).map(|summary| without_own_offset(summary, rate.hz())),
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             false_rate: rate.false_rate,
@@ -459,4 +483,33 @@ fn without_own_offset(summary: TimebaseSummary, rate_hz: f64) -> TimebaseSummary
     let is_own = matches!(summary.nominal, Some(NominalRate::Measured(hz)) if hz != rate_hz)
         && summary.measured_hz.is_some_and(|hz| (hz / rate_hz - 1.0).abs() < SAME_RATE);
     TimebaseSummary { offset_ppm: summary.offset_ppm.filter(|_| !is_own), ..summary }
+}
+
+/// Of a record that is [finished](Analysis::finish): rows cannot be added to what is read again.
+impl Encoded for Analysis {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.record.encode(out);
+        self.counter().encode(out);
+        self.arrivals().encode(out);
+        foreign::encode_counts(&self.link, out);
+        self.outages.encode(out);
+        self.marks.encode(out);
+        self.is_interrupted.encode(out);
+        self.last_row_ns.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        Ok(Self {
+            record: DataRecord::decode(input)?,
+            pending: None,
+            counter_before: Encoded::decode(input)?,
+            arrivals_before: Encoded::decode(input)?,
+            link: foreign::decode_counts(input)?,
+            outages: Encoded::decode(input)?,
+            marks: Encoded::decode(input)?,
+            is_interrupted: Encoded::decode(input)?,
+            finishing: None,
+            last_row_ns: Encoded::decode(input)?,
+        })
+    }
 }

@@ -1,7 +1,8 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
 use imu_noise::{
-    ChannelAccumulator, ChannelSignal, OctaveSum, Octaves, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap,
+    BadEncoding, ChannelAccumulator, ChannelSignal, Decoder, Encoded, OctaveSum, Octaves, RecordShape, SpectrumPlan,
+    TemperatureRemoval, Unwrap, check_encoded,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -63,6 +64,7 @@ impl ChannelState {
         self.stride = stride;
         let first = self.place.div_ceil(stride);
         self.accumulator = self.accumulator.clone().starting_at(first);
+        self.other = self.other.take().map(|other| other.starting_at(first));
         // how many of the samples before were those of this channel, the piece does not know
         self.signal = self.signal.clone().counting_missing().starting_at(first, first);
         if let Some(missing) = self.break_before {
@@ -221,6 +223,42 @@ impl ChannelState {
 fn turn_counts(channel: &Channel) -> Option<i32> {
     let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
+}
+
+impl ChannelState {
+    /// Without what the channel and the settings say.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        self.accumulator.encode(out);
+        self.signal.encode(out);
+        self.stride.encode(out);
+        self.place.encode(out);
+        self.break_before.encode(out);
+        self.unwrap.encode(out);
+        self.restarted.encode(out);
+    }
+
+    pub(crate) fn decode(
+        channel: &Channel,
+        settings: &Settings,
+        plan: &SpectrumPlan,
+        input: &mut Decoder<'_>,
+    ) -> Result<Self, BadEncoding> {
+        let state = Self {
+            accumulator: Encoded::decode(input)?,
+            // that is for a screen
+            other: None,
+            detrend: settings.detrend == Some(Detrend::Line),
+            signal: ChannelSignal::decode(plan, input)?,
+            stride: Encoded::decode(input)?,
+            place: Encoded::decode(input)?,
+            break_before: Encoded::decode(input)?,
+            unwrap: Encoded::decode(input)?,
+            restarted: Encoded::decode(input)?,
+        };
+        check_encoded(state.stride.is_power_of_two())?;
+        check_encoded(state.unwrap.is_some() == turn_counts(channel).is_some())?;
+        Ok(state)
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{GapEvent, TimebaseSummary};
+use imu_noise::{BadEncoding, Decoder, Encoded, GapEvent, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
@@ -300,6 +300,13 @@ impl DataRecord {
         }
     }
 
+    pub(crate) fn push_known_gap(&mut self, missing: Option<u64>) {
+        match missing {
+            Some(missing) => self.push_gap(missing, false),
+            None => self.push_unknown_gap(),
+        }
+    }
+
     fn push_unknown_gap(&mut self) {
         self.gaps.forget_rejected();
         self.break_segment(None);
@@ -320,6 +327,35 @@ impl DataRecord {
         if let Some(layout) = self.accumulators.layout.clone() {
             self.accumulators.begin(layout, &self.settings, self.span.start);
         }
+    }
+}
+
+impl DataRecord {
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        let Self { settings, rate, span, gaps, replies, accumulators, saturation, has_readings } = self;
+        settings.encode(out);
+        accumulators.encode(out);
+        rate.encode(out);
+        span.encode(out);
+        gaps.encode(out);
+        replies.encode(out);
+        saturation.encode(out);
+        has_readings.encode(out);
+    }
+
+    pub(crate) fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let settings = Settings::decode(input)?;
+        let accumulators = Accumulators::decode(&settings, input)?;
+        Ok(Self {
+            rate: RateAuthority::decode(accumulators.layout.as_deref(), input)?,
+            span: Encoded::decode(input)?,
+            gaps: Encoded::decode(input)?,
+            replies: Encoded::decode(input)?,
+            saturation: Encoded::decode(input)?,
+            has_readings: Encoded::decode(input)?,
+            settings,
+            accumulators,
+        })
     }
 }
 

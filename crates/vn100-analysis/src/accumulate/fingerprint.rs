@@ -1,6 +1,8 @@
 //! Which rows a record holds, by a sample of their hashes: so that two records of the same samples
 //! are distinguished from two of the same sensor.
 
+use imu_noise::{BadEncoding, Decoder, Encoded, check_encoded, encode_hash};
+
 /// Hashes that are kept at most.
 const MOST: usize = 4096;
 
@@ -81,6 +83,24 @@ impl Fingerprint {
 fn find(places: &[(u64, usize)], hash: u64) -> Option<usize> {
     let found = places.binary_search_by_key(&hash, |(hash, _)| *hash).ok()?;
     Some(places[found].1)
+}
+
+impl Encoded for Fingerprint {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.zeros.encode(out);
+        self.hashes.len().encode(out);
+        self.hashes.iter().for_each(|hash| encode_hash(*hash, out));
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
+        check_encoded(zeros <= u64::BITS && length <= MOST)?;
+        let mut hashes = Vec::new();
+        for _ in 0..length {
+            hashes.push(input.hash()?);
+        }
+        Ok(Self { zeros, hashes })
+    }
 }
 
 #[cfg(test)]

@@ -114,6 +114,10 @@ impl Gaps {
     }
 }
 
+imu_noise::encoded!(Gaps {
+    missing, gaps, restarts, false_times, time_steps, by_rejected, pending_rejected, leading_rejected, from, detector_decides,
+} if |gaps| gaps.by_rejected <= gaps.missing);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -165,6 +165,10 @@ fn samples_in(time: Duration, rate_hz: f64) -> u64 {
     (time.as_secs_f64() * rate_hz - ROUNDING).ceil() as u64
 }
 
+imu_noise::encoded!(MeasuredSpan {
+    skip, duration, start, index, places, samples, excluded, segments, in_segment, begins_anew,
+} if |span| span.start.index <= span.index);
+
 #[cfg(test)]
 mod tests {
     use super::*;

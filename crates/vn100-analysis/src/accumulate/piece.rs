@@ -85,3 +85,5 @@ pub enum NotAppended {
     #[error(transparent)]
     Sums(#[from] imu_noise::PieceNotAppended),
 }
+
+imu_noise::encoded!(PieceStart { index, places, samples });

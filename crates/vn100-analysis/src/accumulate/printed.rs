@@ -1,5 +1,6 @@
 //! How the sensor printed its numbers.
 
+use imu_noise::{BadEncoding, Decoder, Encoded};
 use vn100_protocol::PrintFormat;
 
 /// The formats of a stream: one stands before its first row, and wherever it changes.
@@ -38,5 +39,30 @@ impl Printed {
             (Some((first, _)), Some((_, last))) => Some((first, last)),
             (ours, theirs) => ours.or(theirs),
         };
+    }
+}
+
+/// As whether it is the old one.
+fn is_old(format: PrintFormat) -> bool {
+    format == PrintFormat::Old
+}
+
+fn format(is_old: bool) -> PrintFormat {
+    if is_old { PrintFormat::Old } else { PrintFormat::Current }
+}
+
+impl Encoded for Printed {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.formats.map(|(first, last)| (is_old(first), is_old(last))).encode(out);
+        is_old(self.coarsest).encode(out);
+        self.changes.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        Ok(Self {
+            formats: Option::<(bool, bool)>::decode(input)?.map(|(first, last)| (format(first), format(last))),
+            coarsest: format(Encoded::decode(input)?),
+            changes: Encoded::decode(input)?,
+        })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use imu_noise::{BadEncoding, Decoder, Encoded};
 use vn100_protocol::{Layout, Quantity};
 
 use super::piece::NotAppended;
@@ -62,6 +63,18 @@ impl QuaternionSign {
             self.begins.get_or_insert(self.previous);
         }
         &self.rows
+    }
+}
+
+impl QuaternionSign {
+    /// Without its place, which the layout says.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        self.begins.encode(out);
+        self.previous.encode(out);
+    }
+
+    pub(crate) fn decode(self, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        Ok(Self { begins: Encoded::decode(input)?, previous: Encoded::decode(input)?, ..self })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which source decides the sample rate, and what a change of it does.
 
-use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
+use imu_noise::{BadEncoding, Decoder, Encoded, GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout, MESSAGES, OUTPUT_RATES_HZ};
 
 use super::measured_span::MeasuredSpan;
@@ -365,6 +365,48 @@ impl RateAuthority {
 /// Then a sensor that reports another rate was set anew.
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
+}
+
+imu_noise::encoded!(Rate { hz, from, by_few } if |rate| rate.hz > 0.0);
+imu_noise::encoded!(DatedChange { change, until, excluded });
+
+impl RateAuthority {
+    /// Without the rates of the sensor, which its message says.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        let Self {
+            rates_hz: _,
+            rate,
+            change,
+            confirmed,
+            refused_before,
+            false_rate,
+            other_rate_samples,
+            reported_hz,
+            false_report,
+        } = self;
+        rate.encode(out);
+        change.encode(out);
+        confirmed.encode(out);
+        refused_before.encode(out);
+        false_rate.encode(out);
+        other_rate_samples.encode(out);
+        reported_hz.encode(out);
+        false_report.encode(out);
+    }
+
+    pub(crate) fn decode(layout: Option<&Layout>, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        Ok(Self {
+            rates_hz: layout.map_or(&[], |layout| rates_hz(Some(layout))),
+            rate: Encoded::decode(input)?,
+            change: Encoded::decode(input)?,
+            confirmed: Encoded::decode(input)?,
+            refused_before: Encoded::decode(input)?,
+            false_rate: Encoded::decode(input)?,
+            other_rate_samples: Encoded::decode(input)?,
+            reported_hz: Encoded::decode(input)?,
+            false_report: Encoded::decode(input)?,
+        })
+    }
 }
 
 #[cfg(test)]

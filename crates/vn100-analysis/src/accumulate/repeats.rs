@@ -1,5 +1,7 @@
 //! Rows that come again: a recording played in a loop, or rows stored twice.
 
+use imu_noise::{BadEncoding, Decoder, Encoded, encode_hash};
+
 /// Rows that mark the beginning of the record.
 const BEGINNING: usize = 16;
 
@@ -185,6 +187,32 @@ pub(crate) fn hash(counts: &[i32]) -> u64 {
     let hash = counts.iter().fold(0, mixed);
     // the low bits of a product are its weakest
     hash ^ hash >> 32
+}
+
+/// What a record that has ended needs: no row is compared with it any more.
+impl Encoded for Repeats {
+    fn encode(&self, out: &mut Vec<u8>) {
+        for row in self.first.iter().chain(&self.last) {
+            row.is_some().encode(out);
+            row.iter().for_each(|hash| encode_hash(*hash, out));
+        }
+        self.in_passes.encode(out);
+        self.like_last.encode(out);
+        self.like_one_before.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let mut row = || bool::decode(input)?.then(|| input.hash()).transpose();
+        let (first, last) = ([row()?, row()?], [row()?, row()?]);
+        Ok(Self {
+            first,
+            last,
+            in_passes: Encoded::decode(input)?,
+            like_last: Encoded::decode(input)?,
+            like_one_before: Encoded::decode(input)?,
+            ..Self::default()
+        })
+    }
 }
 
 #[cfg(test)]

@@ -42,6 +42,8 @@ impl Saturation {
     }
 }
 
+imu_noise::encoded!(Saturation { samples, by_axis, first_at, last_at });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -148,6 +148,10 @@ fn renamed(channel: &Channel) -> Channel {
     Channel { name: format!("{prefix}_{}", channel.name).into(), ..channel.clone() }
 }
 
+imu_noise::encoded!(SensorReplies { registers, before_break, two_serials, first_serial, imu } if |replies| {
+    [0, VNIMU.channels.len()].contains(&replies.imu.len())
+});
+
 #[cfg(test)]
 mod tests {
     use vn100_protocol::VNDTV;

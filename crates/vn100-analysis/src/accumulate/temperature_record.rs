@@ -1,6 +1,9 @@
 //! The axes of a sensor beside its temperature, as the stream has it or as it was asked for.
 
-use imu_noise::{NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch};
+use imu_noise::{
+    BadEncoding, Decoder, Encoded, NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch,
+    check_encoded,
+};
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 use crate::sensor::sensor_of;
@@ -116,4 +119,20 @@ impl TemperatureRecord {
 
 fn is_temperature(channel: &Channel) -> bool {
     channel.quantity == Quantity::Temperature
+}
+
+impl TemperatureRecord {
+    /// Without the roles of the channels, which the layout says.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        self.is_polled.encode(out);
+        self.blocks.encode(out);
+    }
+
+    pub(crate) fn decode(layout: &Layout, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let of = if bool::decode(input)? { Self::polled } else { Self::of_stream };
+        let record = of(layout).ok_or(BadEncoding::Contradictory)?;
+        let blocks = TemperatureBlocks::decode(input)?;
+        check_encoded(blocks.axes() == record.blocks.axes())?;
+        Ok(Self { blocks, ..record })
+    }
 }

@@ -54,7 +54,7 @@ const PROGRAM: CommandHelp = CommandHelp {
     see_also: &[],
 };
 
-const COMMANDS: [CommandHelp; 15] = [
+const COMMANDS: [CommandHelp; 16] = [
     CommandHelp {
         name: "attach",
         examples: &[
@@ -119,6 +119,17 @@ const COMMANDS: [CommandHelp; 15] = [
         exit_status: OF_MEASUREMENT,
         files: &[RECORDING, SIDECAR, DATASHEET, SETTINGS, METRICS],
         see_also: &["report", "compare", "explain"],
+    },
+    CommandHelp {
+        name: "archive",
+        examples: &[
+            ("every capture below a folder", "archive captures/ -o archive.json"),
+            ("as a table", "archive captures/ -o archive.csv"),
+            ("again, reading only what is new", "archive captures/ --state states/ -o archive.json"),
+        ],
+        exit_status: OF_MEASUREMENT,
+        files: &[RECORDING, SIDECAR, DATASHEET],
+        see_also: &["replay", "compare", "schema"],
     },
     CommandHelp {
         name: "compare",

@@ -304,7 +304,7 @@ fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct FileArgs {
     /// Captures: text, raw bytes, CSV, recordings, and ROS bags (.bag, .db3, .mcap, or the folder
     /// of one), also gzip or zstd, recognised by content; "-" is standard input
@@ -410,6 +410,25 @@ pub(crate) struct ReplayArgs {
 
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ArchiveArgs {
+    #[command(flatten)]
+    pub(crate) files: FileArgs,
+
+    /// Keep the sums of each recording here; a file that is as it was is then not read again
+    #[arg(long, help_heading = "Output", value_name = "DIR")]
+    pub(crate) state: Option<PathBuf>,
+
+    /// Write the document here, ending in .json, or the table, ending in .csv [default: standard
+    /// output]
+    #[arg(short, long, help_heading = "Output", value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Print the table instead of the document: a row for each recording and channel
+    #[arg(long, help_heading = "Output")]
+    pub(crate) csv: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -95,7 +95,9 @@ pub struct MessageName {
 }
 
 impl MessageName {
-    pub(super) fn new(header: &[u8]) -> Self {
+    /// Of the header of a sentence.
+    #[must_use]
+    pub fn new(header: &[u8]) -> Self {
         let mut bytes = [b' '; 8];
         bytes.iter_mut().zip(header).for_each(|(to, from)| *to = *from);
         Self { bytes }
@@ -121,8 +123,13 @@ pub struct UnsolicitedErrors {
 impl UnsolicitedErrors {
     /// Counts an error.
     pub fn count(&mut self, error: DeviceError) {
+        self.add(error, 1);
+    }
+
+    /// Counts an error that came so many times.
+    pub fn add(&mut self, error: DeviceError, times: u64) {
         let place = KNOWN.iter().position(|&known| known == error).unwrap_or(KNOWN.len());
-        self.counts[place] += 1;
+        self.counts[place] += times;
         if place == KNOWN.len() {
             self.first_unknown.get_or_insert(error);
         }

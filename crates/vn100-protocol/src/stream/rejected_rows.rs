@@ -115,7 +115,12 @@ impl RejectedRowCounts {
 
     /// Counts a row.
     pub fn count(&mut self, kind: RejectedRow) {
-        self.counts[kind as usize] += 1;
+        self.add(kind, 1);
+    }
+
+    /// Counts so many rows.
+    pub fn add(&mut self, kind: RejectedRow, rows: u64) {
+        self.counts[kind as usize] += rows;
     }
 }
 

@@ -13,7 +13,11 @@
 use core::{mem, ops::Add};
 
 use super::{gapped::Gapped, squares::SquareSum};
-use crate::accumulate::{piece::Piece, record::Deviation};
+use crate::accumulate::{
+    encoding::{BadEncoding, Decoder, Encoded, check},
+    piece::Piece,
+    record::Deviation,
+};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
@@ -133,6 +137,10 @@ impl Cascade {
 
     pub(super) const fn piece(&self) -> &Piece {
         &self.piece
+    }
+
+    pub(super) const fn deviation(&self) -> Deviation {
+        self.deviation
     }
 
     pub(super) fn is_kind_of(&self, other: &Self) -> bool {
@@ -474,6 +482,68 @@ fn second_difference([oldest, middle, newest]: [i64; 3]) -> i64 {
 
 fn from_end<T>(values: &[T], len: usize) -> &[T] {
     &values[values.len() - len..]
+}
+
+/// The last values, and whether a sample is missing in any.
+impl Encoded for Remembered {
+    fn encode(&self, out: &mut Vec<u8>) {
+        from_end(&self.sums.values, self.sums.len).to_vec().encode(out);
+        let missing = from_end(&self.missing.values, self.missing.len);
+        (if self.whole { Vec::new() } else { missing.to_vec() }).encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
+        let whole = missing.is_empty();
+        check(sums.len() <= MAX_LAG && (whole || missing.len() == sums.len()))?;
+        let mut remembered = Self { whole, ..Self::EMPTY };
+        let first = MAX_LAG - sums.len();
+        (remembered.sums.len, remembered.missing.len) = (sums.len(), sums.len());
+        remembered.sums.values[first..].copy_from_slice(&sums);
+        if !whole {
+            remembered.missing.values[first..].copy_from_slice(&missing);
+        }
+        Ok(remembered)
+    }
+}
+
+impl Encoded for Head {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.sums[..self.len].to_vec().encode(out);
+        let missing = &self.missing[..self.len];
+        (if missing.iter().all(|lack| *lack == 0) { Vec::new() } else { missing.to_vec() }).encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
+        check(sums.len() <= MAX_HEAD && (missing.is_empty() || missing.len() == sums.len()))?;
+        let mut head = Self { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: sums.len() };
+        head.sums[..sums.len()].copy_from_slice(&sums);
+        head.missing[..missing.len()].copy_from_slice(&missing);
+        Ok(head)
+    }
+}
+
+crate::encoded!(Level { sums, earlier, head, squares, gapped, terms });
+crate::encoded!(Cascade { deviation, windows_per_tau, keeps_terms, piece, levels } if |cascade| {
+    [1, MAX_LAG].contains(&cascade.windows_per_tau)
+        && cascade.levels.len() <= MAX_LEVEL as usize + 1
+        && (0..).zip(&cascade.levels).all(|(k, level)| cascade.has_room_for(k, level))
+});
+
+impl Cascade {
+    /// Whether it may be level `k` of this cascade.
+    fn has_room_for(&self, k: u32, level: &Level) -> bool {
+        let (lag, stride) = (self.lag(k), self.stride(k));
+        let lacks =
+            [&level.sums, &level.earlier].map(|remembered| from_end(&remembered.missing.values, remembered.sums.len));
+        let ends = self.piece.first_run_end() / stride + 1
+            - self.piece.start.div_ceil(stride).min(self.piece.first_run_end() / stride + 1);
+        level.sums.sums.len.max(level.earlier.sums.len) <= lag
+            && level.head.len <= self.head_len(lag).min(usize::try_from(ends).unwrap_or(usize::MAX))
+            && lacks.into_iter().flatten().chain(&level.head.missing).all(|lack| *lack <= 1 << k)
+            && level.terms.is_some() == self.keeps_terms
+    }
 }
 
 #[cfg(test)]

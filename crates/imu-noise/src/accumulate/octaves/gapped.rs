@@ -86,3 +86,5 @@ impl Gapped {
 fn fixed(value: f64, bits: u32) -> f64 {
     (value * (1_u64 << bits) as f64).round()
 }
+
+crate::encoded!(Gapped { windows, shares, squares, terms } if |gapped| gapped.shares <= 1 << 120);

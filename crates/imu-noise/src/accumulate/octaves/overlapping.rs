@@ -4,7 +4,11 @@
 use std::mem;
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
-use crate::accumulate::{piece::Piece, record::Deviation};
+use crate::accumulate::{
+    encoding::{BadEncoding, Decoder, Encoded, check},
+    piece::Piece,
+    record::Deviation,
+};
 
 /// Every octave visits the block at two more places of the record: long enough for the memory to
 /// stream.
@@ -178,4 +182,54 @@ pub(super) fn add_windows(
 #[inline]
 fn second_difference(p0: i64, p1: i64, p2: i64) -> i64 {
     p0.wrapping_sub(p1).wrapping_sub(p1.wrapping_sub(p2))
+}
+
+/// The counts of a run, and not their sums: these are four times as long.
+struct Run(Vec<i64>);
+
+impl Encoded for Run {
+    fn encode(&self, out: &mut Vec<u8>) {
+        self.0.len().encode(out);
+        self.0.windows(2).for_each(|sums| sums[1].wrapping_sub(sums[0]).encode(out));
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let sums = usize::decode(input)?;
+        check(sums <= input.left() + 1)?;
+        let mut run: Vec<i64> = (0..sums.min(1)).map(|_| 0).collect();
+        for _ in 1..sums {
+            let before = run.last().copied().unwrap_or(0);
+            run.push(before.wrapping_add(i64::decode(input)?));
+        }
+        Ok(Self(run))
+    }
+}
+
+impl Encoded for Overlapping {
+    fn encode(&self, out: &mut Vec<u8>) {
+        let Self { deviation, prefix, earlier, keeps_runs, piece, squares, terms } = self;
+        deviation.encode(out);
+        Run(prefix.clone()).encode(out);
+        earlier.iter().map(|run| Run(run.clone())).collect::<Vec<_>>().encode(out);
+        keeps_runs.encode(out);
+        piece.encode(out);
+        squares.encode(out);
+        terms.encode(out);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let decoded = Self {
+            deviation: Encoded::decode(input)?,
+            prefix: Run::decode(input)?.0,
+            earlier: Vec::<Run>::decode(input)?.into_iter().map(|run| run.0).collect(),
+            keeps_runs: Encoded::decode(input)?,
+            piece: Encoded::decode(input)?,
+            squares: Encoded::decode(input)?,
+            terms: Encoded::decode(input)?,
+        };
+        let octaves = decoded.squares.len();
+        check(octaves <= MAX_LEVEL as usize + 1)?;
+        check(decoded.terms.as_ref().is_none_or(|terms: &Vec<i128>| terms.len() == octaves))?;
+        Ok(decoded)
+    }
 }

@@ -60,6 +60,8 @@ fn in_128_bits<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64
     })
 }
 
+crate::encoded!(SquareSum { terms, sum });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 use std::{mem, ops::Range};
 
 use super::LONG;
-use crate::accumulate::piece::Piece;
+use crate::accumulate::{encoding::Encoded, piece::Piece};
 
 /// Segments begin at multiples of half their length.
 const STEP: u64 = LONG as u64 / 2;
@@ -157,7 +157,7 @@ impl<T: Copy + Default> Segments<T> {
     /// As far as a segment reaches that begins before the piece: none does before index 0.
     fn room_of_head(&self) -> usize {
         let has_room = self.piece.start > 0 && !self.piece.is_parted();
-        if has_room { LONG - 1 - self.head.values.len() } else { 0 }
+        if has_room { (LONG - 1).saturating_sub(self.head.values.len()) } else { 0 }
     }
 
     fn begin_segment(&mut self) {
@@ -235,7 +235,8 @@ impl<T: Copy + Default> Places<T> {
     }
 
     fn drop_before(&mut self, first: u64) {
-        self.values.drain(..(first - self.first) as usize);
+        let before = usize::try_from(first.saturating_sub(self.first)).unwrap_or(usize::MAX);
+        self.values.drain(..before.min(self.values.len()));
         self.missing.retain(|missing| missing.end > first);
         self.first = first;
     }
@@ -253,3 +254,12 @@ fn stands_for(samples: u64) -> u64 {
         Some(octave) => 2 << octave,
     }
 }
+
+crate::encoded!(Segment { start, stands_for, is_early } if |segment| segment.stands_for.is_power_of_two());
+crate::encoded!(@[T: Encoded] Places<T> { first, values, missing } if |places| {
+    places.values.len() <= 2 * LONG && places.missing.iter().all(|missing| missing.start <= missing.end)
+});
+crate::encoded!(@[T: Encoded] Segments<T> { piece, samples, counts_missing, head, recent, open } if |segments| {
+    // none begins in another step than one of the last two
+    segments.open.len() <= 2 && segments.head.values.len() < LONG
+});

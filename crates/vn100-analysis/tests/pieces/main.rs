@@ -2,6 +2,8 @@
 //! bit.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod state;
+
 use std::{sync::Arc, time::Duration};
 
 use proptest::{collection::vec, prelude::*, sample::Index};
@@ -113,13 +115,22 @@ impl Record {
         analysis
     }
 
-    /// In pieces that begin at these lines, appended in this order.
-    fn pieced(&self, starts: &[Index], order: &[Index], rows: usize) -> Result<Analysis, NotAppended> {
+    /// The pieces that begin at these lines.
+    fn cut(&self, starts: &[Index], rows: usize) -> Vec<Analysis> {
         let mut starts: Vec<_> = starts.iter().map(|start| start.index(self.lines.len() + 1)).collect();
         starts.extend([0, self.lines.len()]);
         starts.sort_unstable();
+        starts.dedup();
         let parts = starts.windows(2).map(|ends| Part { first: ends[0], behind: ends[1] });
-        let mut pieces: Vec<_> = parts.map(|part| self.analysed(part, rows)).collect();
+        parts.map(|part| self.analysed(part, rows)).collect()
+    }
+
+    /// Appended in this order.
+    fn pieced(&self, starts: &[Index], order: &[Index], rows: usize) -> Result<Analysis, NotAppended> {
+        let mut pieces = self.cut(starts, rows);
+        if pieces.is_empty() {
+            pieces.push(self.analysed(self.whole(), rows));
+        }
         for place in order.iter().cycle() {
             if pieces.len() == 1 {
                 break;

@@ -1,0 +1,130 @@
+//! The form in bytes of what is the protocol's: layouts, and what a stream carried.
+
+use imu_noise::{BadEncoding, Decoder, Encoded, check_encoded};
+use vn100_protocol::stream::{MessageName, RejectedRow, RejectedRowCounts, StreamCounts};
+use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, RejectedCounts, Tally};
+
+const QUANTITIES: [Quantity; 8] = [
+    Quantity::Angle,
+    Quantity::Quaternion,
+    Quantity::MagneticField,
+    Quantity::Acceleration,
+    Quantity::AngularRate,
+    Quantity::Temperature,
+    Quantity::Pressure,
+    Quantity::Value,
+];
+
+pub(crate) fn encode_layout(layout: &Layout, out: &mut Vec<u8>) {
+    layout.message.to_string().encode(out);
+    layout.compensated.encode(out);
+    layout.channels.len().encode(out);
+    for channel in layout.channels.iter() {
+        channel.name.to_string().encode(out);
+        QUANTITIES.iter().position(|quantity| *quantity == channel.quantity).unwrap_or_default().encode(out);
+        channel.unit.to_string().encode(out);
+        channel.decimals.encode(out);
+        channel.scale.encode(out);
+        channel.limit_counts.encode(out);
+        channel.refresh_hz.encode(out);
+        channel.increment_step.encode(out);
+    }
+}
+
+pub(crate) fn decode_layout(input: &mut Decoder<'_>) -> Result<Layout, BadEncoding> {
+    let (message, compensated) = (String::decode(input)?, Encoded::decode(input)?);
+    let length = usize::decode(input)?;
+    let mut channels = Vec::new();
+    for _ in 0..length {
+        let channel = Channel {
+            name: String::decode(input)?.into(),
+            quantity: *QUANTITIES.get(usize::decode(input)?).ok_or(BadEncoding::Contradictory)?,
+            unit: String::decode(input)?.into(),
+            decimals: Encoded::decode(input)?,
+            scale: Encoded::decode(input)?,
+            limit_counts: Encoded::decode(input)?,
+            refresh_hz: Encoded::decode(input)?,
+            increment_step: Encoded::decode(input)?,
+        };
+        check_encoded(channel.decimals <= 22 && channel.scale > 0.0)?;
+        channels.push(channel);
+    }
+    check_encoded(!channels.is_empty())?;
+    Ok(Layout { message: message.into(), compensated, channels: channels.into() })
+}
+
+pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
+    let Tally {
+        valid_sentence_bytes,
+        rejected_sentence_bytes,
+        packet_bytes,
+        skipped_bytes,
+        buffered_bytes,
+        samples,
+        replies,
+        other,
+        unchecked_sentences,
+        packets,
+        measured_packets: MeasuredPackets { samples: measured, rejected: rejected_packets, repeated },
+        split_packets,
+        rejected: RejectedCounts { checksum, unchecked, grammar, range, truncated, too_long },
+    } = counts.tally;
+    [valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes].encode(out);
+    [samples, replies, other, unchecked_sentences, packets, split_packets].encode(out);
+    [measured, rejected_packets, repeated].encode(out);
+    [checksum, unchecked, grammar, range, truncated, too_long].encode(out);
+    let StreamCounts { foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects, .. } =
+        *counts;
+    [foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects].encode(out);
+    let errors: Vec<(u8, u64)> = counts.unsolicited_errors.iter().map(|(error, times)| (error.code(), times)).collect();
+    errors.encode(out);
+    counts.other_message.map(|name| name.to_string()).encode(out);
+    let rows = |rows: RejectedRowCounts| {
+        RejectedRow::ALL.map(|reason| rows.iter().find(|(other, _)| *other == reason).map_or(0, |(_, count)| count))
+    };
+    counts.rejected_rows.map(rows).encode(out);
+}
+
+pub(crate) fn decode_counts(input: &mut Decoder<'_>) -> Result<StreamCounts, BadEncoding> {
+    let [valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes] =
+        Encoded::decode(input)?;
+    let [samples, replies, other, unchecked_sentences, packets, split_packets] = Encoded::decode(input)?;
+    let [measured, rejected_packets, repeated] = Encoded::decode(input)?;
+    let [checksum, unchecked, grammar, range, truncated, too_long] = Encoded::decode(input)?;
+    let [foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects] = Encoded::decode(input)?;
+    check_encoded(foreign_samples <= samples && echoes <= replies)?;
+    let mut counts = StreamCounts {
+        tally: Tally {
+            valid_sentence_bytes,
+            rejected_sentence_bytes,
+            packet_bytes,
+            skipped_bytes,
+            buffered_bytes,
+            samples,
+            replies,
+            other,
+            unchecked_sentences,
+            packets,
+            measured_packets: MeasuredPackets { samples: measured, rejected: rejected_packets, repeated },
+            split_packets,
+            rejected: RejectedCounts { checksum, unchecked, grammar, range, truncated, too_long },
+        },
+        foreign_samples,
+        baud_scan_bytes,
+        overrun_bytes,
+        echoes,
+        outputs_resumed,
+        connects,
+        ..StreamCounts::default()
+    };
+    let errors = Vec::<(u8, u64)>::decode(input)?;
+    check_encoded(errors.is_sorted_by(|one, other| one.0 != other.0) && errors.len() <= 14)?;
+    errors.into_iter().for_each(|(code, times)| counts.unsolicited_errors.add(DeviceError::from_code(code), times));
+    counts.other_message = Option::<String>::decode(input)?.map(|name| MessageName::new(name.as_bytes()));
+    counts.rejected_rows = Option::<[u64; RejectedRow::ALL.len()]>::decode(input)?.map(|rows| {
+        let mut counts = RejectedRowCounts::default();
+        RejectedRow::ALL.into_iter().zip(rows).for_each(|(reason, times)| counts.add(reason, times));
+        counts
+    });
+    Ok(counts)
+}

@@ -1,0 +1,313 @@
+//! The mergeable state of recordings: exact sums of pieces and of whole recordings, as bytes.
+//!
+//! A state holds recordings by their names, each in pieces that know their place in it. Merging is
+//! the union: associative and commutative. The pieces of one recording say the very bits that the
+//! undivided record says, across gaps too; different recordings stay side by side, so that no
+//! window reaches from the one into the other, and each keeps what its parameters, statistics,
+//! spectrum and warnings need. [`Pool`](crate::Pool) takes them as one.
+//!
+//! What cannot be pooled: rows that were placed by arrival times are whole recordings, and not
+//! pieces of one ([`NotAppended`]); what changes with time (blocks, trends, disturbances,
+//! temperature) belongs to a recording, and is no property of several; rows that are no longer
+//! there cannot be added to, be removed from or be measured by other settings.
+
+use std::collections::{BTreeMap, btree_map::Entry};
+
+use imu_noise::{BadEncoding, Decoder, Encoded};
+use thiserror::Error;
+
+use crate::accumulate::{analysis::Analysis, piece::NotAppended};
+
+/// What the bytes begin with.
+const MAGIC: [u8; 4] = *b"VN1S";
+
+/// Of the form of the bytes.
+const VERSION: u16 = 1;
+
+/// Magic, version, layout, length of what follows.
+const HEADER: usize = 4 + 2 + 8 + 8;
+
+/// CRC-32 (ISO-HDLC) of all before it.
+const CHECKSUM: usize = 4;
+
+/// Recordings, or pieces of them.
+///
+/// ```
+/// use vn100_analysis::{Analysis, Settings, State};
+///
+/// let one = State::of("monday.mcap", None, &mut Analysis::new(Settings::default()));
+/// let other = State::of("tuesday.mcap", None, &mut Analysis::new(Settings::default()));
+/// let bytes = one.merged(other)?.to_bytes();
+/// assert_eq!(State::from_bytes(&bytes)?.recordings().count(), 2);
+/// # Ok::<(), vn100_analysis::StateError>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct State {
+    recordings: BTreeMap<String, Recording>,
+}
+
+/// One recording.
+#[derive(Debug, Default)]
+struct Recording {
+    /// Nanoseconds since 1970-01-01 UTC.
+    started_ns: Option<i64>,
+    /// Why it could not be read, or not to its end.
+    error: Option<String>,
+    /// In order of time, none of them overlapping.
+    pieces: Vec<Analysis>,
+}
+
+/// A recording of a [`State`].
+#[derive(Debug, Clone, Copy)]
+pub struct RecordedPieces<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// When it began, in nanoseconds since 1970-01-01 UTC.
+    pub started_ns: Option<i64>,
+    /// Why it could not be read, or not to its end.
+    pub error: Option<&'a str>,
+    pieces: &'a [Analysis],
+}
+
+/// Why bytes are no state, or two states cannot be merged. Nothing was merged.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StateError {
+    /// They begin with something else.
+    #[error("these bytes are no state: they do not begin with VN1S")]
+    NotAState,
+    /// Another version of this program wrote them.
+    #[error("the state has version {found}, this program reads version {known}: make it anew from the recording")]
+    OtherVersion {
+        /// Of the bytes.
+        found: u16,
+        /// Of this program.
+        known: u16,
+    },
+    /// Its sums are over other windows, bins or blocks.
+    #[error("the sums of the state have the layout {found:016x}, those of this program {known:016x}: make it anew")]
+    OtherLayout {
+        /// Of the bytes.
+        found: u64,
+        /// Of this program.
+        known: u64,
+    },
+    /// Bytes are missing at the end.
+    #[error("the state ends after {bytes} of {expected} bytes: copy it again")]
+    Truncated {
+        /// That are there.
+        bytes: u64,
+        /// As its header says.
+        expected: u64,
+    },
+    /// The checksum is another one.
+    #[error("the state is damaged: its checksum is {found:08x}, that of its bytes {computed:08x}")]
+    Damaged {
+        /// Stored.
+        found: u32,
+        /// Of the bytes.
+        computed: u32,
+    },
+    /// The checksum holds, and a value is none that a state has.
+    #[error("the state is damaged: {0}")]
+    Contradictory(#[from] BadEncoding),
+    /// Two pieces have samples of the same time, or the same place and none: which of them comes
+    /// first is not known.
+    #[error(
+        "{recording}: both states hold the samples from {start} to {end}: merge each piece once, and name recordings differently"
+    )]
+    Overlap {
+        /// Its name.
+        recording: String,
+        /// Index of the first sample that both hold.
+        start: u64,
+        /// Behind the last one of either.
+        end: u64,
+    },
+    /// Pieces under one name are of different messages.
+    #[error("{recording}: the pieces hold different messages or channels: name recordings differently")]
+    OtherMessage {
+        /// Its name.
+        recording: String,
+    },
+    /// Under one name one state says another start or error.
+    #[error("{recording}: the states contradict each other on when it began, or whether it could be read")]
+    OtherFacts {
+        /// Its name.
+        recording: String,
+    },
+}
+
+impl State {
+    /// A recording of this name, or a piece of it
+    /// ([`starting_at`](Analysis::starting_at)): rows that are pending are decided.
+    #[must_use]
+    pub fn of(name: &str, started_ns: Option<i64>, analysis: &mut Analysis) -> Self {
+        analysis.finish();
+        let recording = Recording { started_ns, error: None, pieces: copy(analysis).into_iter().collect() };
+        Self { recordings: BTreeMap::from([(name.to_owned(), recording)]) }
+    }
+
+    /// A recording that could not be read.
+    #[must_use]
+    pub fn unreadable(name: &str, error: &str) -> Self {
+        let recording = Recording { error: Some(error.to_owned()), ..Recording::default() };
+        Self { recordings: BTreeMap::from([(name.to_owned(), recording)]) }
+    }
+
+    /// The same of a recording that could not be read to its end.
+    #[must_use]
+    pub fn with_error(mut self, error: &str) -> Self {
+        self.recordings.values_mut().for_each(|recording| recording.error = Some(error.to_owned()));
+        self
+    }
+
+    /// Both as one, in any order.
+    ///
+    /// # Errors
+    /// Where both hold samples of one time of the same recording, and where what they call by one
+    /// name is not one.
+    pub fn merged(mut self, other: Self) -> Result<Self, StateError> {
+        for (name, theirs) in other.recordings {
+            match self.recordings.entry(name) {
+                Entry::Vacant(free) => _ = free.insert(theirs),
+                Entry::Occupied(mut taken) => {
+                    let name = taken.key().clone();
+                    taken.get_mut().merge(&name, theirs)?;
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// With neighbouring pieces as one, in fewer bytes: once no piece is to come between them. What
+    /// cannot be appended stays apart, and reading the recording says why.
+    #[must_use]
+    pub fn joined(mut self) -> Self {
+        self.recordings.values_mut().for_each(Recording::join);
+        self
+    }
+
+    /// By name.
+    pub fn recordings(&self) -> impl Iterator<Item = RecordedPieces<'_>> {
+        self.recordings.iter().map(|(name, recording)| RecordedPieces {
+            name,
+            started_ns: recording.started_ns,
+            error: recording.error.as_deref(),
+            pieces: &recording.pieces,
+        })
+    }
+
+    /// The form in bytes: the same for the same pieces, in whatever order they were merged.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = MAGIC.to_vec();
+        out.extend_from_slice(&VERSION.to_le_bytes());
+        out.extend_from_slice(&imu_noise::layout_of_sums().to_le_bytes());
+        out.extend_from_slice(&[0; 8]);
+        self.recordings.len().encode(&mut out);
+        for (name, recording) in &self.recordings {
+            name.encode(&mut out);
+            recording.encode(&mut out);
+        }
+        let length = (out.len() - HEADER) as u64;
+        out[HEADER - 8..HEADER].copy_from_slice(&length.to_le_bytes());
+        let checksum = crc32fast::hash(&out);
+        out.extend_from_slice(&checksum.to_le_bytes());
+        out
+    }
+
+    /// Of bytes that [`to_bytes`](Self::to_bytes) gave. Those of any origin give a state or an
+    /// error; what is allocated is no more than a fixed multiple of their number.
+    ///
+    /// # Errors
+    /// Where they are of another kind, version or layout, damaged or incomplete.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, StateError> {
+        let truncated = |expected: u64| StateError::Truncated { bytes: bytes.len() as u64, expected };
+        if !bytes.starts_with(&MAGIC) {
+            return Err(StateError::NotAState);
+        }
+        let (header, rest) = bytes.split_at_checked(HEADER).ok_or_else(|| truncated(HEADER as u64))?;
+        let number = |bytes: &[u8]| bytes.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
+        let (found, layout, length) = (number(&header[4..6]) as u16, number(&header[6..14]), number(&header[14..]));
+        if found != VERSION {
+            return Err(StateError::OtherVersion { found, known: VERSION });
+        }
+        let known = imu_noise::layout_of_sums();
+        if layout != known {
+            return Err(StateError::OtherLayout { found: layout, known });
+        }
+        if rest.len() as u64 != length.saturating_add(CHECKSUM as u64) {
+            return Err(truncated(length.saturating_add((HEADER + CHECKSUM) as u64)));
+        }
+        let (content, checksum) = rest.split_at(rest.len() - CHECKSUM);
+        let (found, computed) = (number(checksum) as u32, crc32fast::hash(&bytes[..bytes.len() - CHECKSUM]));
+        if found != computed {
+            return Err(StateError::Damaged { found, computed });
+        }
+        let mut input = Decoder::new(content);
+        let recordings = BTreeMap::decode(&mut input)?;
+        imu_noise::check_encoded(input.left() == 0)?;
+        Ok(Self { recordings })
+    }
+}
+
+/// What was written is read: `None` for sums that no measurement has.
+fn copy(analysis: &Analysis) -> Option<Analysis> {
+    let mut bytes = Vec::new();
+    analysis.encode(&mut bytes);
+    Analysis::decode(&mut Decoder::new(&bytes)).ok()
+}
+
+impl Recording {
+    fn join(&mut self) {
+        let mut joined: Vec<Analysis> = Vec::with_capacity(self.pieces.len());
+        for piece in std::mem::take(&mut self.pieces) {
+            let continues = |last: &mut Analysis| last.end() == piece.start() && last.append_finished(&piece).is_ok();
+            if !joined.last_mut().is_some_and(continues) {
+                joined.push(piece);
+            }
+        }
+        self.pieces = joined;
+    }
+
+    fn merge(&mut self, name: &str, other: Self) -> Result<(), StateError> {
+        let recording = || name.to_owned();
+        if (self.started_ns, &self.error) != (other.started_ns, &other.error) {
+            return Err(StateError::OtherFacts { recording: recording() });
+        }
+        let layouts: Vec<_> = self.pieces.iter().chain(&other.pieces).filter_map(Analysis::layout).collect();
+        if layouts.windows(2).any(|pair| pair[0] != pair[1]) {
+            return Err(StateError::OtherMessage { recording: recording() });
+        }
+        self.pieces.extend(other.pieces);
+        self.pieces.sort_by_key(|piece| (piece.start().index, piece.end().index));
+        for pair in self.pieces.windows(2) {
+            let (start, end) = (pair[1].start().index, pair[1].end().index);
+            let is_twice = (pair[0].start().index, pair[0].end().index) == (start, end);
+            if start < pair[0].end().index || is_twice {
+                return Err(StateError::Overlap { recording: recording(), start, end });
+            }
+        }
+        Ok(())
+    }
+}
+
+imu_noise::encoded!(Recording { started_ns, error, pieces } if |recording| {
+    recording.pieces.windows(2).all(|pair| pair[0].end().index <= pair[1].start().index)
+});
+
+impl RecordedPieces<'_> {
+    /// Its sums, as of the undivided record; what lies between pieces is missing. `None` where it
+    /// could not be read.
+    ///
+    /// # Errors
+    /// Where its pieces do not belong together.
+    pub fn analysis(&self) -> Result<Option<Analysis>, NotAppended> {
+        let Some((first, others)) = self.pieces.split_first() else { return Ok(None) };
+        let Some(mut analysis) = copy(first) else { return Ok(None) };
+        for piece in others {
+            analysis.append_finished(piece)?;
+        }
+        Ok(Some(analysis))
+    }
+}

@@ -1,0 +1,174 @@
+//! Why a result is not whole, and what can be done, in the terms of the command line. The Python
+//! package includes this file: its exceptions have the same words, and its options the same names.
+
+use std::time::Duration;
+
+use vn100_analysis::{RateChange, Remedy, Setting, Snapshot};
+use vn100_capture::{BagError, MapHint, OpenError};
+use vn100_pipeline::{EndReason, NO_MEASUREMENT_AFTER, SessionResult, Shortfall, StartError};
+use vn100_report::numbers::plain::{tau, time};
+
+/// The text, with the source it is about before it where it does not name that itself.
+pub(crate) fn about(name: &str, text: &str) -> String {
+    let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
+    if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
+}
+
+/// Why the result of that source is not whole; `None` where it is.
+pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option<String> {
+    const LOST: &str =
+        ", as after a restart that lost settings that were not saved; the result holds what came before. ";
+    match reason {
+        EndReason::NotStarted(error) => Some(not_started(name, error)),
+        EndReason::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
+            // no sensor was found: nothing was cut short
+            0 => about(name, &error.to_string()),
+            bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
+        }),
+        EndReason::OtherMessages { message, other, rate_hz } => {
+            let instead = other.map_or("binary packets".into(), |other| format!("other messages, such as {other}"));
+            let rate = rate_hz.map_or(String::new(), |hz| format!(" --set-rate {hz}"));
+            let seconds = NO_MEASUREMENT_AFTER.as_secs();
+            Some(format!(
+                "{name}: no {message} has arrived for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
+                 restores it; --save keeps it"
+            ))
+        }
+        EndReason::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
+            "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` restores it; --save \
+             keeps it"
+        )),
+        EndReason::SourceEnded
+        | EndReason::DurationReached
+        | EndReason::GoalsDecided
+        | EndReason::Stopped
+        | EndReason::NoMeasurement
+        | EndReason::GaveUp { .. }
+        | EndReason::WallTime(_) => None,
+    }
+}
+
+/// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
+/// it is not.
+pub(crate) fn ended_early(result: &SessionResult) -> Option<(String, String)> {
+    let (data, wanted) = match &result.shortfall {
+        Some(Shortfall { wanted, measured }) => (*measured, format!(" of the {} asked for", seconds(*wanted))),
+        None => (Duration::from_secs_f64(result.snapshot.timing.duration_s()), String::new()),
+    };
+    let why = match &*result.end {
+        // nothing of it was measured
+        EndReason::NotStarted(_) => return None,
+        EndReason::GaveUp { after, .. } => format!("no sample came for {}", seconds(*after)),
+        // what is unmet is said by itself
+        EndReason::WallTime(_) if result.shortfall.is_none() && !result.unmet.is_empty() => return None,
+        EndReason::WallTime(wall) => format!("the wall time of {} is over", seconds(*wall)),
+        _ if result.shortfall.is_none() => return None,
+        EndReason::Stopped => "it was stopped".into(),
+        EndReason::SourceEnded => "the data ended".into(),
+        _ => "the measurement ended".into(),
+    };
+    let details = match &*result.end {
+        EndReason::GaveUp { cause: Some(cause), .. } => format!("The link is down: {cause}"),
+        _ => String::new(),
+    };
+    Some((format!("{why} after {} of data{wanted}", seconds(data)), details))
+}
+
+/// To a tenth of a second where that is worth reading.
+fn seconds(duration: Duration) -> String {
+    match duration.as_secs_f64() {
+        whole @ 60.0.. => time(whole),
+        part => format!("{} s", tau((part * 10.0).round() / 10.0)),
+    }
+}
+
+fn not_started(name: &str, error: &StartError) -> String {
+    let text = chain(error);
+    match error {
+        // the error names its file
+        StartError::Capture(error) => format!("{text}{}", remedy(error)),
+        StartError::RateUnknown { refusal } => {
+            let times = if refusal.is_some() { "a better one" } else { "one" };
+            about(
+                name,
+                &format!(
+                    "{text}; give it with --rate HZ, or name the column of its times, where it has {times}, as in --columns t=NAME:s"
+                ),
+            )
+        }
+        _ => about(name, &text),
+    }
+}
+
+/// The option that would make the capture readable.
+fn remedy(error: &OpenError) -> String {
+    let hint = match error {
+        OpenError::Csv { problem, .. } => problem.hint(),
+        OpenError::Bag { problem, .. } => return bag_remedy(problem).into(),
+        _ => None,
+    };
+    match hint {
+        Some(MapHint::Columns(map)) => {
+            format!(
+                "; if this fits, with the units checked, give --columns '{map}' (vn100 replay --help lists channels, units and forms of time)"
+            )
+        }
+        Some(MapHint::DateOrder(map)) => format!("; name the order, as in --columns {map} (or mdy)"),
+        Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
+        None => String::new(),
+    }
+}
+
+/// The option that would make a topic of the bag readable; on a line of its own behind a list.
+const fn bag_remedy(problem: &BagError) -> &'static str {
+    match problem {
+        BagError::SeveralTopics { .. } => "\nName one of them with --topic",
+        BagError::NoTopic { topics, .. } if !topics.is_empty() => "\nName one of them with --topic",
+        BagError::NoSensor { .. } => {
+            "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns"
+        }
+        BagError::NotOfSensor { .. } => {
+            "; if some are those of a sensor, name them with --columns, as in gyro_x=PATH:rad/s,accel_x=PATH:m/s^2"
+        }
+        _ => "",
+    }
+}
+
+/// An error with all its causes.
+pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}
+
+/// The option or the command.
+pub(crate) fn remedy_words(remedy: &Remedy) -> String {
+    let setting = |setting: &Setting| match setting {
+        Setting::Message(header) => format!("PORT --set-message {header}"),
+        Setting::Window(refreshes) => format!("PORT --window {refreshes}"),
+    };
+    match remedy {
+        Remedy::GiveRate(None) => "--rate".into(),
+        Remedy::GiveRate(Some(hz)) => format!("--rate {hz:.4}"),
+        Remedy::Skip(None) => "--skip".into(),
+        Remedy::Skip(Some(minutes)) => format!("--skip {minutes}min"),
+        Remedy::EndEarlier => "--duration".into(),
+        Remedy::AcceptUnchecked => "--accept-unchecked".into(),
+        Remedy::MapColumns => "--columns".into(),
+        Remedy::SayCompensated => "--compensated".into(),
+        Remedy::GiveDatasheet => "--datasheet".into(),
+        Remedy::GiveWindow => "--window".into(),
+        Remedy::MeasurePackets => "--measure packets".into(),
+        Remedy::TypicalIsLimit => "--typical-is-limit".into(),
+        Remedy::Configure(what) => format!("vn100 configure {}", setting(what)),
+        Remedy::MeasureWith(what) => format!("vn100 attach {}", setting(what)),
+        Remedy::MeasureLive => "`vn100 attach`".into(),
+        Remedy::ReadTemperature => "vn100 attach --temperature".into(),
+        Remedy::RemoveTemperature => "--detrend temperature".into(),
+        Remedy::Record => "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml".into(),
+        Remedy::Plan => "vn100 plan".into(),
+        Remedy::ExportKalibr => "--export kalibr".into(),
+        Remedy::SayStayedOn => "`vn100 compare --stayed-on`".into(),
+        // one that is new there has no option here yet
+        other => other.to_string(),
+    }
+}

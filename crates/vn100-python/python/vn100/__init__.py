@@ -1,0 +1,29 @@
+"""Noise of inertial sensors from captures and arrays: Allan deviation with
+intervals, N, B and K with a status, spectra, warnings; states that merge.
+
+Sums are exact integers: the same samples give the same bits, however they were
+divided. The document of a result (``to_dict``) is that of ``vn100 replay --json``.
+"""
+
+from ._analyzer import Analyzer
+from ._deviations import adev, hdev, oadev, ohdev
+from ._result import Channel, Curve, Noise, Parameter, Result, replay
+from ._rows import rows
+from ._vn100 import CaptureError, State
+
+__all__ = [
+    "Analyzer",
+    "CaptureError",
+    "Channel",
+    "Curve",
+    "Noise",
+    "Parameter",
+    "Result",
+    "State",
+    "adev",
+    "hdev",
+    "oadev",
+    "ohdev",
+    "replay",
+    "rows",
+]

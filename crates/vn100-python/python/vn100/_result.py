@@ -1,0 +1,250 @@
+"""Results: documents of the program as objects and arrays."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _vn100
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A noise parameter, in SI units.
+
+    ``value`` is ``None`` unless it is estimated; where it is only bounded,
+    ``upper`` is the bound. Nothing is ever guessed: see ``status``.
+    """
+
+    status: Literal["estimated", "bounded", "not-observable", "not-measurable", "model-rejected"]
+    value: float | None
+    lower: float | None
+    upper: float | None
+    unit: str
+
+    @classmethod
+    def _of(cls, found: dict[str, Any]) -> Parameter:
+        return cls(*(found[name] for name in ("status", "value", "lower", "upper", "unit")))
+
+    def __str__(self) -> str:
+        if self.value is not None:
+            ends = f"{_short(self.lower)} to {_short(self.upper)}"
+            return f"{_short(self.value)} {self.unit} ({ends})"
+        if self.status == "bounded" and self.upper is not None:
+            return f"<= {_short(self.upper)} {self.unit}"
+        return self.status
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The noise model of a channel: white noise N, bias instability B, rate random
+    walk K, ramp R (IEEE Std 952), and how well it fits the curve.
+
+    ``chi2``, ``dof`` and ``p`` are ``None`` where nothing was fitted.
+    """
+
+    white: Parameter | None
+    bias_instability: Parameter | None
+    rate_random_walk: Parameter | None
+    rate_ramp: Parameter | None
+    quantization: Parameter | None
+    chi2: float | None
+    dof: int | None
+    p: float | None
+
+    @classmethod
+    def _of(cls, noise: dict[str, Any]) -> Noise:
+        def of(term: str) -> Parameter | None:
+            return Parameter._of(noise[term]) if noise[term] else None
+
+        fit = noise["fit"] or {}
+        return cls(
+            white=of("white"),
+            bias_instability=of("bias_instability"),
+            rate_random_walk=of("rate_random_walk"),
+            rate_ramp=of("rate_ramp"),
+            quantization=of("quantization"),
+            chi2=fit.get("chi2"),
+            dof=fit.get("dof"),
+            p=fit.get("p"),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The Allan or Hadamard deviation over averaging time, octave by octave.
+
+    All arrays have the shape ``(octaves,)``. ``deviation``, ``lower`` and
+    ``upper`` are in ``unit``; NaN where a number is not known, as are intervals
+    below two degrees of freedom. The interval rests on the equivalent degrees of
+    freedom of the noise identified at each octave (NIST SP 1065), and holds for
+    one octave at a time. ``alpha`` is the exponent of that noise, 127 for unknown.
+    """
+
+    unit: str
+    kind: str
+    estimator: str
+    confidence: float
+    m: NDArray[np.uint64]
+    tau: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    edf: NDArray[np.float64]
+    alpha: NDArray[np.int8]
+    terms: NDArray[np.uint64]
+
+    @classmethod
+    def _of(cls, channel: dict[str, Any]) -> Curve:
+        allan = channel["allan"]
+
+        def column(name: str) -> NDArray[np.float64]:
+            return np.array([np.nan if p[name] is None else p[name] for p in allan["points"]], np.float64)
+
+        points = allan["points"]
+        return cls(
+            unit=channel["unit"],
+            kind=allan["deviation"],
+            estimator=allan["estimator"],
+            confidence=allan["confidence"],
+            m=np.array([p["m"] for p in points], np.uint64),
+            tau=column("tau_s"),
+            deviation=column("deviation"),
+            lower=column("lower"),
+            upper=column("upper"),
+            edf=column("edf"),
+            alpha=np.array([127 if p["alpha"] is None else p["alpha"] for p in points], np.int8),
+            terms=np.array([p["terms"] for p in points], np.uint64),
+        )
+
+    def plot(self, ax: Axes | None = None, label: str | None = None) -> Axes:
+        """Draws the curve and its intervals on matplotlib axes, new ones by default.
+
+        Needs matplotlib: ``pip install vn100[plot]``.
+        """
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            _, ax = plt.subplots()
+        (line,) = ax.loglog(self.tau, self.deviation, marker=".", label=label)
+        ax.fill_between(self.tau, self.lower, self.upper, color=line.get_color(), alpha=0.25, linewidth=0)
+        ax.set_xlabel("averaging time in s")
+        ax.set_ylabel(f"{self.kind} deviation" + (f" in {self.unit}" if self.unit else ""))
+        ax.grid(True, which="both", alpha=0.3)
+        if label is not None:
+            ax.legend()
+        return ax
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel: statistics in its unit, curve, noise model, spectrum.
+
+    ``frequency`` (Hz) and ``density`` (unit²/Hz, one-sided, Welch's method) have the
+    same shape, and none points without a spectrum.
+    """
+
+    name: str
+    unit: str
+    count: int
+    mean: float | None
+    std: float | None
+    curve: Curve
+    noise: Noise | None
+    frequency: NDArray[np.float64]
+    density: NDArray[np.float64]
+
+    @classmethod
+    def _of(cls, channel: dict[str, Any]) -> Channel:
+        statistics, spectrum = channel["statistics"], channel["spectrum"] or {}
+        density = np.array(spectrum.get("density", []), np.float64)
+        return cls(
+            name=channel["name"],
+            unit=channel["unit"],
+            count=statistics["count"],
+            mean=statistics["mean"],
+            std=statistics["std"],
+            curve=Curve._of(channel),
+            noise=Noise._of(channel["noise"]) if channel["noise"] else None,
+            frequency=(spectrum.get("step_hz") or 0.0) * np.arange(1, len(density) + 1, dtype=np.float64),
+            density=density,
+        )
+
+
+class Result:
+    """The result of a capture, or of the arrays of an :class:`Analyzer`.
+
+    ``channels`` maps names to :class:`Channel`; ``warnings`` are what limits the
+    result, the gravest first; ``error`` says why a capture was not read to its end.
+    """
+
+    def __init__(self, document: dict[str, Any]) -> None:
+        self._document = document
+        self.channels: Mapping[str, Channel] = {c["name"]: Channel._of(c) for c in document["channels"]}
+        self.warnings: list[str] = [warning["text"] for warning in document["warnings"]]
+        self.name: str = document["source"]["name"]
+        self.error: str | None = document["source"].get("error")
+        self.rate: float = document["timing"]["rate_hz"]
+        self.samples: int = document["timing"]["samples"]
+        self.missing: int = document["timing"]["missing"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document ``vn100.analysis/1``, as ``vn100 replay --json`` prints it."""
+        return self._document
+
+    def __repr__(self) -> str:
+        return f"<vn100.Result {self.name}: {self.samples} samples at {self.rate:g} Hz, {len(self.channels)} channels>"
+
+    def plot(self, *names: str, ax: Axes | None = None) -> Axes:
+        """Draws the curves of these channels, of all by default."""
+        for name in names or self.channels:
+            ax = self.channels[name].curve.plot(ax, label=name)
+        if ax is None:
+            raise ValueError("the result has no channel to draw")
+        return ax
+
+    def _repr_html_(self) -> str:
+        cells = [
+            (c.name, _text(c.noise, "white"), _text(c.noise, "bias_instability"), _text(c.noise, "rate_random_walk"))
+            for c in self.channels.values()
+        ]
+        head = "".join(f"<th>{h}</th>" for h in ("channel", "N", "B", "K"))
+        rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in cells)
+        notes = "".join(f"<li>{html.escape(warning)}</li>" for warning in self.warnings)
+        title = html.escape(repr(self).strip("<>"))
+        return f"<p>{title}</p><table><tr>{head}</tr>{rows}</table><ul>{notes}</ul>"
+
+
+def _text(noise: Noise | None, term: str) -> str:
+    found = getattr(noise, term) if noise else None
+    return str(found) if found else ""
+
+
+def _short(value: float | None) -> str:
+    return "?" if value is None else f"{value:.3g}"
+
+
+def replay(path: str | os.PathLike[str], **options: Any) -> Result | list[Result]:
+    """Measures a recorded capture: text, raw bytes, CSV, MCAP, ROS bags, also packed.
+
+    Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
+    ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds),
+    ``detrend``, ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
+    ``accept_unchecked``, ``measure``, ``filter_models``. A capture with several
+    streams gives a list. Other threads run meanwhile, and Ctrl-C ends it.
+
+    Raises :exc:`FileNotFoundError` or :exc:`CaptureError` where nothing could be
+    measured, :exc:`ValueError` and :exc:`TypeError` for options.
+    """
+    found = [Result(json.loads(document)) for document in _vn100.replay(os.fspath(path), **options)]
+    return found[0] if len(found) == 1 else found

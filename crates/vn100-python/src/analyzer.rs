@@ -1,0 +1,235 @@
+//! The sums of arrays: what `Analyzer` accumulates.
+
+use std::sync::Arc;
+
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::{exceptions::PyValueError, prelude::*};
+use vn100_analysis::{Analysis, Assessment, PieceStart, Settings, SourceFacts};
+use vn100_protocol::stream::{AbsentCell, Batch};
+use vn100_protocol::{Channel, Layout, Quantity};
+use vn100_report::Measured;
+
+use crate::{measured, options, state::State};
+
+/// Rows that are taken at a time, between looks at signals, while the interpreter is free.
+const BLOCK: usize = 1 << 16;
+
+/// 1.5 · 2^52: added to a float below 2^31, it leaves the nearest integer in the low bits.
+const SHIFTER: f64 = 6_755_399_441_055_744.0;
+
+/// Binary digits of the largest magnitude of the first rows; three are left for what comes later.
+const DIGITS: i32 = 28;
+
+/// Streaming, exact sums over the channels of arrays.
+#[pyclass(module = "vn100")]
+pub(crate) struct Sums {
+    channels: Vec<(String, Quantity, String)>,
+    /// What a count is worth; `None` until the first rows.
+    steps: Option<Vec<f64>>,
+    layout: Option<Arc<Layout>>,
+    analysis: Analysis,
+    confidence: f64,
+}
+
+/// By the first word of the name.
+fn quantity(name: &str) -> (Quantity, &'static str) {
+    let prefixes = [
+        ("gyro", Quantity::AngularRate, "rad/s"),
+        ("accel", Quantity::Acceleration, "m/s^2"),
+        ("mag", Quantity::MagneticField, "gauss"),
+    ];
+    let found = prefixes.into_iter().find(|(prefix, ..)| name.split('_').next() == Some(prefix));
+    found.map_or((Quantity::Value, ""), |(_, quantity, unit)| (quantity, unit))
+}
+
+#[pymethods]
+impl Sums {
+    #[new]
+    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, start, samples_before))]
+    #[expect(clippy::too_many_arguments, reason = "the Python class around it names and documents them")]
+    fn new(
+        channels: Vec<String>,
+        rate: f64,
+        resolution: Option<Vec<f64>>,
+        estimator: &str,
+        deviation: &str,
+        confidence: f64,
+        start: u64,
+        samples_before: u64,
+    ) -> PyResult<Self> {
+        if channels.is_empty() {
+            return Err(PyValueError::new_err("name a channel at least, as in channels=[\"gyro_x\"]"));
+        }
+        if let Some(name) = channels.iter().enumerate().find(|(place, name)| channels[..*place].contains(name)) {
+            return Err(PyValueError::new_err(format!("the channel {} is named twice", name.1)));
+        }
+        if let Some(steps) = &resolution
+            && (steps.len() != channels.len() || steps.iter().any(|step| !(step.is_finite() && *step > 0.0)))
+        {
+            return Err(PyValueError::new_err("resolution: one number above 0 for each channel"));
+        }
+        let settings = Settings {
+            rate_hz: Some(options::rate(rate)?),
+            estimator: options::estimator(estimator)?,
+            deviation: options::deviation(deviation)?,
+            confidence: options::confidence(confidence)?,
+            ..Settings::default()
+        };
+        let start = PieceStart { index: start, places: start, samples: samples_before };
+        let named = |name: String| {
+            let (quantity, unit) = quantity(&name);
+            (name, quantity, unit.to_owned())
+        };
+        Ok(Self {
+            channels: channels.into_iter().map(named).collect(),
+            steps: resolution,
+            layout: None,
+            analysis: Analysis::new(settings).starting_at(start),
+            confidence,
+        })
+    }
+
+    /// Rows in time order, of as many numbers as there are channels; NaN for what is missing.
+    fn push(&mut self, py: Python<'_>, rows: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let width = self.channels.len();
+        if rows.shape()[1] != width {
+            let text = format!("rows have {} numbers, and there are {width} channels", rows.shape()[1]);
+            return Err(PyValueError::new_err(text));
+        }
+        let values = rows.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
+        if values.is_empty() {
+            return Ok(());
+        }
+        let layout = match &self.layout {
+            Some(layout) => Arc::clone(layout),
+            None => self.begin(values),
+        };
+        for block in values.chunks(BLOCK * width) {
+            py.detach(|| self.absorb(&layout, block)).map_err(PyValueError::new_err)?;
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
+    /// Rows are missing here; `None` for an unknown number.
+    #[pyo3(signature = (missing))]
+    fn gap(&mut self, missing: Option<u64>) {
+        self.analysis.gap(missing);
+    }
+
+    #[getter]
+    fn samples(&self) -> u64 {
+        self.analysis.timing().samples
+    }
+
+    /// The document `vn100.analysis/1`.
+    fn document(&mut self, py: Python<'_>) -> PyResult<String> {
+        let evaluation = measured::evaluation(false)?;
+        let measured = py.detach(|| {
+            let snapshot = self.analysis.final_snapshot();
+            let assessment = Assessment::new(&snapshot, self.confidence);
+            let facts = SourceFacts { name: "array".into(), ..SourceFacts::default() };
+            evaluation.complete(Measured::so_far(facts, snapshot.into(), assessment))
+        });
+        measured::document(&measured)
+    }
+
+    /// Of what was pushed so far, as a recording of this name or a piece of it.
+    fn state(&mut self, py: Python<'_>, name: &str) -> State {
+        py.detach(|| State::of(&vn100_analysis::State::of(name, None, &mut self.analysis)))
+    }
+}
+
+impl Sums {
+    /// The first rows decide what a count is worth, where that is not given.
+    fn begin(&mut self, values: &[f64]) -> Arc<Layout> {
+        let width = self.channels.len();
+        let steps = self.steps.get_or_insert_with(|| {
+            (0..width).map(|place| step(values.iter().skip(place).step_by(width), DIGITS)).collect()
+        });
+        let channels = self.channels.iter().zip(steps).map(|((name, quantity, unit), step)| Channel {
+            name: name.clone().into(),
+            quantity: *quantity,
+            unit: unit.clone().into(),
+            decimals: 0,
+            scale: *step,
+            limit_counts: i32::MAX,
+            refresh_hz: None,
+            increment_step: None,
+        });
+        let layout =
+            Layout { message: "array".into(), compensated: None, channels: channels.collect::<Vec<_>>().into() };
+        Arc::clone(self.layout.insert(Arc::new(layout)))
+    }
+
+    fn absorb(&mut self, layout: &Arc<Layout>, values: &[f64]) -> Result<(), String> {
+        let width = layout.channels.len();
+        let scales: Vec<f64> = layout.channels.iter().map(|channel| 1.0 / channel.scale).collect();
+        let mut counts = vec![0; values.len()];
+        let mut is_plain = true;
+        for (row, out) in values.chunks_exact(width).zip(counts.chunks_exact_mut(width)) {
+            for ((value, scale), count) in row.iter().zip(&scales).zip(out) {
+                let scaled = value * scale;
+                is_plain &= scaled.abs() < 2_147_483_647.0;
+                *count = (scaled + SHIFTER).to_bits() as i32;
+            }
+        }
+        if is_plain {
+            self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), counts, ..Batch::default() });
+            return Ok(());
+        }
+        self.absorb_with_missing(layout, values, &scales, &counts)
+    }
+
+    /// A row without any number is missing; of others the numbers that are none.
+    fn absorb_with_missing(
+        &mut self,
+        layout: &Arc<Layout>,
+        values: &[f64],
+        scales: &[f64],
+        counts: &[i32],
+    ) -> Result<(), String> {
+        let width = layout.channels.len();
+        let beyond = |(place, value): (usize, &f64)| {
+            let scaled = (value * scales[place % width]).abs();
+            (scaled >= 2_147_483_647.0).then_some((place, *value))
+        };
+        if let Some((place, value)) = values.iter().enumerate().find_map(beyond) {
+            let channel = &layout.channels[place % width];
+            let most = channel.scale * 2_147_483_647.0;
+            return Err(format!(
+                "{}: {value} in row {} is beyond ±{most:.4e}, the range of 32 bits at a resolution of {:e}: give resolution",
+                channel.name,
+                place / width,
+                channel.scale
+            ));
+        }
+        let is_missing = |row: &[f64]| row.iter().all(|value| value.is_nan());
+        let mut rows = values.chunks_exact(width).zip(counts.chunks_exact(width)).peekable();
+        while let Some((row, _)) = rows.peek() {
+            if is_missing(row) {
+                let mut missing = 0;
+                while rows.next_if(|(row, _)| is_missing(row)).is_some() {
+                    missing += 1;
+                }
+                self.analysis.gap(Some(missing));
+                continue;
+            }
+            let mut batch = Batch { layout: Some(Arc::clone(layout)), ..Batch::default() };
+            while let Some((row, counts)) = rows.next_if(|(row, _)| !is_missing(row)) {
+                let place = batch.counts.len() / width;
+                let absent = row.iter().enumerate().filter(|(_, value)| value.is_nan());
+                batch.absent.extend(absent.map(|(channel, _)| AbsentCell { row: place, channel }));
+                batch.counts.extend_from_slice(counts);
+            }
+            self.analysis.absorb(&batch);
+        }
+        Ok(())
+    }
+}
+
+/// A power of two by which the largest magnitude has so many binary digits.
+fn step<'a>(values: impl Iterator<Item = &'a f64>, digits: i32) -> f64 {
+    let most = values.filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
+    if most > 0.0 { 2_f64.powi((most.log2().floor() as i32 + 1 - digits).max(-1000)) } else { 1.0 }
+}

@@ -1,0 +1,189 @@
+//! The deviations of whole arrays at any averaging factors, as allantools has them.
+
+use std::thread;
+
+use numpy::PyReadonlyArray1;
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+/// Windows of all factors that begin in as many places are summed before the next ones: the places
+/// stay in the cache.
+const TILE: usize = 1 << 14;
+
+/// Independent partial sums, so that additions neither wait for each other nor stay scalar.
+const LANES: usize = 8;
+
+/// Integers below are exact as floats, and so are the differences of windows.
+const EXACT: f64 = (1_u64 << 51) as f64;
+
+/// 1.5 · 2^52: added to a float below 2^51 and taken off again, it leaves the nearest integer, as
+/// vector instructions of any processor can.
+const SHIFTER: f64 = 6_755_399_441_055_744.0;
+
+/// Binary digits of rates at most.
+const DIGITS: i32 = 36;
+
+/// Root of the mean square of the differences of windows over m, and their number, at each factor
+/// m; 0 where there is no window. Phase, or rates that are summed here.
+///
+/// Values are taken as integers of a power of two, for rates at most 2^-36 of the largest: phases
+/// and integers are exact up to 2^51. Only the sums of squares are rounded, by less than 1e-13.
+#[pyfunction]
+pub(crate) fn deviations(
+    py: Python<'_>,
+    data: PyReadonlyArray1<'_, f64>,
+    is_phase: bool,
+    hadamard: bool,
+    overlapping: bool,
+    factors: Vec<usize>,
+) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let data = data.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
+    if data.iter().any(|value| !value.is_finite()) {
+        return Err(PyValueError::new_err(
+            "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
+        ));
+    }
+    let (phase, step) = py.detach(|| if is_phase { of_phase(data) } else { of_rates(data) });
+    py.check_signals()?;
+    let order = if hadamard { 3 } else { 2 };
+    let sums = py.detach(|| {
+        if overlapping {
+            overlapped(&phase, order, &factors)
+        } else {
+            factors.iter().map(|m| adjacent(&phase, order, *m)).collect()
+        }
+    });
+    py.check_signals()?;
+    let divisor = if hadamard { 6.0 } else { 2.0 };
+    let of = |((sum, windows), m): (&(f64, usize), &usize)| {
+        let root = (sum / (divisor * (*windows).max(1) as f64)).sqrt() * step;
+        (root / *m as f64, *windows)
+    };
+    Ok(sums.iter().zip(&factors).map(of).unzip())
+}
+
+/// Of a number below 2^51.
+#[inline]
+fn rounded(value: f64) -> f64 {
+    (value + SHIFTER) - SHIFTER
+}
+
+/// The power of two by which a magnitude has so many binary digits.
+fn step(most: f64, digits: i32) -> f64 {
+    if most > 0.0 { 2_f64.powi((most.log2().floor() as i32 + 1 - digits).max(-1000)) } else { 1.0 }
+}
+
+fn of_phase(data: &[f64]) -> (Vec<f64>, f64) {
+    let first = data.first().copied().unwrap_or(0.0);
+    let most = data.iter().fold(0.0_f64, |most, value| most.max((value - first).abs()));
+    // whole numbers stay whole
+    let step = step(most, EXACT.log2() as i32).min(1.0);
+    let step = if most / step < EXACT { step } else { self::step(most, EXACT.log2() as i32) };
+    let scale = 1.0 / step;
+    (data.iter().map(|value| rounded((value - first) * scale)).collect(), step)
+}
+
+/// The sums of the rates less the integer nearest their mean: as short as they can be.
+fn of_rates(data: &[f64]) -> (Vec<f64>, f64) {
+    let mean = data.iter().sum::<f64>() / data.len().max(1) as f64;
+    let most = data.iter().fold(0.0_f64, |most, value| most.max((value - mean).abs()));
+    for digits in (1..=DIGITS).rev() {
+        let step = step(most, digits);
+        let (offset, scale) = ((mean / step).round_ties_even(), 1.0 / step);
+        // beyond, a rate is no exact number of steps
+        if offset.abs() + most * scale >= EXACT {
+            continue;
+        }
+        let mut phase = Vec::with_capacity(data.len() + 1);
+        let (mut sum, mut farthest) = (0.0_f64, 0.0_f64);
+        phase.push(0.0);
+        for rate in data {
+            sum += rounded(rate * scale) - offset;
+            farthest = farthest.max(sum.abs());
+            phase.push(sum);
+        }
+        if farthest < EXACT / 4.0 {
+            return (phase, step);
+        }
+    }
+    (vec![0.0; data.len() + 1], 1.0)
+}
+
+/// Sums of squares over all windows, and their number.
+fn overlapped(phase: &[f64], order: usize, factors: &[usize]) -> Vec<(f64, usize)> {
+    let windows: Vec<usize> = factors.iter().map(|m| phase.len().saturating_sub(order * m)).collect();
+    let tiles = phase.len().div_ceil(TILE);
+    // of each tile by itself: the sums do not depend on the threads
+    let mut sums = vec![0.0; tiles * factors.len()];
+    let threads = thread::available_parallelism().map_or(1, Into::into).min(tiles.max(1));
+    let share = tiles.div_ceil(threads).max(1);
+    thread::scope(|scope| {
+        for (part, sums) in sums.chunks_mut(share * factors.len().max(1)).enumerate() {
+            let windows = &windows;
+            scope.spawn(move || {
+                for (tile, sums) in sums.chunks_mut(factors.len().max(1)).enumerate() {
+                    let begin = (part * share + tile) * TILE;
+                    for ((sum, m), windows) in sums.iter_mut().zip(factors).zip(windows) {
+                        let end = (begin + TILE).min(*windows);
+                        if begin < end {
+                            *sum = squares(phase, order, *m, begin, end - begin);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let sum = |place: usize| sums.iter().skip(place).step_by(factors.len()).sum();
+    windows.iter().enumerate().map(|(place, windows)| (sum(place), *windows)).collect()
+}
+
+/// Of the windows that begin at a multiple of m.
+fn adjacent(phase: &[f64], order: usize, m: usize) -> (f64, usize) {
+    let ends: Vec<f64> = phase.iter().step_by(m.max(1)).copied().collect();
+    let windows = ends.len().saturating_sub(order);
+    (squares(&ends, order, 1, 0, windows), windows)
+}
+
+fn squares(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
+    if windows == 0 {
+        return 0.0;
+    }
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has what the function is compiled for.
+        return unsafe { squares_in_avx2(phase, order, m, begin, windows) };
+    }
+    squares_in_lanes(phase, order, m, begin, windows)
+}
+
+/// The same bits, twice as fast.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn squares_in_avx2(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
+    squares_in_lanes(phase, order, m, begin, windows)
+}
+
+#[inline(always)]
+fn squares_in_lanes(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
+    let points = |lag: usize| &phase[begin + lag * m..][..windows];
+    match order {
+        2 => lane_sum([points(0), points(1), points(2)], |[p0, p1, p2]| (p2 - p1) - (p1 - p0)),
+        _ => lane_sum([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
+            (p3 - p2) - (p2 - p1) - ((p2 - p1) - (p1 - p0))
+        }),
+    }
+}
+
+#[inline(always)]
+fn lane_sum<const S: usize>(slices: [&[f64]; S], z: impl Fn([f64; S]) -> f64) -> f64 {
+    let chunks = slices.map(|slice| slice.as_chunks::<LANES>());
+    let mut lanes = [0.0_f64; LANES];
+    for chunk in 0..chunks[0].0.len() {
+        let chunk = chunks.map(|(whole, _)| &whole[chunk]);
+        for (lane, sum) in lanes.iter_mut().enumerate() {
+            let z = z(chunk.map(|values| values[lane]));
+            *sum += z * z;
+        }
+    }
+    let rest: f64 = (0..chunks[0].1.len()).map(|place| z(chunks.map(|(_, rest)| rest[place])).powi(2)).sum();
+    lanes.iter().sum::<f64>() + rest
+}

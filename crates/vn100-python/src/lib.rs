@@ -1,0 +1,32 @@
+//! The compiled part of the Python package `vn100`. It takes paths, arrays and options, and gives
+//! the documents of the command line; classes around these are in `python/vn100/`.
+
+mod analyzer;
+mod deviations;
+#[path = "../../vn100-cli/src/words/ended.rs"]
+#[allow(dead_code, reason = "shared with the command line, which uses all of it")]
+mod ended;
+mod measured;
+mod options;
+mod rows;
+mod sessions;
+mod state;
+
+use pyo3::prelude::*;
+
+/// The compiled part of the package.
+#[pymodule]
+mod _vn100 {
+    #[pymodule_export]
+    use super::analyzer::Sums;
+    #[pymodule_export]
+    use super::deviations::deviations;
+    #[pymodule_export]
+    use super::measured::CaptureError;
+    #[pymodule_export]
+    use super::rows::Rows;
+    #[pymodule_export]
+    use super::sessions::replay;
+    #[pymodule_export]
+    use super::state::State;
+}

@@ -1,0 +1,95 @@
+"""Arrays as they come."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+import vn100
+
+
+def test_numbers_are_those_of_the_overlapping_deviation(noise):
+    analyzer = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1e-6, estimator="full")
+    analyzer.push(1e-6 * noise)
+    curve = analyzer.curve("gyro_x")
+    taus, deviations, _, ns = vn100.oadev(1e-6 * noise, rate=40.0, data_type="freq")
+    np.testing.assert_allclose(curve.deviation[: len(taus)], deviations, rtol=1e-9)
+    np.testing.assert_array_equal(curve.tau[: len(taus)], taus)
+    np.testing.assert_array_equal(curve.terms[: len(ns)], ns)
+    known = ~np.isnan(curve.edf)
+    assert curve.unit == "rad/s" and known[0] and not known[-1]
+    assert (curve.lower[known] < curve.deviation[known]).all() and (curve.deviation[known] < curve.upper[known]).all()
+
+
+def test_white_noise_is_found():
+    random = np.random.default_rng(1)
+    analyzer = vn100.Analyzer(["accel_x", "temperature"], rate=100.0)
+    rows = np.column_stack([9.81 + 1e-3 * random.standard_normal(200_000), 20 + random.standard_normal(200_000)])
+    for block in np.array_split(rows, 17):
+        analyzer.push(block)
+    white = analyzer.noise("accel_x").white
+    assert white.status == "estimated" and white.lower < 1e-4 < white.upper
+    assert abs(white.value / 1e-4 - 1) < 0.02
+    assert analyzer.noise("temperature") is None and analyzer.samples == 200_000
+    spectrum = analyzer.result().channels["accel_x"]
+    assert abs(np.median(spectrum.density) / 2e-8 - 1) < 0.1 and spectrum.frequency[-1] == 50.0
+
+
+def test_the_division_of_rows_changes_no_bit(noise):
+    rows = np.column_stack([noise, noise[::-1]]).astype(float)
+    documents = []
+    for parts in (1, 3, 50):
+        analyzer = vn100.Analyzer(["gyro_x", "other"], rate=40.0, resolution=[1.0, 1.0])
+        for block in np.array_split(rows, parts):
+            analyzer.push(block)
+        documents.append(json.dumps(analyzer.to_dict()))
+    assert documents[0] == documents[1] == documents[2]
+
+
+def test_missing_rows_are_counted_and_so_are_missing_numbers(noise):
+    rows = np.column_stack([noise, noise]).astype(float)
+    rows[100:110] = np.nan
+    rows[200, 1] = np.nan
+    analyzer = vn100.Analyzer(["gyro_x", "gyro_y"], rate=40.0, resolution=1.0)
+    analyzer.push(rows)
+    result = analyzer.result()
+    assert (result.samples, result.missing) == (4990, 10)
+    assert [result.channels[name].count for name in ("gyro_x", "gyro_y")] == [4990, 4989]
+    by_gap = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0)
+    by_gap.push(rows[:100, 0])
+    by_gap.gap(10)
+    by_gap.push(rows[110:, 0])
+    np.testing.assert_array_equal(by_gap.curve("gyro_x").deviation, result.channels["gyro_x"].curve.deviation)
+
+
+def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
+    whole = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0)
+    whole.push(noise)
+    expected = whole.state("run").documents()
+    pieces = []
+    for start, end in [(0, 1), (1, 1700), (1700, 1733), (1733, 5000)]:
+        piece = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start)
+        piece.push(noise[start:end])
+        pieces.append(pickle.loads(pickle.dumps(piece.state("run"))))
+    for order in [(0, 1, 2, 3), (3, 1, 0, 2), (2, 3, 0, 1)]:
+        merged = vn100.State.merged(*(pieces[place] for place in order))
+        assert merged.documents() == expected
+    with pytest.raises(ValueError, match="both states hold"):
+        vn100.State.merged(pieces[1], pieces[1])
+
+
+def test_what_cannot_be_given_is_said():
+    with pytest.raises(ValueError, match="twice"):
+        vn100.Analyzer(["a", "a"], rate=1.0)
+    with pytest.raises(ValueError, match="Hz"):
+        vn100.Analyzer(["a"], rate=0.0)
+    analyzer = vn100.Analyzer(["a", "b"], rate=1.0)
+    with pytest.raises(ValueError, match="2 channels"):
+        analyzer.push([1.0, 2.0, 3.0])
+    analyzer.push([[1.0, 1.0]])
+    with pytest.raises(ValueError, match="give resolution"):
+        analyzer.push([[1e9, 1.0]])
+    with pytest.raises(ValueError, match="give resolution"):
+        analyzer.push([[np.inf, 1.0]])
+    analyzer.push(np.empty((0, 2)))
+    assert analyzer.samples == 1

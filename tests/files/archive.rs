@@ -1,0 +1,107 @@
+//! Every capture below folders as one document.
+
+use std::{collections::BTreeSet, fs, path::Path, time::SystemTime};
+
+use serde_json::Value;
+
+use crate::support::{capture, document, replay, schema, vn100};
+
+/// Five recordings of one sensor, one of them louder, a broken file and one that is no capture.
+fn archive(folder: &Path) {
+    fs::create_dir_all(folder.join("in/deep")).unwrap();
+    for seed in ["1", "2", "3", "4", "5"] {
+        let place = if seed < "3" { "in/deep" } else { "in" };
+        let path = capture(
+            &folder.join(place),
+            &format!("{seed}.vnimu"),
+            &["--message", "VNIMU", "--seed", seed, "--duration", "60s"],
+        );
+        let mut text = fs::read_to_string(&path).unwrap();
+        let body = "VNRRG,03,0100012345";
+        let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+        text.push_str(&format!("${body}*{checksum:02X}\r\n"));
+        fs::write(&path, text).unwrap();
+    }
+    fs::write(folder.join("in/broken.vnymr"), "nothing of a sensor").unwrap();
+    fs::write(folder.join("in/notes.md"), "about them").unwrap();
+}
+
+fn run(folder: &Path, options: &[&str]) -> (Vec<u8>, i32, String) {
+    let output =
+        vn100().current_dir(folder).args(["archive", "in", "--rate", "40", "-q"]).args(options).output().unwrap();
+    (output.stdout, output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn each_recording_is_a_row_and_each_sensor_a_pool() {
+    let folder = tempfile::tempdir().unwrap();
+    archive(folder.path());
+    let (bytes, exit, said) = run(folder.path(), &[]);
+    assert_eq!(exit, 3, "a file held nothing: {said}");
+    let found: Value = serde_json::from_slice(&bytes).unwrap();
+    let mut seen = BTreeSet::new();
+    assert_eq!(schema::errors(&found, &mut seen), Vec::<String>::new());
+    let names: Vec<&str> =
+        found["recordings"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(
+        names,
+        ["in/3.vnimu", "in/4.vnimu", "in/5.vnimu", "in/broken.vnymr", "in/deep/1.vnimu", "in/deep/2.vnimu"]
+    );
+    let error = found["recordings"][3]["error"].as_str().unwrap();
+    assert!(error.contains("is not a capture") && said.contains(error), "{error}");
+    let sensors = found["sensors"].as_array().unwrap();
+    assert_eq!((sensors.len(), &sensors[0]["serial"]), (1, &"0100012345".into()));
+    assert_eq!(sensors[0]["recordings"].as_array().unwrap().len(), 5);
+    // a row says what the replay of the file says
+    let (single, _) = replay(&folder.path().join("in/4.vnimu"), &["--rate", "40"]);
+    let white = &single["channels"][6]["noise"]["white"];
+    let row = &found["recordings"][1]["channels"][6];
+    let found_white = row["noise"].as_array().unwrap().iter().find(|row| row["parameter"] == "white").unwrap();
+    assert_eq!(
+        [&found_white["value"], &found_white["lower"], &found_white["status"]],
+        [&white["value"], &white["lower"], &white["status"]]
+    );
+    assert_eq!(
+        (&row["mean"], &row["std"]),
+        (&single["channels"][6]["statistics"]["mean"], &single["channels"][6]["statistics"]["std"])
+    );
+    let (table, ..) = run(folder.path(), &["--csv"]);
+    let table = String::from_utf8(table).unwrap();
+    assert_eq!(table.lines().count(), 1 + 5 * 11 + 1);
+    assert!(table.lines().all(|line| line.starts_with("name,") || line.starts_with("in/")), "{table}");
+}
+
+#[test]
+fn unchanged_files_are_not_read_again_and_the_document_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    archive(folder.path());
+    let (first, ..) = run(folder.path(), &["--state", "kept"]);
+    assert_eq!(run(folder.path(), &[]).0, first);
+    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 6);
+    // another content of the same size and time: not read again
+    let path = folder.path().join("in/4.vnimu");
+    let (text, time) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
+    let set = |text: &[u8], time: SystemTime| {
+        fs::write(&path, text).unwrap();
+        fs::File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+    };
+    set(&vec![b'x'; text.len()], time);
+    assert_eq!(run(folder.path(), &["--state", "kept"]).0, first);
+    // with another option, and at another time, it is
+    let error = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap()["recordings"][1]["error"].is_string();
+    assert!(error(&run(folder.path(), &["--state", "kept", "--skip", "1s"]).0));
+    set(&text, time);
+    assert!(!error(&run(folder.path(), &["--state", "kept"]).0));
+    // a damaged state is made anew
+    for entry in fs::read_dir(folder.path().join("kept")).unwrap() {
+        fs::write(entry.unwrap().path(), "damaged").unwrap();
+    }
+    assert_eq!(run(folder.path(), &["--state", "kept", "-o", "out.json"]).0, b"");
+    assert_eq!(fs::read(folder.path().join("out.json")).unwrap(), first);
+}
+
+#[test]
+fn the_schema_of_archives_is_printed() {
+    let output = vn100().args(["schema", "archive"]).output().unwrap();
+    assert_eq!(document(&output)["title"], "vn100.archive/1");
+}
