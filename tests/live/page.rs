@@ -164,26 +164,37 @@ fn what_writes_or_asks_for_another_name_is_refused() {
 
 #[test]
 fn events_continue_where_a_reader_has_come_and_end_with_the_program() {
-    let served = Served::start(&["attach", "sim", "-d", "6s", "--json"]);
+    let served = Served::start(&["attach", "sim", "--json"]);
     let mut events = served.events("");
-    let mut next = |name: &str| {
-        let begin = format!("event: {name}");
-        assert!(events.any(|line| line == begin), "no {name}");
-        let id = events.next().unwrap();
-        (id, events.next().unwrap_or_default())
+    // the parts of one state, up to the one with its number
+    let state = |events: &mut dyn Iterator<Item = String>| {
+        let (mut parts, mut id) = (String::new(), String::new());
+        for line in events {
+            if let Some(data) = line.strip_prefix("data: ") {
+                parts += &data[..data.len().min(12)];
+            } else if let Some(number) = line.strip_prefix("id: ") {
+                id = number.to_owned();
+            } else if line.is_empty() && !id.is_empty() {
+                break;
+            }
+        }
+        (parts, id)
     };
-    let has_all = |data: &str| data.contains("\"now\":") && data.contains("\"marks\":\"<p");
-    while !has_all(&next("snapshot").1) {}
-    // only what has changed
-    let is_news = |data: &str| data.contains("\"now\":") && !data.contains("\"marks\":");
-    let (id, data) = next("snapshot");
-    assert!(is_news(&data), "{}", &data[..data.len().min(300)]);
-    let again = id.replace("id: ", "Last-Event-ID: ");
-    let data = served.events(&format!("{again}\r\n")).find(|line| line.starts_with("data: ")).unwrap();
-    assert!(is_news(&data), "{}", &data[..data.len().min(300)]);
+    // the first result
+    while !state(&mut events).0.contains("{\"marks\":\"<p") {}
+    // then only what has changed
+    let is_news = |parts: &str| parts.contains("\"now\"") && !parts.contains("\"marks\"");
+    let (mut parts, mut id) = state(&mut events);
+    while !is_news(&parts) {
+        assert!(!id.is_empty(), "the stream has ended");
+        (parts, id) = state(&mut events);
+    }
+    let (parts, _) = state(&mut served.events(&format!("Last-Event-ID: {id}\r\n")));
+    assert!(is_news(&parts), "{parts}");
     let other = served.events("Last-Event-ID: 1-1\r\n").find(|line| line.starts_with("event: ")).unwrap();
     assert_eq!(other, "event: other");
-    next("end");
+    served.interrupt();
+    assert!(events.any(|line| line == "event: end"));
     assert_eq!(served.end().0, 0);
 }
 

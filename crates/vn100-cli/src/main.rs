@@ -3,6 +3,7 @@
 
 mod archive;
 mod args;
+mod asked;
 mod attach;
 mod compare;
 mod config;

@@ -25,6 +25,7 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs},
+    asked::measure_options,
     config::Config,
     exit::{HangUp, report, stop_on_interrupt},
     inputs::{FileStream, inputs},
@@ -95,9 +96,10 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();
     let server = match watched {
         Some(watched) => {
+            let asked = measure_options(&files.measure, files.taus.as_ref());
             let view = messages.clone();
             let say = Box::new(move |text| said(view.as_ref(), text));
-            Some(watched.show(&sessions, &goals, &files.settings(), &evaluation, say)?)
+            Some(watched.asked(&asked).show(&sessions, &goals, &files.settings(), &evaluation, say)?)
         }
         None => None,
     };

@@ -12,19 +12,18 @@ use std::{
     path::{self, Path},
     process::{Command, Stdio},
     thread,
-    time::Duration,
 };
 
 use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{
-    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Record, run_name, run_prefix,
-    temperature::detrend_name, write_page,
+    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Record, run_name, run_prefix, write_page,
 };
 
 use crate::{
     args::ReportArgs,
+    asked::{flag, length, measure_options},
     exit::{print, report as complain},
     inputs::{FileStream, inputs},
     replay::{Outputs, measure_files},
@@ -112,41 +111,14 @@ fn open(page: &Path) -> Result<()> {
 }
 
 fn option_text(args: &ReportArgs) -> String {
-    let measure = &args.files.measure;
-    let mut words: Vec<String> = Vec::new();
-    let mut option = |name: &str, value: Option<String>| {
-        words.extend(
-            value.map(|value| if value.is_empty() { format!("--{name}") } else { format!("--{name} {value}") }),
-        );
-    };
-    let flag = |set: bool| set.then(String::new);
-    let length = |length: Duration| humantime::format_duration(length).to_string();
-    option("rate", measure.rate.map(|hz| hz.to_string()));
-    option("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
-    option("taus", args.files.taus.as_ref().map(ToString::to_string));
-    option("deviation", Some(format!("{:?}", measure.deviation).to_lowercase()));
-    option("skip", Some(length(measure.skip)).filter(|_| !measure.skip.is_zero()));
-    option("duration", measure.duration.map(length));
-    for goal in &measure.until {
-        option("until", Some(format!("\"{goal}\"")));
-    }
-    option("detrend", measure.detrend.map(|detrend| detrend_name(detrend).into()));
-    option("quantization", flag(measure.quantization));
-    option("confidence", measure.confidence.map(|level| level.to_string()));
-    for figure in &measure.fail_on {
-        option("fail-on", Some(format!("\"{figure}\"")));
-    }
-    option("typical-is-limit", flag(measure.typical_is_limit));
-    option("topic", args.files.topic.clone());
-    option("window", args.files.window.map(|window| window.to_string()));
-    // without its folder: the page says the same wherever the files lie
-    let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
-    option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
-    option("filter-models", flag(args.filter_models));
+    let files = &args.files;
+    let mut asked = measure_options(&files.measure, files.taus.as_ref());
+    asked.add("topic", files.topic.clone());
+    asked.add("window", files.window.map(|window| window.to_string()));
+    asked.add("filter-models", flag(args.filter_models));
     let span = Some(args.kalibr_span).filter(|span| span.as_secs_f64() != DEFAULT_KALIBR_SPAN_S);
-    option("kalibr-span", span.map(length));
-    option("accept-unchecked", flag(measure.accept_unchecked));
-    words.join(" ")
+    asked.add("kalibr-span", span.map(length));
+    asked.text()
 }
 
 /// That of a capture; parts that are joined are several files, and have none.

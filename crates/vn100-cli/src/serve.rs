@@ -10,10 +10,10 @@ use std::{
 use anyhow::{Context, Result, anyhow};
 use vn100_analysis::Settings;
 use vn100_pipeline::Session;
-use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
+use vn100_report::{Evaluation, Program, goals::Goals};
 use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
 
-use crate::{args::ServeArgs, words};
+use crate::{args::ServeArgs, asked::Asked, words};
 
 /// What makes reports.
 pub(crate) const PROGRAM: Program<'static> =
@@ -26,6 +26,7 @@ pub(crate) struct Watched {
     listener: Option<TcpListener>,
     names: Vec<String>,
     metrics_file: Option<PathBuf>,
+    asked: String,
 }
 
 /// What takes messages for the user.
@@ -39,7 +40,17 @@ impl Watched {
         }
         let listen = |address| TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)));
         let names = machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect();
-        Ok(Some(Self { listener: args.serve.map(listen).transpose()?, names, metrics_file: args.metrics_file.clone() }))
+        Ok(Some(Self {
+            listener: args.serve.map(listen).transpose()?,
+            names,
+            metrics_file: args.metrics_file.clone(),
+            asked: String::new(),
+        }))
+    }
+
+    /// With the options of the measurement, for the report.
+    pub(crate) fn asked(self, options: &Asked) -> Self {
+        Self { asked: options.text(), ..self }
     }
 
     /// Shows these sessions, and says where.
@@ -63,13 +74,9 @@ impl Watched {
             sources: sessions.into_iter().map(source).collect(),
             evaluation: Arc::clone(evaluation),
             words: Words { remedy: words::remedy_words, end: words::end },
-            options: PageOptions {
-                confidence: settings.confidence,
-                asked: "",
-                words: words::remedy_words,
-                program: PROGRAM,
-                kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
-            },
+            asked: self.asked,
+            program: PROGRAM,
+            confidence: settings.confidence,
         });
         server.context("cannot start the live page")
     }

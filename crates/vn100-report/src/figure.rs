@@ -55,6 +55,27 @@ impl Figures {
     /// Of one record; `prefix` makes its names unique in a report of several.
     #[must_use]
     pub fn of(record: &Record<'_>, prefix: &str) -> Self {
+        let mut all = Self::of_deviation_and_spectrum(record);
+        let deviation = record.measured.snapshot.deviation;
+        for (quantity, _) in SENSORS {
+            let axes = record.of(quantity).into_iter().map(|channel| shown_with(channel, record));
+            let y = axes.into_iter().find(|channel| channel.name.ends_with("_y"));
+            all.graphical.extend(y.and_then(|y| graphical(&y, deviation)));
+        }
+        // what was read between the lines has no such figure
+        for channel in record.channels.iter().take(record.measured.snapshot.channels.len()) {
+            all.times.extend(envelope(channel));
+            all.histograms.extend(histogram(channel));
+        }
+        all.named(prefix)
+    }
+
+    /// Those that say something while the record is measured.
+    pub(crate) fn live(record: &Record<'_>, prefix: &str) -> Self {
+        Self::of_deviation_and_spectrum(record).named(prefix)
+    }
+
+    fn of_deviation_and_spectrum(record: &Record<'_>) -> Self {
         let deviation = record.measured.snapshot.deviation;
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
@@ -65,8 +86,6 @@ impl Figures {
             let sheet = axes.first().map_or(&[][..], |channel| record.verdicts(channel));
             all.allan_sensors.extend(allan_of_axes(id, name, &axes, sheet, deviation));
             all.allan_axes.extend(allan_of_each(&axes, deviation));
-            all.graphical
-                .extend(axes.iter().find(|channel| channel.name.ends_with("_y")).and_then(|y| graphical(y, deviation)));
             all.spectra.extend(spectrum(id, name, &axes));
             all.segments.extend(segments(id, name, &axes));
         }
@@ -76,19 +95,18 @@ impl Figures {
         for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
             all.segments.extend(segments(id, "Orientation", &record.of(quantity)));
         }
-        // what was read between the lines has no such figure
-        for channel in record.channels.iter().take(record.measured.snapshot.channels.len()) {
-            all.times.extend(envelope(channel));
-            all.histograms.extend(histogram(channel));
-        }
-        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = &mut all;
+        all
+    }
+
+    fn named(mut self, prefix: &str) -> Self {
+        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = &mut self;
         for figures in [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments] {
             for figure in figures {
                 figure.id.insert_str(0, prefix);
                 figure.prefix = prefix.len();
             }
         }
-        all
+        self
     }
 
     /// The curves of each channel of all records in one plot.

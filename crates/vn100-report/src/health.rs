@@ -2,9 +2,9 @@
 //! Texts are as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot};
+use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot, SourceFacts};
 
-use crate::numbers::plain::time;
+use crate::{numbers::plain::time, printable::printable};
 
 /// What a link does, with its baud rate where that is what there is to say.
 ///
@@ -27,6 +27,80 @@ pub fn link_word(link: &LinkFacts) -> String {
         (LinkStatus::NotConnected, _) => "not connected".into(),
         (LinkStatus::Closed, _) => "ending".into(),
     }
+}
+
+/// A link that receives the sensor's output, with its baud rate where it has one.
+#[must_use]
+pub fn up_word(baud: Option<u32>) -> String {
+    baud.map_or_else(|| "up".into(), |baud| format!("up {baud} baud"))
+}
+
+/// What can be broken while a source is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// The link is lost; so many attempts to connect it again have failed.
+    Disconnected {
+        /// Since the sensor was connected last.
+        attempts: u32,
+    },
+    /// The port is open, and nothing arrives.
+    Silent,
+    /// The recording that was made is not continued.
+    RecordingFailed,
+}
+
+impl FaultKind {
+    /// In capitals.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Disconnected { .. } => "DISCONNECTED",
+            Self::Silent => "SILENT",
+            Self::RecordingFailed => "RECORDING FAILED",
+        }
+    }
+
+    /// What it means, and what to do.
+    #[must_use]
+    pub const fn details(self) -> &'static str {
+        match self {
+            Self::Disconnected { .. } => {
+                "The program connects again by itself, and the samples so far are kept. The samples of the meantime are lost, and no averaging time spans the gap. Check the cable and the power of the sensor."
+            }
+            Self::Silent => {
+                "The port is open, but the sensor sends nothing. Check its power and its cable, and whether another program has switched its output off. The samples so far are kept."
+            }
+            Self::RecordingFailed => {
+                "What is measured from here on is in the result, but not in the recording. The recording is readable up to this place. End the measurement, make room, and start a new recording."
+            }
+        }
+    }
+
+    /// What is broken now, and why.
+    #[must_use]
+    pub fn of(facts: &SourceFacts) -> Vec<(Self, String)> {
+        let cause = |link: &LinkFacts| link.cause.clone().unwrap_or_default();
+        let link = facts.link.as_ref().and_then(|link| match link.status {
+            LinkStatus::Lost => Some((Self::Disconnected { attempts: link.attempts }, cause(link))),
+            LinkStatus::Silent => Some((Self::Silent, silent_cause(link.port.as_deref().unwrap_or_default()))),
+            _ => None,
+        });
+        let error = facts.recorder.as_ref().and_then(|recorder| recorder.error.as_deref());
+        let recording = error.map(|error| (Self::RecordingFailed, recording_cause(error)));
+        link.into_iter().chain(recording).collect()
+    }
+}
+
+/// Why a source is called silent.
+#[must_use]
+pub fn silent_cause(port: &str) -> String {
+    format!("{} is open, but no data arrives", printable(port))
+}
+
+/// Why a recording failed, and what that does not end.
+#[must_use]
+pub fn recording_cause(error: &str) -> String {
+    format!("{}; the measurement continues", printable(error))
 }
 
 /// Where a replay is.

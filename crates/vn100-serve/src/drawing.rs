@@ -2,7 +2,6 @@
 //! minutes every few seconds, and what is left at each look.
 
 use std::{
-    collections::BTreeMap,
     sync::Arc,
     time::{Duration, SystemTime},
 };
@@ -11,16 +10,16 @@ use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
 use vn100_pipeline::{SourceState, Stage};
 use vn100_report::{
-    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, MeasuredSource, MetricsForm, PageOptions, PagePart,
-    Record, goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix,
-    signal_part, sources_part, write_page,
+    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, Record,
+    goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix, signal_part,
+    sources_part, write_page,
 };
 
-use crate::{ServedSource, Words};
+use crate::{ReportSettings, ServedSource, Words};
 
 /// A result lasts so long at least; at first a third of the time since the start.
-const RESULT_LASTS: Duration = Duration::from_secs(4);
-const SIGNAL_LASTS: Duration = Duration::from_secs(5);
+const RESULT_LASTS: Duration = Duration::from_secs(10);
+const SIGNAL_LASTS: Duration = Duration::from_secs(10);
 /// However often they are asked for.
 const PAGE_LASTS: Duration = Duration::from_millis(250);
 const REPORT_LASTS: Duration = Duration::from_secs(5);
@@ -41,7 +40,7 @@ pub(crate) struct PageState {
 struct Versioned {
     /// Of the page in which it changed last.
     version: u64,
-    part: PagePart,
+    part: Arc<PagePart>,
 }
 
 impl PageState {
@@ -53,17 +52,16 @@ impl PageState {
         self.version
     }
 
-    /// The content of the parts that have changed since that version, by their ids.
-    pub(crate) fn since(&self, version: u64) -> BTreeMap<&str, &str> {
-        let changed = self.parts.iter().filter(|part| part.version > version);
-        changed.map(|part| (part.part.id.as_str(), part.part.html.as_str())).collect()
+    /// The parts that have changed since that version.
+    pub(crate) fn since(&self, version: u64) -> impl Iterator<Item = Arc<PagePart>> {
+        self.parts.iter().filter(move |part| part.version > version).map(|part| Arc::clone(&part.part))
     }
 
     /// The page with these parts.
-    fn next(&self, parts: Vec<PagePart>) -> Self {
+    fn next(&self, parts: Vec<Arc<PagePart>>) -> Self {
         let version = self.version + 1;
-        let drawn = |part: PagePart| match self.parts.iter().find(|old| old.part.id == part.id) {
-            Some(old) if old.part == part => Arc::clone(old),
+        let drawn = |part: Arc<PagePart>| match self.parts.iter().find(|old| old.part.id == part.id) {
+            Some(old) if Arc::ptr_eq(&old.part, &part) || old.part == part => Arc::clone(old),
             _ => Arc::new(Versioned { version, part }),
         };
         let parts: Vec<Arc<Versioned>> = parts.into_iter().map(drawn).collect();
@@ -77,7 +75,7 @@ pub(crate) struct Drawer {
     sources: Vec<SourceDrawer>,
     evaluation: Arc<Evaluation>,
     words: Words,
-    options: PageOptions<'static>,
+    report_settings: ReportSettings,
     page: Arc<PageState>,
     drawn_at: Option<Instant>,
     documents: Kept,
@@ -108,7 +106,7 @@ impl Drawer {
         sources: Vec<ServedSource>,
         evaluation: Arc<Evaluation>,
         words: Words,
-        options: PageOptions<'static>,
+        report_settings: ReportSettings,
         now: Instant,
     ) -> Self {
         let is_alone = sources.len() == 1;
@@ -122,7 +120,7 @@ impl Drawer {
             sources: sources.into_iter().enumerate().map(of).collect(),
             evaluation,
             words,
-            options,
+            report_settings,
             page: Arc::new(PageState { run, ..PageState::default() }),
             drawn_at: None,
             documents: Kept::default(),
@@ -154,11 +152,11 @@ impl Drawer {
                 (source.prefix.clone(), seen.live(&source.goals, now.saturating_duration_since(source.began)))
             })
             .collect();
-        let mut parts = vec![sources_part(&live)];
+        let mut parts = vec![Arc::new(sources_part(&live))];
         for ((prefix, source), drawer) in live.iter().zip(&self.sources) {
-            parts.push(now_part(source, prefix));
+            parts.push(Arc::new(now_part(source, prefix)));
             parts.extend(drawer.results.iter().flat_map(|results| results.parts.iter().cloned()));
-            parts.extend(drawer.signal.iter().map(|(_, part)| part.clone()));
+            parts.extend(drawer.signal.iter().map(|(_, part)| Arc::clone(part)));
         }
         self.page = Arc::new(self.page.next(parts));
         Arc::clone(&self.page)
@@ -167,10 +165,10 @@ impl Drawer {
     /// The whole page.
     pub(crate) fn html(&mut self, now: Instant) -> String {
         let page = self.page(now);
-        let parts: Vec<PagePart> = page.parts.iter().map(|part| part.part.clone()).collect();
+        let parts: Vec<&PagePart> = page.parts.iter().map(|part| &*part.part).collect();
         let name = |source: &SourceDrawer| (source.prefix.clone(), source.state.borrow().name().to_owned());
         let names: Vec<(String, String)> = self.sources.iter().map(name).collect();
-        live_page(&names, &parts, &format!("{}-{}", page.run, page.version), self.options.program.name)
+        live_page(&names, &parts, &format!("{}-{}", page.run, page.version), self.report_settings.program.name)
     }
 
     /// The JSON document, of several sources an array of them.
@@ -190,7 +188,8 @@ impl Drawer {
 
     /// The report so far.
     pub(crate) fn report(&mut self, now: Instant) -> Arc<str> {
-        let (sources, words, evaluation, options) = (&self.sources, self.words, &self.evaluation, self.options);
+        let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
+        let options = self.report_settings.options(words);
         self.report.get(now, REPORT_LASTS, || {
             let all: Vec<Measured> = sources.iter().map(|source| source.measured(words, evaluation)).collect();
             let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
@@ -252,7 +251,7 @@ struct SourceDrawer {
     /// Samples that were there at the last look, and since when.
     samples: (u64, Instant),
     results: Option<Results>,
-    signal: Option<(Instant, PagePart)>,
+    signal: Option<(Instant, Arc<PagePart>)>,
 }
 
 /// What was drawn of an assessment.
@@ -260,7 +259,7 @@ struct Results {
     assessment: Arc<Assessment>,
     is_over: bool,
     at: Instant,
-    parts: Vec<PagePart>,
+    parts: Vec<Arc<PagePart>>,
 }
 
 /// What one look has seen.
@@ -348,12 +347,15 @@ impl SourceDrawer {
                 let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
                 let measured = evaluation.complete(so_far);
                 let parts = result_parts(&Record::new(&measured), words.remedy, &self.prefix);
+                let parts = parts.into_iter().map(Arc::new).collect();
                 self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
             }
         }
-        let is_drawn = |(at, _): &(Instant, PagePart)| !is_over && now.saturating_duration_since(*at) < SIGNAL_LASTS;
+        let signal_lasts = SIGNAL_LASTS.min(now.saturating_duration_since(self.began) / 3);
+        let is_drawn =
+            |(at, _): &(Instant, Arc<PagePart>)| !is_over && now.saturating_duration_since(*at) < signal_lasts;
         if !self.signal.as_ref().is_some_and(is_drawn) {
-            self.signal = Some((now, signal_part(&snapshot, &self.prefix)));
+            self.signal = Some((now, Arc::new(signal_part(&snapshot, &self.prefix))));
         }
         let silent = self.silent(&state, now);
         Seen { facts, snapshot, assessment, stage: state.stage, silent }
@@ -389,20 +391,24 @@ impl SourceDrawer {
 mod tests {
     use super::*;
 
-    fn parts(htmls: [&str; 2]) -> Vec<PagePart> {
-        ["a", "b"].into_iter().zip(htmls).map(|(id, html)| PagePart { id: id.into(), html: html.into() }).collect()
+    fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
+        let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into() });
+        ["a", "b"].into_iter().zip(htmls).map(part).collect()
     }
 
     #[test]
     fn a_reader_gets_what_has_changed_since_it_read() {
         let first = PageState { run: 7, ..PageState::default() }.next(parts(["1", "x"]));
-        assert_eq!(first.since(0).len(), 2);
-        assert!(first.since(first.version()).is_empty());
+        let since = |page: &PageState, seen: &PageState| -> Vec<String> {
+            page.since(seen.version()).map(|part| format!("{}{}", part.id, part.html)).collect()
+        };
+        assert_eq!(since(&first, &PageState::default()), ["a1", "bx"]);
+        assert!(since(&first, &first).is_empty());
         let second = first.next(parts(["2", "x"]));
-        assert_eq!(second.since(first.version()).into_iter().collect::<Vec<_>>(), [("a", "2")]);
+        assert_eq!(since(&second, &first), ["a2"]);
         let third = second.next(parts(["3", "y"]));
         // one who has skipped the second state
-        assert_eq!(third.since(first.version()).into_iter().collect::<Vec<_>>(), [("a", "3"), ("b", "y")]);
+        assert_eq!(since(&third, &first), ["a3", "by"]);
         assert_eq!(third.next(parts(["3", "y"])).version(), third.version(), "nothing has changed");
     }
 

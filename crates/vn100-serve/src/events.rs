@@ -1,7 +1,8 @@
-//! The stream of what has changed: an event for each new state of the page, with the parts that the
+//! The stream of what has changed: an event for each part of a new state of the page that the
 //! reader does not have. One who reads slowly skips states.
 
 use std::{
+    collections::{BTreeMap, VecDeque},
     convert::Infallible,
     pin::Pin,
     sync::Arc,
@@ -12,6 +13,7 @@ use axum::response::sse::Event;
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
+use vn100_report::PagePart;
 
 use crate::drawing::PageState;
 
@@ -36,6 +38,8 @@ pub(crate) struct PageEvents {
     over: Pin<Box<WaitForCancellationFutureOwned>>,
     /// `None` for one who has nothing yet.
     place: Option<Place>,
+    /// Parts of the state that is being sent, one at a time: a whole one is large.
+    unsent: VecDeque<Arc<PagePart>>,
     is_over: bool,
     _stream: OwnedSemaphorePermit,
 }
@@ -48,25 +52,31 @@ impl PageEvents {
         stream: OwnedSemaphorePermit,
     ) -> Self {
         let over = Box::pin(over.cancelled_owned());
-        Self { pages: WatchStream::new(pages), over, place, is_over: false, _stream: stream }
+        Self { pages: WatchStream::new(pages), over, place, unsent: VecDeque::new(), is_over: false, _stream: stream }
     }
 
-    /// What the reader does not have of this page.
-    fn event(&mut self, page: &PageState) -> Option<Event> {
+    /// The next part; with the last of a state its place, from which a reader continues.
+    fn part(&mut self) -> Option<Event> {
+        let part = self.unsent.pop_front()?;
+        let content = BTreeMap::from([(&part.id, &part.html)]);
+        // texts alone are serialised
+        let event = Event::default().event("snapshot").data(serde_json::to_string(&content).unwrap_or_default());
+        match self.place.filter(|_| self.unsent.is_empty()) {
+            Some(Place { run, version }) => Some(event.id(format!("{run}-{version}"))),
+            None => Some(event),
+        }
+    }
+
+    /// Takes what the reader does not have of this page; whether it is of another run.
+    fn take(&mut self, page: &PageState) -> bool {
         let run = page.run();
         if self.place.is_some_and(|place| place.run != run) {
-            self.is_over = true;
-            return Some(Event::default().event("other").data("another run"));
+            return true;
         }
         let seen = self.place.map_or(0, |place| place.version);
-        let changed = page.since(seen);
-        if changed.is_empty() {
-            return None;
-        }
+        self.unsent = page.since(seen).collect();
         self.place = Some(Place { run, version: page.version() });
-        // texts alone are serialised
-        let data = serde_json::to_string(&changed).unwrap_or_default();
-        Some(Event::default().event("snapshot").id(format!("{run}-{}", page.version())).data(data))
+        false
     }
 }
 
@@ -78,12 +88,16 @@ impl Stream for PageEvents {
             return Poll::Ready(None);
         }
         loop {
+            if let Some(part) = self.part() {
+                return Poll::Ready(Some(Ok(part)));
+            }
             match Pin::new(&mut self.pages).poll_next(context) {
                 // not drawn yet
                 Poll::Ready(Some(page)) if page.run() == 0 => {}
                 Poll::Ready(Some(page)) => {
-                    if let Some(event) = self.event(&page) {
-                        return Poll::Ready(Some(Ok(event)));
+                    if self.take(&page) {
+                        self.is_over = true;
+                        return Poll::Ready(Some(Ok(Event::default().event("other").data("another run"))));
                     }
                 }
                 Poll::Ready(None) => return Poll::Ready(None),

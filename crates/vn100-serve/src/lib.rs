@@ -36,7 +36,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{RemedyWords, Snapshot};
 use vn100_pipeline::{EndReason, SourceState};
-use vn100_report::{Evaluation, PageOptions, goals::Goals};
+use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
 
 use drawing::{Drawer, PageState};
 use guard::Hosts;
@@ -69,8 +69,12 @@ pub struct ServeSpec {
     pub evaluation: Arc<Evaluation>,
     /// How a face calls things.
     pub words: Words,
-    /// What a report says beside the results.
-    pub options: PageOptions<'static>,
+    /// What was asked for, as a user would ask for it again.
+    pub asked: String,
+    /// What makes reports.
+    pub program: Program<'static>,
+    /// Two-sided level of intervals.
+    pub confidence: f64,
 }
 
 /// A source that is shown.
@@ -110,8 +114,9 @@ impl Server {
         let ending = CancellationToken::new();
         let token = ending.clone();
         let run = move || {
-            // drawing blocks: two at a time are enough, and others wait
-            let runtime = Builder::new_current_thread().enable_all().max_blocking_threads(2).build();
+            // drawing blocks: it is done by one thread, and others wait
+            let runtime =
+                Builder::new_current_thread().enable_all().thread_name("vn100-drawing").max_blocking_threads(1).build();
             if let Ok(runtime) = runtime {
                 let _ = runtime.block_on(serve(spec, token));
                 runtime.shutdown_timeout(GRACE);
@@ -139,10 +144,31 @@ impl Drop for Server {
     }
 }
 
+/// What a report says beside the results.
+#[derive(Debug, Clone)]
+struct ReportSettings {
+    asked: String,
+    program: Program<'static>,
+    confidence: f64,
+}
+
+impl ReportSettings {
+    fn options(&self, words: Words) -> PageOptions<'_> {
+        PageOptions {
+            confidence: self.confidence,
+            asked: &self.asked,
+            words: words.remedy,
+            program: self.program,
+            kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
+        }
+    }
+}
+
 async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
     let listener = spec.listener.map(tokio::net::TcpListener::from_std).transpose()?;
     let hosts = Hosts::new(spec.host_names, spec.host_advice);
-    let drawer = Drawer::new(spec.sources, spec.evaluation, spec.words, spec.options, Instant::now());
+    let report = ReportSettings { asked: spec.asked, program: spec.program, confidence: spec.confidence };
+    let drawer = Drawer::new(spec.sources, spec.evaluation, spec.words, report, Instant::now());
     let app = Arc::new(App {
         drawer: Arc::new(Mutex::new(drawer)),
         page: watch::channel(Arc::new(PageState::default())).0,

@@ -17,7 +17,8 @@ const TICK_NS: f64 = 1_250_000.0;
 const TOLERANCE: f64 = 0.25;
 
 /// Part of a tick by which an interval may differ from whole ticks, and relative error of the mean
-/// tick. Chosen: four times that of 31 times with the jitter of a real sensor, a fortieth of a tick.
+/// tick. Chosen: four times that of 31 times with the jitter of a real sensor, a fortieth of a
+/// tick.
 const TICK_TOLERANCE: f64 = 0.1;
 const MEAN_TICK_TOLERANCE: f64 = 0.005;
 

@@ -20,8 +20,8 @@ pub enum GapEvent {
     /// The clock of the sensor started anew here, and an unknown number of samples may have been
     /// dropped.
     Restart,
-    /// The time of the sensor stepped ahead here of what the host saw pass, and an unknown number of
-    /// samples may have been dropped.
+    /// The time of the sensor stepped ahead here of what the host saw pass, and an unknown number
+    /// of samples may have been dropped.
     TimeStep,
     /// The next sample has a time that neither neighbour confirms: the packet was damaged in a way
     /// that its checksum does not show. It is no sample; where it was, one is missing.

@@ -4,7 +4,11 @@ use std::time::Duration;
 
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_report::{numbers::plain::time, printable};
+use vn100_report::{
+    health::{FaultKind, recording_cause, silent_cause},
+    numbers::plain::time,
+    printable,
+};
 
 /// Something that is broken.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,31 +20,6 @@ pub(crate) struct LiveFault {
     pub(crate) cause: String,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum FaultKind {
-    /// The link is lost; so many attempts to connect it again have failed.
-    Disconnected {
-        attempts: u32,
-    },
-    /// The port is open, and nothing arrives.
-    Silent,
-    RecordingFailed,
-}
-
-impl FaultKind {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Disconnected { .. } => "DISCONNECTED",
-            Self::Silent => "SILENT",
-            Self::RecordingFailed => "RECORDING FAILED",
-        }
-    }
-
-    fn is_same(self, other: Self) -> bool {
-        self.name() == other.name()
-    }
-}
-
 impl LiveFault {
     /// In a line: what, for how long, and why.
     pub(crate) fn title(&self, now: Duration) -> String {
@@ -50,21 +29,6 @@ impl LiveFault {
             _ => String::new(),
         };
         format!("{} for {lasting}{attempt}: {}", self.kind.name(), self.cause)
-    }
-
-    /// What it means, and what to do.
-    pub(crate) fn details(&self) -> &'static str {
-        match self.kind {
-            FaultKind::Disconnected { .. } => {
-                "The program connects again by itself, and the samples so far are kept. The samples of the meantime are lost, and no averaging time spans the gap. Check the cable and the power of the sensor."
-            }
-            FaultKind::Silent => {
-                "The port is open, but the sensor sends nothing. Check its power and its cable, and whether another program has switched its output off. The samples so far are kept."
-            }
-            FaultKind::RecordingFailed => {
-                "What is measured from here on is in the result, but not in the recording. The recording is readable up to this place. End with q, make room, and start a new recording."
-            }
-        }
     }
 }
 
@@ -88,17 +52,14 @@ impl Faults {
                 let lost = self.0.iter().find(|fault| matches!(fault.kind, FaultKind::Disconnected { .. }));
                 lost.map(|fault| (fault.kind, fault.cause.clone()))
             }
-            Some(LinkState::Silent(up)) => {
-                Some((FaultKind::Silent, format!("{} is open, but no data arrives", printable(&up.port))))
-            }
+            Some(LinkState::Silent(up)) => Some((FaultKind::Silent, silent_cause(&up.port))),
             _ => None,
         };
-        let recording = recording.and_then(|recording| recording.error.as_ref()).map(|error| {
-            let cause = format!("{}; the measurement continues", printable(&error.to_string()));
-            (FaultKind::RecordingFailed, cause)
-        });
+        let recording = recording
+            .and_then(|recording| recording.error.as_ref())
+            .map(|error| (FaultKind::RecordingFailed, recording_cause(&error.to_string())));
         let since = |kind: FaultKind| {
-            let known = self.0.iter().find(|known| known.kind.is_same(kind));
+            let known = self.0.iter().find(|known| known.kind.name() == kind.name());
             known.map_or(now, |known| known.since)
         };
         let present = link.into_iter().chain(recording);

@@ -14,7 +14,7 @@ use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed, playback_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    health::{playback_word, rate_from_word},
+    health::{playback_word, rate_from_word, up_word},
     names::rejected_lines,
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
@@ -106,7 +106,7 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
             (playback_word(playback).into(), style)
         }
         (SourcePhase::Measuring, Some(link)) => match link {
-            LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
+            LinkState::Up(up) => (format!("● {}", up_word(up.baud)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.error()),
             LinkState::Down { was_up: true, .. } => (link_name(link), theme.error()),
             LinkState::Opening | LinkState::Probing { .. } | LinkState::Down { .. } => {

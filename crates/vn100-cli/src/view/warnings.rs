@@ -153,7 +153,7 @@ fn findings(scene: Scene<'_>) -> Vec<Finding> {
     let Scene { source, theme, .. } = scene;
     let fault = |fault: &super::faults::LiveFault| Finding {
         name: fault.kind.name().into(),
-        text: format!("{}. {}", fault.title(source.now), fault.details()),
+        text: format!("{}. {}", fault.title(source.now), fault.kind.details()),
         severity: "fault",
         style: theme.error(),
     };

@@ -20,8 +20,8 @@ pub const BINARY: &str = "BINARY";
 /// `FA`, groups and a word for each of the four.
 const MAX_HEADER: usize = 2 + 2 * GROUPS.len();
 
-/// The groups and words that a packet begins with: what tells the packets of one binary output from
-/// those of another.
+/// The groups and words that a packet begins with: what distinguishes the packets of one binary
+/// output from those of another.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PacketHeader([u8; MAX_HEADER]);
 

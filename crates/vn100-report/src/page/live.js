@@ -35,7 +35,8 @@
     const source = new EventSource('events?since=' + encodeURIComponent(page.dataset.version));
     source.addEventListener('snapshot', (event) => {
       take(JSON.parse(event.data));
-      page.dataset.version = event.lastEventId;
+      // of the last event of a state that is whole
+      if (event.lastEventId) page.dataset.version = event.lastEventId;
       page.dataset.count = String(count += 1);
       say('Up to date: ' + new Date().toLocaleTimeString(), false);
     });

@@ -4,7 +4,7 @@
 use std::{fmt::Write, time::Duration};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::{Assessment, RemedyWords, Severity, Snapshot, SourceFacts};
+use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, SourceFacts};
 
 use super::{
     FIGURES_SCRIPT, STYLE, caption::Captions, facts, figures, glance, parameters, statistics, text_of, warnings,
@@ -12,7 +12,7 @@ use super::{
 use crate::{
     figure::{Figure, Figures, last_minutes},
     goals::Goals,
-    health::{line_load, link_word, next_octave, playback_word, rate_from_word},
+    health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
     history::History,
     measured::Record,
     names::rejected_lines,
@@ -91,8 +91,11 @@ fn state(source: &LiveSource<'_>) -> (String, Option<Severity>) {
         (LiveStage::Ended(Some(_)), ..) => ("ENDED".into(), Some(Severity::Problem)),
         (LiveStage::Ended(None), ..) => ("ended".into(), Some(Severity::Note)),
         (LiveStage::Measuring, Some(link), _) => {
-            let is_up = link.status == vn100_analysis::LinkStatus::Connected;
-            (link_word(link), (!is_up).then_some(Severity::Problem))
+            if link.status == LinkStatus::Connected {
+                (up_word(link.baud), None)
+            } else {
+                (link_word(link), Some(Severity::Problem))
+            }
         }
         (LiveStage::Measuring, None, playback) => {
             let playback = playback.unwrap_or_default();
@@ -125,10 +128,8 @@ pub fn now_part(source: &LiveSource<'_>, prefix: &str) -> PagePart {
         0 => grouped(timing.missing),
         gaps => format!("{} in {}", grouped(timing.missing), counted(gaps, "gap")),
     };
-    let recorder = facts.recorder.as_ref().map(|recorder| match &recorder.error {
-        Some(error) => format!("RECORDING FAILED: {}: {error}", recorder.path),
-        None => format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)),
-    });
+    let recorder =
+        facts.recorder.as_ref().map(|recorder| format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)));
     let progress = facts.playback.and_then(|playback| {
         let part = playback.samples as f64 / playback.total.filter(|total| *total > 0)? as f64;
         Some(format!("{:.0} %", 100.0 * part))
@@ -151,7 +152,10 @@ pub fn now_part(source: &LiveSource<'_>, prefix: &str) -> PagePart {
         ("Next octave", next.map(|next| format!("τ {} s {}", tau(next.tau_s), next.when()))),
     ];
     let goals = source.goals.texts(snapshot, source.assessment, source.elapsed);
-    let cause = facts.link.as_ref().and_then(|link| link.cause.as_ref()).filter(|_| !is_over);
+    let faults = if is_over { Vec::new() } else { FaultKind::of(facts) };
+    // of a link that never was
+    let is_fault = faults.iter().any(|(fault, _)| *fault != FaultKind::RecordingFailed);
+    let cause = facts.link.as_ref().and_then(|link| link.cause.as_ref()).filter(|_| !is_over && !is_fault);
     let error = match source.stage {
         LiveStage::Ended(error) => error,
         LiveStage::Preparing | LiveStage::Measuring => None,
@@ -162,6 +166,7 @@ pub fn now_part(source: &LiveSource<'_>, prefix: &str) -> PagePart {
             @if let Some(cause) = cause { " " (cause) }
             @if let Some(silent) = source.silent { " no sample for " (time(silent.as_secs_f64().floor())) }
         }
+        @for (fault, cause) in faults { p.warning.problem { b.badge.problem { (fault.name()) } " " (cause) ". " (fault.details()) } }
         @if let Some(error) = error { p.warning.problem { (error) } }
         (glance::rows(rows.into_iter().map(|(name, value)| (name, value.map(|value| with_powers(&value))))))
         @for goal in goals { p.goal { b { "Goal: " } (goal) } }
@@ -193,7 +198,7 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
         return parts.into_iter().chain(others.map(|name| part(name, html! {}))).collect();
     }
     let summary = Summary::new(record, words);
-    let figures = Figures::of(record, prefix);
+    let figures = Figures::live(record, prefix);
     let marks = facts::marks(&record.measured.snapshot);
     vec![
         part("identity", identity),
@@ -259,7 +264,11 @@ pub fn sources_part(sources: &[(String, LiveSource<'_>)]) -> PagePart {
     let content = html! {
         @if sources.len() > 1 {
             div.scroll { table {
-                thead { tr { @for name in ["source", "state", "samples", "data time", "dropped", "gravest warning"] { th scope="col" { (name) } } } }
+                thead { tr {
+                    th scope="col" { "source" } th.words scope="col" { "state" }
+                    @for name in ["samples", "data time", "dropped"] { th scope="col" { (name) } }
+                    th.words scope="col" { "gravest warning" }
+                } }
                 tbody { @for source in sources { (row(source)) } }
             } }
         }
@@ -283,7 +292,7 @@ const SECTIONS: [(&str, &str); 9] = [
 /// The whole page with these parts; `version` is where its events continue. `sources` are the
 /// prefixes and names of the sources.
 #[must_use]
-pub fn live_page(sources: &[(String, String)], parts: &[PagePart], version: &str, program: &str) -> String {
+pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &str, program: &str) -> String {
     let content = |id: &str| {
         let part = parts.iter().find(|part| part.id == id);
         html! { (PreEscaped(part.map_or("", |part| part.html.as_str()))) }
