@@ -328,6 +328,39 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
 }
 
 #[test]
+fn a_recording_alone_ends_where_it_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    for rotation in ["", "--rotate 5s"] {
+        // without an end of its own
+        let script = format!("ulimit -f 8; exec \"$0\" record sim {rotation} -o \"$1\"");
+        let output = Command::new("bash")
+            .args(["-c", &script])
+            .arg(env!("CARGO_BIN_EXE_vn100"))
+            .arg(folder.path().join(format!("full{}.mcap", rotation.len())))
+            .output()
+            .unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        assert!(error.contains("RECORDING FAILED") && error.contains("; the session ends"), "{error}");
+    }
+}
+
+#[test]
+fn a_recording_goes_on_where_nobody_reads_the_documents() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("unread.mcap");
+    let script = "\"$0\" attach sim --duration 4s --ndjson=thin --record \"$1\" | head -n 1";
+    let output = Command::new("bash")
+        .args(["-c", script])
+        .arg(env!("CARGO_BIN_EXE_vn100"))
+        .arg(&recording)
+        .output()
+        .unwrap();
+    assert!(String::from_utf8(output.stdout).unwrap().lines().count() == 1);
+    assert_eq!(number(&replay(&recording, &[]).0, "/timing/samples"), 160);
+}
+
+#[test]
 fn another_message_is_named_with_the_line_that_cures_it() {
     let sensor = Sensor::start(&[]);
     let configured = sensor.run("configure", &["--set-message", "VNYPR"]);

@@ -12,7 +12,9 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_driver::list_ports;
-use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, Stage, StartError};
+use vn100_pipeline::{
+    EndReason, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
@@ -260,8 +262,17 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
     }
 }
 
+/// Whether its recording goes on; `None` where that is not known yet.
+fn is_recorded(state: &SourceState) -> Option<bool> {
+    match (&state.stage, &state.recording) {
+        (Stage::Preparing, _) => None,
+        (_, recording) => Some(recording.as_ref().is_some_and(|recording| recording.error.is_none())),
+    }
+}
+
 /// Follows a session to its end, showing where it is and writing the documents of every second
-/// meanwhile. Where these cannot be written it ends as when it is stopped, and `written` says why.
+/// meanwhile. Where these cannot be written, `written` says why, and it ends as when it is stopped,
+/// unless it is recorded; where it is only recorded, it ends once that fails.
 async fn follow(
     mut session: Session,
     job: &Job,
@@ -277,8 +288,14 @@ async fn follow(
     let lines = job.format.lines();
     let mut heartbeat = Heartbeat::start(Instant::now());
     let mut ticks = time::interval(StatusLines::PERIOD);
+    let records_alone = matches!(job.format, OutputFormat::Head);
+    let next = if records_alone { "the session ends" } else { "the measurement continues" };
     loop {
-        if written.is_err() {
+        let is_recorded = is_recorded(&session.state.borrow());
+        if is_recorded == Some(false) && (written.is_err() || records_alone) && !stop.is_cancelled() {
+            let state = session.state.borrow().clone();
+            let line = line.get_or_insert_with(|| job.status.line(&name, next));
+            line.show(state.link.as_ref(), state.recording.as_ref(), &state.snapshot);
             stop.cancel();
         }
         tokio::select! {
@@ -303,7 +320,7 @@ async fn follow(
                     }
                 }
                 heartbeat.note(state.snapshot.link.samples(), Instant::now());
-                let line = line.get_or_insert_with(|| job.status.line(&name));
+                let line = line.get_or_insert_with(|| job.status.line(&name, next));
                 if let Some(now) = state.link.as_ref().filter(|_| state.link != link) {
                     job.log.link_state(&name, now);
                     line.report_link(now);

@@ -46,7 +46,8 @@ impl StatusLines {
         }
     }
 
-    pub(crate) fn line(&self, name: &str) -> StatusLine {
+    /// For a source by this name; `next` is what follows where its recording fails.
+    pub(crate) fn line(&self, name: &str, next: &'static str) -> StatusLine {
         // the default style stands in for a template it does not understand
         let style = ProgressStyle::with_template("{spinner} {wide_msg}");
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -57,6 +58,7 @@ impl StatusLines {
             bar,
             status,
             name,
+            next,
             reported: None,
             failure_reported: false,
             low_space_reported: false,
@@ -74,6 +76,7 @@ pub(crate) struct StatusLine {
     bar: ProgressBar,
     status: StatusLines,
     name: String,
+    next: &'static str,
     reported: Option<LinkState>,
     failure_reported: bool,
     low_space_reported: bool,
@@ -91,9 +94,8 @@ impl StatusLine {
             && !self.failure_reported
         {
             self.failure_reported = true;
-            let failure =
-                format!("{}: RECORDING FAILED, {}: {error}; the measurement continues", self.name, path.display());
-            self.status.report(&failure);
+            let (name, next) = (&self.name, self.next);
+            self.status.report(&format!("{name}: RECORDING FAILED, {}: {error}; {next}", path.display()));
         }
         if let Some(RecordingState { path, low_space: Some(low), .. }) = recording
             && !self.low_space_reported
@@ -271,7 +273,8 @@ mod tests {
     #[test]
     fn a_disk_that_will_be_full_is_reported_once_with_both_numbers() {
         let messages = MessageQueue::default();
-        let mut line = StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu");
+        let mut line =
+            StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu", "the measurement continues");
         let low_space = Some(LowSpace { free_bytes: 12_582_912, lasts: Duration::from_secs(2500) });
         let recording = RecordingState { path: "a.mcap".into(), bytes: 7, low_space, error: None, ended: false };
         let snapshot = Analysis::new(Settings::default()).snapshot();
@@ -286,7 +289,8 @@ mod tests {
     #[test]
     fn the_latency_hint_is_reported_once() {
         let messages = MessageQueue::default();
-        let mut line = StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu");
+        let mut line =
+            StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu", "the measurement continues");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
         let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };
