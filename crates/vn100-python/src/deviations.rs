@@ -37,7 +37,8 @@ pub(crate) fn deviations(
     factors: Vec<usize>,
 ) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let data = data.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
-    if data.iter().any(|value| !value.is_finite()) {
+    let is_finite = py.detach(|| lanes(data, |sum, value| sum + 0.0 * value).iter().sum::<f64>() == 0.0);
+    if !is_finite {
         return Err(PyValueError::new_err(
             "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
         ));
@@ -61,6 +62,18 @@ pub(crate) fn deviations(
     Ok(sums.iter().zip(&factors).map(of).unzip())
 }
 
+/// A fold in partial results, each over every eighth value.
+#[inline]
+fn lanes(values: &[f64], fold: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
+    let mut lanes = [0.0; LANES];
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    for chunk in chunks {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane = fold(*lane, *value));
+    }
+    lanes.iter_mut().zip(rest).for_each(|(lane, value)| *lane = fold(*lane, *value));
+    lanes
+}
+
 /// Of a number below 2^51.
 #[inline]
 fn rounded(value: f64) -> f64 {
@@ -74,7 +87,8 @@ fn step(most: f64, digits: i32) -> f64 {
 
 fn of_phase(data: &[f64]) -> (Vec<f64>, f64) {
     let first = data.first().copied().unwrap_or(0.0);
-    let most = data.iter().fold(0.0_f64, |most, value| most.max((value - first).abs()));
+    let farther = |most: f64, value: f64| if (value - first).abs() > most { (value - first).abs() } else { most };
+    let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
     // whole numbers stay whole
     let step = step(most, EXACT.log2() as i32).min(1.0);
     let step = if most / step < EXACT { step } else { self::step(most, EXACT.log2() as i32) };
@@ -84,8 +98,9 @@ fn of_phase(data: &[f64]) -> (Vec<f64>, f64) {
 
 /// The sums of the rates less the integer nearest their mean: as short as they can be.
 fn of_rates(data: &[f64]) -> (Vec<f64>, f64) {
-    let mean = data.iter().sum::<f64>() / data.len().max(1) as f64;
-    let most = data.iter().fold(0.0_f64, |most, value| most.max((value - mean).abs()));
+    let mean = lanes(data, |sum, value| sum + value).iter().sum::<f64>() / data.len().max(1) as f64;
+    let farther = |most: f64, value: f64| if (value - mean).abs() > most { (value - mean).abs() } else { most };
+    let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
     for digits in (1..=DIGITS).rev() {
         let step = step(most, digits);
         let (offset, scale) = ((mean / step).round_ties_even(), 1.0 / step);
@@ -93,15 +108,14 @@ fn of_rates(data: &[f64]) -> (Vec<f64>, f64) {
         if offset.abs() + most * scale >= EXACT {
             continue;
         }
-        let mut phase = Vec::with_capacity(data.len() + 1);
-        let (mut sum, mut farthest) = (0.0_f64, 0.0_f64);
-        phase.push(0.0);
-        for rate in data {
+        let mut phase = vec![0.0; data.len() + 1];
+        let mut sum = 0.0_f64;
+        for (place, rate) in phase[1..].iter_mut().zip(data) {
             sum += rounded(rate * scale) - offset;
-            farthest = farthest.max(sum.abs());
-            phase.push(sum);
+            *place = sum;
         }
-        if farthest < EXACT / 4.0 {
+        let farther = |most: f64, value: f64| if value.abs() > most { value.abs() } else { most };
+        if lanes(&phase, farther).into_iter().fold(0.0_f64, f64::max) < EXACT / 4.0 {
             return (phase, step);
         }
     }
