@@ -350,12 +350,8 @@ fn a_recording_goes_on_where_nobody_reads_the_documents() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("unread.mcap");
     let script = "\"$0\" attach sim --duration 4s --ndjson=thin --record \"$1\" | head -n 1";
-    let output = Command::new("bash")
-        .args(["-c", script])
-        .arg(env!("CARGO_BIN_EXE_vn100"))
-        .arg(&recording)
-        .output()
-        .unwrap();
+    let output =
+        Command::new("bash").args(["-c", script]).arg(env!("CARGO_BIN_EXE_vn100")).arg(&recording).output().unwrap();
     assert!(String::from_utf8(output.stdout).unwrap().lines().count() == 1);
     assert_eq!(number(&replay(&recording, &[]).0, "/timing/samples"), 160);
 }

@@ -20,6 +20,7 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
+    asked::measure_options,
     config::Config,
     exit::{HangUp, report, stop_on_interrupt},
     heartbeat::Heartbeat,
@@ -128,7 +129,8 @@ async fn attach_all(
         let sessions = prepared.iter().map(|prepared| &prepared.session);
         let status = job.status.clone();
         let say = Box::new(move |text: String| status.report(&text));
-        server = Some(watched.show(sessions, &goals, &job.settings, &job.evaluation, say)?);
+        let asked = measure_options(&job.args.measure, None);
+        server = Some(watched.asked(&asked).show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }
     let sources: Vec<JoinHandle<Result<Measured>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
