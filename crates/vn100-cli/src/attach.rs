@@ -264,7 +264,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
     }
 }
 
-/// Whether its recording goes on; `None` where that is not known yet.
+/// Whether its recording continues; `None` where that is not known yet.
 fn is_recorded(state: &SourceState) -> Option<bool> {
     match (&state.stage, &state.recording) {
         (Stage::Preparing, _) => None,
