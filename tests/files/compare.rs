@@ -313,7 +313,7 @@ fn plan(options: &[&str]) -> Value {
 fn a_plan_fits_the_line_and_its_window_is_exact() {
     for (options, message, rate, window, baud) in [
         (&[][..], "BINARY", 200, 4, 115_200),
-        (&["--baud", "9600"], "BINARY", 20, 40, 9600),
+        (&["--baud", "9600"], "BINARY", 16, 50, 9600),
         (&["--baud", "921600"], "BINARY", 200, 4, 921_600),
         (&["--rate", "800"], "BINARY", 800, 1, 460_800),
         (&["--message", "BINARY+MAG"], "BINARY+MAG", 160, 5, 115_200),

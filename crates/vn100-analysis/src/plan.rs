@@ -236,6 +236,10 @@ impl Plan {
     /// The share of records of the planned length that meet a want, all its axes together.
     pub const MET_IN: f64 = 0.8;
 
+    /// The share of the line up to which a rate or a baud rate is recommended: the rest is room for
+    /// replies and for a clock that is too fast.
+    pub const MOST_LOAD: f64 = 0.9;
+
     /// Plans a record that shows all of `wants`, of a sensor as `datasheet` has it.
     ///
     /// # Errors
@@ -341,11 +345,17 @@ fn rate_and_baud(message: PlannedMessage, given: Given) -> Result<(u32, BaudRate
         return Err(PlanningError::NoSuchRate { message: message.name(), rate_hz, rates_hz });
     }
     let fits = |rate_hz: u32, baud: BaudRate| message.load(rate_hz).is_some_and(|load| load.fits(baud));
-    let highest_hz = |baud: BaudRate| rates_hz.iter().copied().find(|hz| fits(*hz, baud));
+    let has_room = |rate_hz: u32, baud: BaudRate| {
+        let share = |load: LinkLoad| 10.0 * load.bytes_per_s / f64::from(baud.bits_per_s());
+        message.load(rate_hz).is_some_and(|load| share(load) <= Plan::MOST_LOAD)
+    };
+    let highest_hz = |baud: BaudRate| rates_hz.iter().copied().find(|hz| has_room(*hz, baud));
     let fitting = match (given.rate_hz, given.baud) {
         (Some(hz), Some(baud)) => fits(hz, baud).then_some((hz, baud)),
-        (Some(hz), None) if fits(hz, BaudRate::DEFAULT) => Some((hz, BaudRate::DEFAULT)),
-        (Some(hz), None) => message.load(hz).and_then(LinkLoad::lowest_baud_rate).map(|baud| (hz, baud)),
+        (Some(hz), None) => {
+            let mut bauds = [BaudRate::DEFAULT].into_iter().chain(BaudRate::ALL);
+            bauds.find(|baud| has_room(hz, *baud)).map(|baud| (hz, baud))
+        }
         (None, given) => {
             let baud = given.unwrap_or(BaudRate::DEFAULT);
             highest_hz(baud).map(|hz| (hz.min(usual_hz), baud))

@@ -34,15 +34,18 @@ const USUAL: [&str; 13] = [
     "mag N ±5%",
 ];
 
+/// Those of them that the message, if one is given, carries.
+fn usual_wants(message: Option<PlannedMessage>) -> Result<Vec<Want>> {
+    let all = USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?;
+    let is_carried = |want: &Want| message.is_none_or(|message| message.holds(want.figure.sensor));
+    Ok(all.into_iter().filter(is_carried).collect())
+}
+
 pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let Fixed { message, rate_hz, baud } = args.fixed;
     let given = Given { message, rate_hz, baud, confidence: args.confidence };
     let asked = !args.want.is_empty();
-    let wants = if asked {
-        args.want.clone()
-    } else {
-        USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?
-    };
+    let wants = if asked { args.want.clone() } else { usual_wants(message)? };
     let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), open_datasheet)?;
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
@@ -102,7 +105,7 @@ const MOUNTING: [&str; 5] = [
 fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
     write_wants(out, plan, given.confidence, asked)?;
     write_assumed(out, datasheet)?;
-    write_settings(out, plan)?;
+    write_settings(out, plan, given)?;
     writeln!(out, "\nmounting")?;
     for line in MOUNTING {
         writeln!(out, "{}", fill(line, "  - ", "    "))?;
@@ -161,14 +164,17 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
     writeln!(out, "{}", fill(METHOD, "", ""))
 }
 
-/// What each baud rate carries of the packets.
-fn rates_of_packets() -> String {
+/// What each baud rate carries of the packets, the one that is given among them.
+fn rates_of_packets(given: Option<BaudRate>) -> String {
+    let mut bauds: Vec<u32> = OFFERED_BAUDS.into_iter().chain(given.map(BaudRate::bits_per_s)).collect();
+    bauds.sort_unstable();
+    bauds.dedup();
     let at = |message: PacketMessage| {
         let fits = |bits_per_s: u32| {
             let rate_hz = message.highest_rate_hz(BaudRate::new(bits_per_s)?)?;
             Some(format!("{rate_hz} Hz at {bits_per_s} baud"))
         };
-        let rates: Vec<_> = OFFERED_BAUDS.into_iter().filter_map(fits).collect();
+        let rates: Vec<_> = bauds.iter().copied().filter_map(fits).collect();
         format!("{}, {} bytes: {}", message.name, message.packet_length(), rates.join(", "))
     };
     PACKET_MESSAGES.map(at).join("; ")
@@ -210,7 +216,7 @@ fn aliased_field(plan: &Plan) -> String {
     )
 }
 
-fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
+fn write_settings(out: &mut String, plan: &Plan, given: Given) -> fmt::Result {
     let (rate_hz, baud) = (plan.rate_hz, plan.baud.bits_per_s());
     let load = plan.frame_bytes * rate_hz;
     let are_packets = matches!(plan.message, PlannedMessage::Packets(_));
@@ -226,7 +232,14 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
         ("message", message),
         (
             "rate",
-            format!("{rate_hz} Hz: B and K are measured at long averaging times, where a higher rate adds nothing"),
+            match given.rate_hz {
+                Some(_) => format!("{rate_hz} Hz, as given"),
+                None => {
+                    format!(
+                        "{rate_hz} Hz: B and K are measured at long averaging times, where a higher rate adds nothing"
+                    )
+                }
+            },
         ),
         (
             "window",
@@ -247,7 +260,7 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
             ),
         ),
         match are_packets {
-            true => ("packets", rates_of_packets()),
+            true => ("packets", rates_of_packets(given.baud)),
             false => ("counter", "on: dropped samples are then counted exactly".into()),
         },
         (
@@ -275,4 +288,33 @@ fn coarse(seconds: f64) -> String {
         _ => 3600.0,
     };
     span((seconds / step).ceil() * step, " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_planned_with_what_it_carries() {
+        for (name, excluded) in [("BINARY", 1), ("BINARY+MAG", 0), ("VNIMU", 0)] {
+            let message = PlannedMessage::named(name);
+            let wants = usual_wants(message).unwrap();
+            assert_eq!(wants.len(), USUAL.len() - excluded, "{name}");
+            for rate_hz in [None, Some(200)] {
+                let given = Given { message, rate_hz, baud: None, confidence: 0.95 };
+                let sheet = vn100_datasheet().unwrap();
+                let plan = Plan::new(&wants, given, &sheet).unwrap();
+                let text = text(|out| write_plan(out, &plan, given, &sheet, false));
+                assert_eq!(text.contains("Hz, as given"), rate_hz.is_some(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_packets_of_a_given_baud_rate_are_listed() {
+        let rates = |baud: Option<u32>| rates_of_packets(baud.and_then(BaudRate::new));
+        assert!(!rates(None).contains("at 9600 baud"), "{}", rates(None));
+        assert!(rates(Some(9600)).starts_with("BINARY, 44 bytes: 20 Hz at 9600 baud, "), "{}", rates(Some(9600)));
+        assert_eq!(rates(Some(115_200)), rates(None));
+    }
 }

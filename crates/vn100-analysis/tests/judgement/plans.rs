@@ -36,6 +36,12 @@ fn plans_take_the_sensors_own_settings_where_they_fit() {
     };
     let fitting = plan(&["gyro N ±5%"], Given { rate_hz: None, ..slow }).unwrap();
     assert_eq!((fitting.rate_hz, fitting.baud), (highest, BaudRate::ALL[0]));
+    for baud in BaudRate::ALL {
+        let given = Given { baud: Some(baud), ..free };
+        let planned = plan(&["gyro N ±5%"], given).unwrap();
+        let load = 10.0 * f64::from(planned.frame_bytes * planned.rate_hz) / f64::from(baud.bits_per_s());
+        assert!(load <= Plan::MOST_LOAD, "{load} of {baud:?}");
+    }
     let none = plan(&["gyro N ±5%"], Given { rate_hz: Some(300), ..free }).unwrap_err().to_string();
     assert!(none.starts_with("BINARY has no rate of 300 Hz: use one of 800, 400, 200, "), "{none}");
     for (text, expected) in [("gyro B", "its own size"), ("accel N ±5%", "the white noise")] {
