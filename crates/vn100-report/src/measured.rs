@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use vn100_analysis::noise::{Claim, Verdict};
-use vn100_analysis::protocol::{Quantity, Register};
+use vn100_analysis::protocol::{BINARY, Quantity, Register};
 use vn100_analysis::{
     Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Severity,
     Snapshot, SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
@@ -205,8 +205,9 @@ pub struct Asked {
 }
 
 impl Evaluation {
-    /// Compares with `datasheet`, whatever the sensor; or with the VN-100's its own messages, and
-    /// packets of a sensor that says it is one. With models for filters, if these are asked for.
+    /// Compares with `datasheet`, whatever the sensor; or with the VN-100's VectorNav's sentences
+    /// and packets, but not packets of a sensor that says it is another. Adds models for filters,
+    /// if these are asked for.
     ///
     /// # Errors
     /// None, unless this program was built with a damaged sheet.
@@ -248,7 +249,10 @@ impl Evaluation {
             if !reasons.is_empty() {
                 let reasons: Vec<_> = match &measured.assessment.motion {
                     Some(motion) => vec![motion.to_string()],
-                    None => reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect(),
+                    None => {
+                        let absent = why_absent(figure, &measured.snapshot, measured.verdicts.as_ref());
+                        reasons.iter().map(|(name, verdict)| reason(name, *verdict, absent)).collect()
+                    }
                 };
                 let text = format!("{}: {figure} does not pass: {}", measured.facts.name, reasons.join(". "));
                 measured.unmet.push(text);
@@ -261,22 +265,34 @@ impl Evaluation {
     /// Verdicts on all channels; `None` without a data sheet for the sensor.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Option<Verdicts> {
-        let is_own_message = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
+        let message = snapshot.layout.as_ref().map_or("", |layout| layout.message.as_ref());
         let model = snapshot.registers.get(&Register::MODEL.0);
-        let is_vn100 = is_own_message || model.is_some_and(|model| model.trim().starts_with("VN-100"));
+        let says_vn100 = model.map(|model| model.trim().starts_with("VN-100"));
+        let is_vn100 = message.starts_with("VN") || says_vn100.unwrap_or(message == BINARY);
         let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
         sheet.map(|sheet| sheet.verdicts(snapshot, assessment))
     }
 }
 
-fn reason(name: &str, verdict: Option<&FigureVerdict>) -> String {
+fn reason(name: &str, verdict: Option<&FigureVerdict>, absent: &str) -> String {
     match verdict {
         Some(judged) => {
             let why =
                 if judged.verdict == Verdict::Consistent { format!(": {WHY_UNDECIDABLE}") } else { String::new() };
             format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
         }
-        None => format!("{name} has no such figure in the data sheet, or is not in the stream"),
+        None => format!("{name} {absent}"),
+    }
+}
+
+/// Why nothing is decided on a figure.
+fn why_absent(figure: &NoiseFigure, snapshot: &Snapshot, verdicts: Option<&Verdicts>) -> &'static str {
+    if !snapshot.layout_channels().iter().any(|channel| figure.concerns(channel)) {
+        "is not in the stream"
+    } else if verdicts.is_none() {
+        "cannot be compared: the sensor is not known to be a VN-100, and no other data sheet is given"
+    } else {
+        "has no such figure in the data sheet"
     }
 }
 
@@ -323,8 +339,8 @@ pub fn run_prefix(number: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use vn100_analysis::protocol::VNIMU;
     use vn100_analysis::protocol::stream::{BagReport, StampSource, UnreadNumbers};
+    use vn100_analysis::protocol::{PACKET_MESSAGES, VNIMU};
     use vn100_analysis::{Analysis, Settings};
 
     use super::*;
@@ -343,15 +359,28 @@ mod tests {
     }
 
     #[test]
-    fn packets_are_compared_where_the_sensor_says_what_it_is() {
+    fn packets_are_compared_unless_the_sensor_says_it_is_another() {
         let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
-        for (model, is_compared) in [(None, false), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)] {
+        for (model, is_compared) in [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)] {
             let mut snapshot = nothing();
+            Arc::make_mut(&mut snapshot).layout = PACKET_MESSAGES[0].layout();
             let registers = &mut Arc::make_mut(&mut snapshot).registers;
             registers.extend(model.map(|model| (Register::MODEL.0, model.into())));
             let assessment = Assessment::new(&snapshot, 0.95);
             assert_eq!(evaluation.verdicts(&snapshot, &assessment).is_some(), is_compared, "{model:?}");
         }
+    }
+
+    #[test]
+    fn what_is_not_decided_on_has_one_reason() {
+        let mut snapshot = nothing();
+        let figure = "mag N".parse().unwrap();
+        assert_eq!(why_absent(&figure, &snapshot, None), "is not in the stream");
+        Arc::make_mut(&mut snapshot).layout = Some(Arc::new(VNIMU.clone()));
+        assert!(why_absent(&figure, &snapshot, None).starts_with("cannot be compared"));
+        let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+        let verdicts = evaluation.verdicts(&snapshot, &Assessment::new(&snapshot, 0.95));
+        assert_eq!(why_absent(&figure, &snapshot, verdicts.as_ref()), "has no such figure in the data sheet");
     }
 
     #[test]
