@@ -114,7 +114,7 @@ fn each_part_replays_alone_and_separately_all_do() {
 fn a_missing_part_is_an_outage_and_reported() {
     let Recorded { _folder, parts, .. } = recorded(Rotation::Time(Duration::from_secs(25)));
     let (document, error) = replayed(&[&parts[0], &parts[2], &parts[3], &parts[4]], &[]);
-    assert!(error.contains("night.mcap: part 2 is missing"), "{error}");
+    assert!(error.contains("night.0001.mcap: part 2 is missing"), "{error}");
     assert_eq!(document["timing"]["segments"], 2);
     let samples = document["timing"]["samples"].as_u64().unwrap();
     assert!((3790..=3800).contains(&samples), "a fifth of 4800 and a line: {samples}");

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use vn100_capture::{Capture, CaptureOptions, RecordingPart, recording_path};
+use vn100_capture::{Capture, CaptureOptions, RecordingPart};
 
 use crate::{args::FileArgs, exit::report};
 
@@ -69,21 +69,45 @@ fn joined(files: impl Iterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<
 
 /// Reports the parts of a recording that are not there; of a part alone it is known which it is.
 fn report_missing(parts: &Parts) {
-    let (Some((_, first)), Some((last, _)), true) = (parts.first_key_value(), parts.last_key_value(), parts.len() > 1)
-    else {
-        return;
-    };
-    let missing: Vec<String> =
-        (1..*last).filter(|number| !parts.contains_key(number)).map(|number| number.to_string()).collect();
-    if !missing.is_empty() {
-        let (path, numbers) = (recording_path(first), missing.join(", "));
-        report(&format!("{}: part {numbers} is missing: the link counts as lost meanwhile", path.display()));
+    if let Some((path, text)) = parts.values().next().zip(missing_parts(&parts.keys().copied().collect::<Vec<_>>())) {
+        report(&format!("{}: {text}", path.display()));
     }
+}
+
+/// What is missing of these parts, in rising order; `None` of one alone, and where they follow each
+/// other from the first on.
+fn missing_parts(numbers: &[u32]) -> Option<String> {
+    let [first, _, ..] = numbers else { return None };
+    let begins = (*first > 1).then(|| format!("the record begins with part {first}"));
+    let last = numbers.last().unwrap_or(first);
+    let missing: Vec<String> =
+        (*first..*last).filter(|number| !numbers.contains(number)).map(|number| number.to_string()).collect();
+    let lost = match &missing[..] {
+        [] => None,
+        [number] => Some(format!("part {number} is missing: the link counts as lost meanwhile")),
+        numbers => Some(format!("parts {} are missing: the link counts as lost meanwhile", numbers.join(", "))),
+    };
+    let texts: Vec<String> = begins.into_iter().chain(lost).collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn missing_parts_are_named_and_those_before_the_first_are_no_loss() {
+        for (numbers, text) in [
+            (&[1, 2, 3][..], None),
+            (&[4], None),
+            (&[2, 3], Some("the record begins with part 2")),
+            (&[1, 3], Some("part 2 is missing: the link counts as lost meanwhile")),
+            (&[1, 3, 5], Some("parts 2, 4 are missing: the link counts as lost meanwhile")),
+            (&[2, 4], Some("the record begins with part 2; part 3 is missing: the link counts as lost meanwhile")),
+        ] {
+            assert_eq!(missing_parts(numbers).as_deref(), text, "{numbers:?}");
+        }
+    }
 
     #[test]
     fn parts_of_a_recording_are_joined_in_their_order_wherever_they_stand() {

@@ -73,6 +73,11 @@ struct Info {
     /// All messages in words.
     #[serde(skip)]
     sends: String,
+    /// Whether there may be sentences, which the checksum and the count belong to.
+    #[serde(skip)]
+    has_sentences: bool,
+    #[serde(skip)]
+    has_packets: bool,
     /// How often the message comes.
     rate_hz: Option<u32>,
     /// Refreshes averaged for a sample of magnetometer, accelerometer, gyroscope.
@@ -146,6 +151,8 @@ impl Info {
             baud,
             message: alone.map_or_else(|| message.and_then(AsyncType::header), packet_name),
             sends: sends(message.zip(rate), &packets),
+            has_sentences: message != Some(AsyncType::OFF),
+            has_packets: !packets.is_empty(),
             rate_hz: match alone {
                 Some(packets) => MEASUREMENTS_PER_S.checked_div(packets.rate_divisor.into()),
                 None => rate.map(AsyncRate::hz),
@@ -178,7 +185,13 @@ impl Info {
         )?;
         let check = self.checksum_bits.map_or(String::new(), |bits| format!(", {bits}-bit checksum"));
         let count = if self.count == Some(true) { ", counted" } else { "" };
-        let sends = format!("{}{check}{count}", self.sends);
+        let form = match (self.has_sentences, self.has_packets) {
+            (false, _) => String::new(),
+            (true, false) => format!("{check}{count}"),
+            (true, true) if check.is_empty() && count.is_empty() => String::new(),
+            (true, true) => format!("; sentences: {}", format!("{check}{count}").trim_start_matches(", ")),
+        };
+        let sends = format!("{}{form}", self.sends);
         writeln!(out, "{}", fill(&sends, "  sends      ", "             "))?;
         if let Some(line) = &self.line {
             let speed = self.baud.map_or("serial server".into(), |baud| format!("{baud} baud"));
@@ -202,7 +215,11 @@ impl Info {
             writeln!(out, "  line       load unknown")?;
         }
         if let Some([mag, accel, gyro]) = self.window {
-            writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer, {mag} magnetometer refreshes")?;
+            let mag = match mag {
+                0 | 1 => "; the magnetometer is not averaged".into(),
+                _ => format!(", {mag} magnetometer refreshes"),
+            };
+            writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer refreshes{mag}")?;
             if let Some(rate_hz) = self.rate_hz.filter(|hz| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz))
                 && u32::from(gyro.min(accel)).max(1) * rate_hz < MEASUREMENTS_PER_S
             {
@@ -315,7 +332,7 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNDTV 100 Hz, VNIMU 100 Hz,\n             VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNDTV 100 Hz, VNIMU 100 Hz,\n             VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer refreshes; the magnetometer is not averaged\n             \
              of 800 a second: noise aliases at 40 Hz; --window 20 avoids it\n"
         );
     }
@@ -332,7 +349,8 @@ mod tests {
             registers.remove(&6);
             registers.extend(register.map(|text| (6, text.to_owned())));
             let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
-            assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
+            let check = if register == Some("0") { "" } else { ", 8-bit checksum" };
+            assert!(text.contains(&format!("  sends      {sends}{check}\n")), "{text}");
             assert_eq!(text.contains("load unknown"), register != Some("0"), "{text}");
         }
     }
@@ -342,14 +360,14 @@ mod tests {
         for (sentences, packets, sends, at_40_hz) in [
             ("0", "1,8,05,0001,001C", "BINARY at 100 Hz", false),
             ("0", "1,20,05,0001,003E", "BINARY+MAG at 40 Hz", true),
-            ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz and BINARY at 800 Hz", true),
+            ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz and BINARY at 800 Hz; sentences: 8-bit checksum", true),
             ("0", "1,3,01,0008", "packets of YawPitchRoll at 266.7 Hz", false),
             ("0", "0,8,05,0001,001C", "no message; --set-message VNYMR makes it send one", true),
         ] {
             let mut registers = factory_registers();
             registers.extend([(6, sentences.to_owned()), (75, packets.to_owned())]);
             let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
-            assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
+            assert!(text.contains(&format!("  sends      {sends}\n")), "{text}");
             assert_eq!(text.contains("aliases at 40 Hz"), at_40_hz, "{text}");
         }
     }

@@ -1,7 +1,7 @@
 //! What a record warns of.
 
-use vn100_analysis::{Settings, WarningKind};
-use vn100_protocol::stream::StreamCounts;
+use vn100_analysis::{Analysis, Settings, WarningKind};
+use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
 use crate::simulated::{Simulated, named, still, text};
@@ -123,6 +123,19 @@ fn a_heading_is_worse_beyond_twice_pitch_and_roll() {
     let of_angles = |channel: &&Channel| channel.quantity != Quantity::MagneticField;
     let channels: Vec<Channel> = VNYMR.channels.iter().filter(of_angles).cloned().collect();
     assert_eq!(named_with(yaw, &Layout { channels: channels.into(), ..VNYMR.clone() }), "");
+}
+
+#[test]
+fn packets_of_impossible_numbers_are_not_said_to_lack_them() {
+    let mut link = StreamCounts::default();
+    (link.tally.packets, link.tally.packet_bytes) = (500, 500 * 44);
+    link.tally.measured_packets = MeasuredPackets { rejected: 500, ..MeasuredPackets::default() };
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&Batch { link, ..Batch::default() });
+    let warnings = analysis.snapshot().warnings;
+    let text = warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines).unwrap().to_string();
+    assert!(text.contains("500 binary packets rejected for numbers that no sensor measures"), "{text}");
+    assert!(!text.contains("neither angular rate"), "{text}");
 }
 
 #[test]

@@ -264,14 +264,21 @@ fn any_rate(text: &str) -> Result<u32, String> {
     let of_packets = |hz: &u32| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz);
     match text.parse().ok().filter(of_packets) {
         Some(hz) => Ok(hz),
-        None => output_rate(text).map(AsyncRate::hz),
+        None => output_rate(text).map(AsyncRate::hz).map_err(|_| {
+            let of_packets = (1..=MEASUREMENTS_PER_S).rev().filter(of_packets).map(|hz| hz.to_string());
+            let of_packets = of_packets.collect::<Vec<_>>().join(", ");
+            format!("sentences come at {} Hz, packets at {of_packets} Hz", rates_of_sentences())
+        }),
     }
 }
 
 fn output_rate(text: &str) -> Result<AsyncRate, String> {
     let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
-    let rates = || OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ");
-    rate.ok_or_else(|| format!("the sensor's output rates are {} Hz", rates()))
+    rate.ok_or_else(|| format!("the sensor's output rates are {} Hz", rates_of_sentences()))
+}
+
+fn rates_of_sentences() -> String {
+    OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ")
 }
 
 pub(super) fn baud_rate(text: &str) -> Result<BaudRate, String> {
@@ -306,6 +313,13 @@ mod tests {
             assert_eq!(text.parse(), Ok(source.clone()));
             assert_eq!(source.to_string(), text);
         }
+    }
+
+    #[test]
+    fn a_rate_that_neither_sentences_nor_packets_have_is_answered_with_those_of_both() {
+        assert_eq!((any_rate("50"), any_rate("800")), (Ok(50), Ok(800)));
+        let error = any_rate("300").unwrap_err();
+        assert!(error.contains("50, 100, 200 Hz, packets at 800, 400, 200, 160, "), "{error}");
     }
 
     #[test]

@@ -147,9 +147,9 @@ const fn words(kind: WarningKind) -> Words {
             &[Remedy::GiveRate(None)],
         ),
         Kind::StampsBackwards => (
-            "Some time stamps lie before earlier ones: the clock was set, or rows are out of order.",
+            "Some time stamps lie before earlier ones: the clock was set, rows are out of order, or the sensor restarted and its own time began anew.",
             "Dropped samples at these places are not detected.",
-            "Record with a monotonic clock, as this program does.",
+            "Record with a monotonic clock, as this program does. If the sensor restarted, check its power supply.",
             &[],
         ),
         Kind::StampsRefused => (

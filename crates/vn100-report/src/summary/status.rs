@@ -173,12 +173,24 @@ fn source(facts: &SourceFacts) -> Option<String> {
         return Some(format!("{topic} ({type_name}), {counted}, stamps {stamps}{unpacked}"));
     }
     let csv = facts.csv.as_ref()?;
-    let times = csv.times.as_ref().map_or_else(|| "no times".into(), |times| format!("times of column {times}"));
+    let times =
+        csv.times.as_ref().map_or_else(|| "no times".into(), |times| format!("times of column {}", named_unit(times)));
     let unused = match csv.ignored_columns.len() as u64 {
         0 => String::new(),
         count => format!(", {} unused", counted(count, "column")),
     };
     Some(format!("{} rows, {times}{unused}", grouped(csv.rows)))
+}
+
+/// Its name and unit, as in `time [ns]:ns`, as a reader says them.
+fn named_unit(column: &str) -> String {
+    match column.rsplit_once(':') {
+        Some((name, unit)) => {
+            let name = name.strip_suffix(&format!("[{unit}]")).map_or(name, str::trim_end);
+            format!("{name}, {unit}")
+        }
+        None => column.to_owned(),
+    }
 }
 
 /// Places of the sentences that name what the user can do.
@@ -227,5 +239,17 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
             has_rates.then(|| format!("{} carries the rates of the sensor, uncompensated", layout.message))
         }
         Aspect::Values => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_of_times_is_said_once() {
+        for (column, said) in [("time [ns]:ns", "time, ns"), ("t:s", "t, s"), ("stamp", "stamp")] {
+            assert_eq!(named_unit(column), said);
+        }
     }
 }

@@ -53,6 +53,14 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
         return None;
     }
     if tally.packets > 0 && link.other_message.is_none_or(|name| !name.to_string().starts_with("VN")) {
+        let impossible = tally.measured_packets.rejected;
+        if impossible > 0 {
+            let headline =
+                format!("{} rejected for numbers that no sensor measures", counted(impossible, "binary packet"));
+            let details = "Their angular rates or accelerations are no numbers (NaN), or beyond any range. The sensor is broken or \
+                           still starting, or what wrote the file put them there.";
+            return Some((headline, Text::from(details)));
+        }
         let beside =
             link.other_message.map_or_else(String::new, |name| format!(" and other sentences, such as {name}"));
         let headline = format!("{}{beside}, and no message that is measured", counted(tally.packets, "binary packet"));
