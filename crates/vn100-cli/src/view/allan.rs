@@ -44,9 +44,9 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
     let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit.name);
     let title = scene.theme.spelled(title);
     let inner = framed(frame, area, scene, Panel::Allan, title);
-    let mut read_out = read_out(scene, &plot);
+    let mut read_out = read_out(scene, &plot, inner.width);
     if alone {
-        read_out.extend(parameters::summary(scene, &group));
+        read_out.extend(parameters::summary(scene, &group, inner.width));
     }
     let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
@@ -84,13 +84,14 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
     if let Some(next) = next_octave(&source.snapshot, plot.deviation).filter(|_| !over) {
         let (tau, when) = (tau(next.tau_s), next.when());
-        let when = if whole { when } else { when.replace(" without a gap", ", no gap") };
+        let when = if whole { when } else { when.replace(" without a gap", " gapless") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));
     }
     Line::from(spans)
 }
 
-fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
+/// The values at the cursor; without the kind of noise, then the averages, where room is short.
+fn read_out(scene: Scene<'_>, plot: &AllanPlot, width: u16) -> Vec<Line<'static>> {
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let Some(octave) = scene.state.octave(octaves) else { return Vec::new() };
     let line = |curve: &AllanCurve| {
@@ -104,8 +105,12 @@ fn read_out(scene: Scene<'_>, plot: &AllanPlot) -> Vec<Line<'static>> {
         };
         let edf = point.edf.map_or(String::new(), |edf| format!("  {} averages", digits(edf, 2)));
         let kind = point.alpha.map_or(String::new(), |alpha| format!("  {}", noise_name(alpha)));
-        let text = format!(" {sign} τ {:<8} σ {value:<8} {interval}{edf}{kind}", format!("{} s", tau(point.tau_s)));
-        Some(Line::styled(scene.theme.spelled(text), scene.theme.axis(curve.axis)))
+        let start = format!(" {sign} τ {:<8} σ {value:<8} {interval}", format!("{} s", tau(point.tau_s)));
+        let forms = [format!("{start}{edf}{kind}"), format!("{start}{edf}"), start];
+        let lines = forms.map(|text| Line::styled(scene.theme.spelled(text), scene.theme.axis(curve.axis)));
+        let [_, _, shortest] = &lines;
+        let fitting = lines.iter().find(|line| line.width() <= usize::from(width));
+        Some(fitting.unwrap_or(shortest).clone())
     };
     plot.curves.iter().filter_map(line).collect()
 }

@@ -92,7 +92,8 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
     let source = scene.source;
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
     let top_lines = warnings::TopLines::new(scene, area.width, if all { 4 } else { 2 });
-    let head_rows = 3 + u16::from(source.playback.is_some()) + u16::from(!source.goals.is_none());
+    let goal_rows = health::goal_lines(scene, area.width).len() as u16;
+    let head_rows = 3 + u16::from(source.playback.is_some()) + goal_rows;
     let [top, warned, tabs, body, keys] = Layout::vertical([
         Constraint::Length(head_rows),
         Constraint::Length(top_lines.rows()),

@@ -9,7 +9,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
-use vn100_analysis::{PlaybackFacts, RateFrom};
+use vn100_analysis::{Plan, PlaybackFacts, RateFrom};
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed, playback_facts};
 use vn100_protocol::Quantity;
@@ -50,11 +50,7 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -
         fitting(width, |detail| second(scene.theme, source, detail)),
         fitting(width, |detail| third(scene.theme, source, detail)),
     ];
-    if !source.goals.is_none() {
-        let goals =
-            scene.theme.spelled(source.goals.texts(&source.snapshot, &source.assessment, source.now).join("   "));
-        lines.push(Line::styled(shortened(&format!(" goal: {goals}"), width), Style::new().bold()));
-    }
+    lines.extend(goal_lines(scene, area.width));
     frame.render_widget(Paragraph::new(lines), area);
     match source.playback {
         Some(playback) => {
@@ -63,6 +59,25 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -
         }
         None => Rect::default(),
     }
+}
+
+/// What the measurement is to reach and how long that takes, on as many lines as it needs.
+pub(crate) fn goal_lines(scene: Scene<'_>, width: u16) -> Vec<Line<'static>> {
+    let source = scene.source;
+    if source.goals.is_none() {
+        return Vec::new();
+    }
+    let goals = source.goals.texts(&source.snapshot, &source.assessment, source.now);
+    let width = usize::from(width);
+    let goals: Vec<String> = goals.into_iter().map(|goal| scene.theme.spelled(goal)).collect();
+    let together = format!(" goal: {}", goals.join("   "));
+    let texts = if together.chars().count() <= width {
+        vec![together]
+    } else {
+        let options = textwrap::Options::new(width.max(1)).initial_indent(" goal: ").subsequent_indent("       ");
+        goals.iter().flat_map(|goal| textwrap::wrap(goal, &options)).map(Into::into).collect()
+    };
+    texts.into_iter().map(|text| Line::styled(text, Style::new().bold())).collect()
 }
 
 /// Parts of a line, with room between them.
@@ -186,7 +201,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         parts.add(text, Style::new());
     }
     if let Some(load) = source.line_load() {
-        let style = if load > 0.9 { theme.warning() } else { Style::new() };
+        let style = if load > Plan::MOST_LOAD { theme.warning() } else { Style::new() };
         let text = if detail <= Detail::Little { "baud" } else { "of the baud rate" };
         let load = 100.0 * load;
         let text = if detail <= Detail::Little { format!("{text} {load:.0} %") } else { format!("{load:.0} % {text}") };

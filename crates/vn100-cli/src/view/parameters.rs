@@ -12,7 +12,7 @@ use vn100_analysis::{DetectableRrw, LongTauValidity, Onboard, Severity, letter, 
 use vn100_protocol::Quantity;
 use vn100_report::{
     names::{TERMS, names_of, parameter_names, verdict_name},
-    numbers::plain::{digits, spread, tau, time},
+    numbers::plain::{digits, spread, tau, time, widest_spread},
     units::ChannelValues,
 };
 
@@ -41,11 +41,9 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
     let inner = framed(frame, area, scene, Panel::Parameters, title);
     let beside = usize::from(inner.width) >= LONG_LABEL + 3 * COLUMN;
-    let mut lines = lines(scene, &group, if beside { LONG_LABEL } else { LABEL }, usize::from(inner.width));
-    let height = usize::from(inner.height);
-    if lines.len() > height {
-        let hidden = lines.len() + 1 - height.min(lines.len());
-        lines.truncate(height.saturating_sub(1));
+    let lines = lines(scene, &group, if beside { LONG_LABEL } else { LABEL }, usize::from(inner.width));
+    let (mut lines, hidden) = most_needed(lines, usize::from(inner.height));
+    if hidden > 0 {
         let shared = area.width < frame.area().width;
         let where_else = if shared { "tab to Noise, then e" } else { "on a larger screen" };
         lines.push(Line::styled(format!(" {hidden} more lines: {where_else}"), scene.theme.warning()));
@@ -53,30 +51,77 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }), inner);
 }
 
-/// N of all axes in a line, for a screen that has no room for the panel.
-pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup) -> Option<Line<'static>> {
-    let unit = convention(sensor_of(group.quantity)?, Term::White, scene.state.units);
-    let mut spans = vec![Span::styled(" N", Style::new().bold())];
-    for (axis, place) in group.channels.iter().enumerate() {
-        let white = scene.source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
-        let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
-            (Some(value), Some(lower), Some(upper)) => {
-                scene.theme.spelled(format!("{} {}", digits(value * unit.factor, 3), spread(value, lower, upper)))
-            }
-            _ => status(white.status).into(),
-        });
-        let sign = SIGNS.get(axis).unwrap_or(&"●");
-        spans.push(Span::styled(format!("  {sign} {text}"), scene.theme.axis(axis)));
-    }
-    spans.push(Span::raw(scene.theme.spelled(format!("  {}", shown_unit(unit)))));
-    Some(Line::from(spans))
+/// What a line of the panel is worth where there is no room for all, the most needed first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Need {
+    /// The values of N, B and K.
+    Value,
+    /// What limits or judges them.
+    Judgement,
+    /// What explains them.
+    Detail,
 }
 
-fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: usize) -> Vec<Line<'static>> {
+/// The lines that have room, in their order: the least needed go first, of those the last. With the
+/// number of those that have none, for which a row is kept.
+fn most_needed(lines: Vec<(Need, Line<'static>)>, height: usize) -> (Vec<Line<'static>>, usize) {
+    if lines.len() <= height {
+        return (lines.into_iter().map(|(_, line)| line).collect(), 0);
+    }
+    let mut places: Vec<usize> = (0..lines.len()).collect();
+    places.sort_by_key(|place| lines[*place].0);
+    places.truncate(height.saturating_sub(1));
+    let hidden = lines.len() - places.len();
+    let kept = lines.into_iter().enumerate().filter(|(place, _)| places.contains(place));
+    (kept.map(|(_, (_, line))| line).collect(), hidden)
+}
+
+/// N of all axes with its unit, for a screen that has no room for the panel: in one line where
+/// that has room, else with the unit above the values, or with a line for each axis.
+pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup, width: u16) -> Vec<Line<'static>> {
+    let Some(sensor) = sensor_of(group.quantity) else { return Vec::new() };
+    let theme = scene.theme;
+    let unit = convention(sensor, Term::White, scene.state.units);
+    let name = Span::styled(" N", Style::new().bold());
+    let unit_name = Span::raw(theme.spelled(format!("  {}", shown_unit(unit))));
+    let values = |interval: fn(f64, f64, f64) -> String| -> Vec<Span<'static>> {
+        let value = |(axis, place): (usize, &usize)| {
+            let white = scene.source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
+            let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
+                (Some(value), Some(lower), Some(upper)) => {
+                    theme.spelled(format!("{} {}", digits(value * unit.factor, 3), interval(value, lower, upper)))
+                }
+                _ => status(white.status).into(),
+            });
+            let sign = SIGNS.get(axis).unwrap_or(&"●");
+            Span::styled(format!("  {sign} {text}"), theme.axis(axis))
+        };
+        group.channels.iter().enumerate().map(value).collect()
+    };
+    let together = |values: Vec<Span<'static>>| {
+        vec![Line::from_iter([name.clone()].into_iter().chain(values).chain([unit_name.clone()]))]
+    };
+    let below =
+        |values: Vec<Span<'static>>| vec![Line::from_iter([name.clone(), unit_name.clone()]), Line::from_iter(values)];
+    let apart = || {
+        let head = Line::from_iter([name.clone(), unit_name.clone()]);
+        [head].into_iter().chain(values(spread).into_iter().map(Line::from)).collect()
+    };
+    let forms = [
+        together(values(spread)),
+        together(values(widest_spread)),
+        below(values(spread)),
+        below(values(widest_spread)),
+    ];
+    let has_room = |lines: &Vec<Line<'_>>| lines.iter().all(|line| line.width() <= usize::from(width));
+    forms.into_iter().find(has_room).unwrap_or_else(apart)
+}
+
+fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: usize) -> Vec<(Need, Line<'static>)> {
     let Scene { source, theme, .. } = scene;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
-        return without_parameters(group.quantity).map(Line::raw).into();
+        return without_parameters(group.quantity).map(|text| (Need::Value, Line::raw(text))).into();
     };
     let column_style = |axis: usize| match scene.state.axes {
         ShownAxes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
@@ -90,11 +135,10 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
     let row = |label: &str, cells: Vec<String>| {
         with_cells(vec![Span::raw(format!(" {label:<width$}", width = label_columns - 1))], cells)
     };
-    let mut lines: Vec<Line<'static>> = doubts(source, &axes)
-        .into_iter()
-        .flat_map(|text| wrapped(&theme.spelled(text), width, theme.warning()))
-        .collect();
-    lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
+    let doubts = doubts(source, &axes).into_iter();
+    let doubts = doubts.flat_map(|text| wrapped(&theme.spelled(text), width, theme.warning()));
+    let mut lines: Vec<(Need, Line<'static>)> = doubts.map(|line| (Need::Judgement, line)).collect();
+    lines.push((Need::Value, row("", axes.iter().map(|axis| axis.name.clone()).collect())));
     for term in TERMS.into_iter().filter(|term| *term != Term::RateRamp) {
         let (letter, name) = (letter(term), parameter_names(sensor, term).name);
         let parameters: Vec<Option<Parameter>> =
@@ -102,11 +146,13 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         if parameters.iter().all(Option::is_none) {
             continue;
         }
+        let need = if term == Term::Quantization { Need::Judgement } else { Need::Value };
         if parameters.iter().flatten().all(|parameter| parameter.status == Status::NotMeasurable) {
-            lines.push(Line::from(vec![
+            let spans = [
                 Span::styled(format!(" {letter}"), Style::new().bold()),
                 Span::raw(format!(" {name}: not measurable in this message")),
-            ]));
+            ];
+            lines.push((need, Line::from_iter(spans)));
             continue;
         }
         let unit = convention(sensor, term, scene.state.units);
@@ -129,28 +175,29 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
             Span::raw(format!("{term_name:<width$}", width = label_columns - 2)),
         ];
         if !beside {
-            lines.push(Line::from(titled));
+            lines.push((need, Line::from(titled)));
             titled = vec![Span::raw(" ".repeat(label_columns))];
         }
         let (values, intervals) = (parameters.iter().map(value), parameters.iter().map(interval));
         let together: Vec<String> = values.clone().zip(intervals.clone()).map(|(v, i)| format!("{v} {i}")).collect();
         if together.iter().all(|cell| cell.trim_end().chars().count() < COLUMN) {
-            lines.push(with_cells(titled, together.iter().map(|cell| cell.trim_end().to_owned()).collect()));
+            lines.push((need, with_cells(titled, together.iter().map(|cell| cell.trim_end().to_owned()).collect())));
         } else {
-            lines.push(with_cells(titled, values.collect()));
+            lines.push((need, with_cells(titled, values.collect())));
             if intervals.clone().any(|interval| !interval.is_empty()) {
-                lines.push(row("", intervals.collect()));
+                lines.push((need, row("", intervals.collect())));
             }
         }
         if term == Term::White {
             let own = |place: &usize| own_white(source, *place).map(|(value, _)| digits(value * unit.factor, 2));
             let own: Vec<Option<String>> = group.channels.iter().map(own).collect();
             if own.iter().any(Option::is_some) {
-                lines.push(row("sensor", own.into_iter().map(Option::unwrap_or_default).collect()));
+                let own = own.into_iter().map(Option::unwrap_or_default).collect();
+                lines.push((Need::Detail, row("sensor", own)));
                 let factor = group.channels.iter().find_map(|place| own_white(source, *place)).map_or(1.0, |(_, f)| f);
                 let within = 100.0 * Onboard::UNCERTAINTY;
                 let text = format!(" sensor: its own N, this N ÷ {factor:.2} (±{within:.0} %)");
-                lines.push(Line::styled(theme.spelled(text), theme.faint()));
+                lines.push((Need::Detail, Line::styled(theme.spelled(text), theme.faint())));
             }
         }
         if let Some(judged) = sheet::verdicts(source, group, term) {
@@ -161,15 +208,14 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
                 });
                 Span::styled(format!("{word:>COLUMN$}"), style)
             }));
-            lines.push(Line::from(spans));
+            lines.push((Need::Judgement, Line::from(spans)));
             let texts = sheet::explanation(&judged, unit).into_iter().map(|text| theme.spelled(text));
-            lines.extend(texts.flat_map(|text| wrapped(&text, width, theme.faint())));
+            let texts = texts.flat_map(|text| wrapped(&text, width, theme.faint()));
+            lines.extend(texts.map(|line| (Need::Detail, line)));
         }
         if term == Term::RateRandomWalk {
-            lines.extend(
-                seen_later(&axes, unit.factor)
-                    .map(|text| Line::styled(theme.spelled(format!(" {text}")), theme.faint())),
-            );
+            let text = seen_later(&axes, unit.factor).map(|text| theme.spelled(format!(" {text}")));
+            lines.extend(text.map(|text| (Need::Detail, Line::styled(text, theme.faint()))));
         }
     }
     let quality = |of: fn(&imu_noise::FitQuality) -> String| {
@@ -179,11 +225,10 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         };
         axes.iter().map(cell).collect::<Vec<_>>()
     };
-    lines.push(row(
-        &theme.spelled("τ (s)"),
-        quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s))),
-    ));
-    lines.push(row("fit", quality(|quality| format!("{} p {}", fit_word(quality.p), digits(quality.p, 2)))));
+    let taus = quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s)));
+    lines.push((Need::Detail, row(&theme.spelled("τ (s)"), taus)));
+    let fit = quality(|quality| format!("{} p {}", fit_word(quality.p), digits(quality.p, 2)));
+    lines.push((Need::Judgement, row("fit", fit)));
     lines
 }
 

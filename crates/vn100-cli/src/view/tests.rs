@@ -23,7 +23,7 @@ use super::{
     draw::{Regions, Scene, draw},
     question::Question,
     source::{SourcePhase, SourceView},
-    state::{Panel, ShownAxes, ViewState},
+    state::{Panel, Selection, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};
@@ -180,6 +180,17 @@ fn every_warning_is_listed_and_read_in_full() {
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
             assert!(said.contains("and this is its end"), "{} at {size:?}:\n{screen}", kind.name());
         }
+    }
+}
+
+#[test]
+fn a_part_of_a_capture_that_is_read_is_not_taken_for_a_missing_measurement() {
+    let selection = Selection { from: Some(0.25), to: Some(0.5) };
+    let source = SourceView { phase: SourcePhase::Measuring, link: None, ..nothing() };
+    for (state, is_part) in [(ViewState { selection, ..one() }, true), (one(), false)] {
+        let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, (80, 24)).0);
+        assert_eq!(screen.contains("Reading the part of "), is_part, "{screen}");
+        assert_eq!(screen.contains("waiting for the first measurement"), !is_part, "{screen}");
     }
 }
 

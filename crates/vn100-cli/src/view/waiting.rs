@@ -16,16 +16,24 @@ use super::{
 
 pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
-    let (what, why) = waiting_for(source);
+    let selection = scene.state.selection;
+    let reads_part = selection.from.is_some() && selection.to.is_some();
+    let (what, why) = match (&source.phase, &source.link) {
+        (SourcePhase::Measuring, None) if reads_part => {
+            (format!("Reading the part of {} between ( and ).", source.name), vec!["0 chooses the whole again."])
+        }
+        _ => waiting_for(source),
+    };
     let tally = &source.snapshot.link.tally;
     let mut lines = vec![Line::raw(what).style(scene.theme.warning()), Line::raw("")];
     lines.extend(why.into_iter().map(|line| Line::raw(format!("- {line}"))));
     lines.push(Line::raw(""));
     lines.push(Line::raw(format!(
-        "So far {} bytes, {} valid sentences, {} rejected.",
+        "So far {} bytes, {} valid sentences, {} packets, {} rejected.",
         grouped(source.snapshot.link.bytes()),
         grouped(tally.valid_sentences()),
-        grouped(tally.rejected.total())
+        grouped(tally.packets),
+        grouped(tally.rejected.total() + tally.measured_packets.rejected)
     )));
     let block = Block::new()
         .borders(Borders::ALL)

@@ -6,7 +6,7 @@ use ratatui::{
     layout::{Constraint, Layout, Rect},
     style::Style,
     text::Line,
-    widgets::{Paragraph, Wrap},
+    widgets::Paragraph,
 };
 use vn100_analysis::{Severity, Warning};
 use vn100_report::{names::rejected_lines, numbers::plain::grouped};
@@ -181,9 +181,16 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let chosen = scene.state.warning.min(findings.len() - 1);
     let width = usize::from(inner.width);
     let lost: Vec<_> = lost(scene.source).iter().map(|text| Line::raw(shortened(&format!(" {text}"), width))).collect();
+    let text = scene.theme.spelled(findings[chosen].text.as_str());
+    let mut text: Vec<Line<'_>> =
+        textwrap::wrap(&text, width.max(1)).into_iter().map(|line| Line::raw(line.into_owned())).collect();
+    // the counts, which stand above as well, and the list give way to the text, but for the one chosen
+    let lost_have_room = usize::from(inner.height) >= lost.len() + text.len() + 2;
+    let lost = if lost_have_room { lost } else { Vec::new() };
     let rows_lost = lost.len() as u16;
-    let listed = (findings.len() as u16).min(inner.height.saturating_sub(rows_lost) / 2);
-    let [counts, list, text] =
+    let rest = inner.height.saturating_sub(rows_lost + 1);
+    let listed = (findings.len() as u16).min(rest / 2).min(rest.saturating_sub(text.len() as u16)).max(1);
+    let [counts, list, below] =
         Layout::vertical([Constraint::Length(rows_lost), Constraint::Length(listed + 1), Constraint::Fill(1)])
             .areas(inner);
     let first = (chosen + 1).saturating_sub(usize::from(listed));
@@ -195,10 +202,15 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         .collect();
     frame.render_widget(Paragraph::new(lost).style(scene.theme.warning()), counts);
     frame.render_widget(Paragraph::new(lines), list);
-    frame.render_widget(
-        Paragraph::new(scene.theme.spelled(findings[chosen].text.as_str())).wrap(Wrap { trim: true }),
-        text,
-    );
+    let height = usize::from(below.height);
+    if text.len() > height {
+        let hidden = text.len() + 1 - height.min(text.len());
+        text.truncate(height.saturating_sub(1));
+        let shared = area.width < frame.area().width;
+        let where_else = if shared { "press e" } else { "on a larger screen" };
+        text.push(Line::styled(format!(" {hidden} more lines: {where_else}"), scene.theme.warning()));
+    }
+    frame.render_widget(Paragraph::new(text), below);
 }
 
 pub(crate) fn shortened(text: &str, width: usize) -> String {

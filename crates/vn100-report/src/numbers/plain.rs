@@ -62,6 +62,15 @@ pub fn spread(value: f64, lower: f64, upper: f64) -> String {
     }
 }
 
+/// `±≤7.8 %`: the wider side of an interval alone, rounded up, where there is no room for both.
+#[must_use]
+pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
+    let widest = (100.0 * (1.0 - lower / value)).max(100.0 * (upper / value - 1.0));
+    let decimals = usize::from(widest < 9.85);
+    let scale = 10_f64.powi(decimals as i32);
+    format!("±≤{:.decimals$} %", (scale * widest).ceil() / scale)
+}
+
 /// `+12 ppm`; what rounds to nothing is `+0 ppm`.
 #[must_use]
 pub fn ppm(value: f64) -> String {
@@ -180,6 +189,9 @@ mod tests {
         assert_eq!(trimmed.map(|(v, n)| digits_trimmed(v, n)), ["40", "10", "0.04", "3.5e-3", "2.78e-3", "2e6", "0"]);
         assert_eq!(spread(10.0, 9.8, 10.205), "±2.0 %");
         assert_eq!(spread(10.0, 5.0, 30.0), "+200 -50 %");
+        assert_eq!(widest_spread(10.0, 9.3, 10.772), "±≤7.8 %");
+        assert_eq!(widest_spread(10.0, 5.0, 10.9), "±≤50 %");
+        assert_eq!(widest_spread(10.0, 9.014, 10.1), "±≤10 %");
     }
 
     #[test]

@@ -45,10 +45,17 @@ pub(super) fn measured() -> SourceView {
     static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
-        analysis.absorb(&batch(&VNIMU, &[]));
+        analysis.absorb(&batch(&VNIMU, SAMPLES, &[]));
         source(analysis.snapshot())
     })
     .clone()
+}
+
+/// Its first rows: the fewer, the wider the intervals, and the less alike their sides.
+pub(super) fn short(rows: usize) -> SourceView {
+    let mut analysis = Analysis::new(settings());
+    analysis.absorb(&batch(&VNIMU, rows, &[]));
+    source(analysis.snapshot())
 }
 
 /// The same time of a compensated stream, with rejected sentences and gaps, and a
@@ -57,7 +64,7 @@ pub(super) fn damaged() -> SourceView {
     static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
-        let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
+        let mut batch = batch(&VNYMR, SAMPLES, &[500, 501, 8000, 15_000]);
         batch.link.tally.rejected.checksum = 3;
         batch.link.tally.rejected.truncated = 1;
         batch.registers.push(RegisterContents {
@@ -121,7 +128,7 @@ fn source(mut snapshot: Snapshot) -> SourceView {
 }
 
 /// White noise in every channel, with rejected sentences before these rows.
-fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
+fn batch(layout: &Layout, rows: usize, bad_before: &[usize]) -> Batch {
     let mut state = 1_u64;
     let mut noise = || {
         // Knuth's constants; the sum of four is near enough to normal
@@ -131,8 +138,8 @@ fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
         };
         (0..4).map(|_| uniform()).sum::<i64>()
     };
-    let mut counts = Vec::with_capacity(SAMPLES * layout.channels.len());
-    for row in 0..SAMPLES {
+    let mut counts = Vec::with_capacity(rows * layout.channels.len());
+    for row in 0..rows {
         for (place, channel) in layout.channels.iter().enumerate() {
             // a mean and a spread that suit what is measured, and a slow change in one
             let (mean, spread) = match (channel.name.as_ref(), channel.decimals) {
@@ -148,8 +155,8 @@ fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
         }
     }
     let mut link = StreamCounts { connects: 1, ..StreamCounts::default() };
-    link.tally.samples = SAMPLES as u64;
-    link.tally.valid_sentence_bytes = 122 * SAMPLES as u64;
+    link.tally.samples = rows as u64;
+    link.tally.valid_sentence_bytes = 122 * rows as u64;
     let marks = bad_before.iter().map(|row| Mark { before_row: *row, kind: MarkKind::Rejected });
     Batch { layout: Some(Arc::new(layout.clone())), counts, marks: marks.collect(), link, ..Batch::default() }
 }

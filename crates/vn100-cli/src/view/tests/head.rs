@@ -2,16 +2,24 @@
 
 use std::{sync::Arc, time::Duration};
 
+use imu_noise::{Sensor, Term};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Settings, Severity};
 use vn100_driver::LinkState;
 use vn100_pipeline::{Command, Session};
-use vn100_report::goals::Goals;
+use vn100_report::{
+    goals::Goals,
+    numbers::plain::{digits, spread, widest_spread},
+};
 
-use super::{PLAIN, SIZES, damaged, drawn, measured, one, text};
-use crate::view::{
-    source::{SourceMonitor, SourceView},
-    state::{Panel, ViewState},
+use super::{PLAIN, SIZES, damaged, drawn, fixture::short, measured, one, text};
+use crate::{
+    view::{
+        source::{SourceMonitor, SourceView},
+        state::{Panel, ViewState},
+        units::{convention, shown_unit},
+    },
+    words::remedy_words,
 };
 
 fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {
@@ -32,7 +40,10 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
         (None, &["gyro N ±0.5%"], "goal: gyro N ±1.0 % of ±0.5 %, about 24 min more"),
         (None, &["gyro N ±3%"], "goal: gyro N ±1.0 % of ±3 %, reached"),
         (None, &["gyro K ±3%"], "goal: gyro K ±3 %: not estimated yet"),
-        (Some(1200), &["gyro N ±3%"], "20 min, 11 min 40 s more   gyro N"),
+        (Some(1200), &["gyro N ±3%"], "goal: 8 min 20 s of 20 min, 11 min 40 s more"),
+        (Some(1200), &["gyro N ±0.5%"], "gyro N ±1.0 % of ±0.5 %, about 24 min more"),
+        (None, &["gyro N ±0.5%", "accel N ±0.5%"], "gyro N ±1.0 % of ±0.5 %, about 24 min more"),
+        (None, &["gyro N ±0.5%", "accel K ±0.5%"], "accel K ±0.5 %: not estimated yet"),
     ] {
         let source = with_goals(duration_s, until);
         for size in SIZES {
@@ -47,6 +58,58 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
         assert!(screen.contains("goal: by the clock 8 min 20 s of 20 min, 11 min 40 s more"), "{size:?}:\n{screen}");
     }
     assert!(!screen(&one(), &measured(), (80, 24)).contains("goal:"));
+}
+
+#[test]
+fn values_and_units_below_the_curve_are_whole_at_every_width() {
+    for source in [short(40), short(300), short(1500), damaged(), measured()] {
+        for (units, width) in (0..6).flat_map(|units| (60..=200).map(move |width| (units, width))) {
+            let state = ViewState { units, panel: Panel::Allan, expanded: true, ..one() };
+            let group = state.group(&source).unwrap();
+            let unit = shown_unit(convention(Sensor::Gyroscope, Term::White, units));
+            let screen = screen(&state, &source, (width, 24));
+            let row = |text: &str| screen.lines().find(|line| line.contains(text)).map(|line| line.trim_matches('│'));
+            assert!(row(" N  ").is_some_and(|row| row.trim_end().ends_with(&unit)), "{width} {unit}\n{screen}");
+            for place in group.channels {
+                let white = source.values[place].noise.as_ref().unwrap().parameter(Term::White).unwrap();
+                let Some(value) = white.value else { continue };
+                let value = digits(value * convention(Sensor::Gyroscope, Term::White, units).factor, 3);
+                let interval = [spread, widest_spread].map(|interval| {
+                    format!("{value} {}", interval(white.value.unwrap(), white.lower.unwrap(), white.upper.unwrap()))
+                });
+                assert!(interval.iter().any(|text| row(text).is_some()), "{width} {interval:?}\n{screen}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_noise_panel_leaves_out_values_last() {
+    let state = ViewState { panel: Panel::Parameters, ..one() };
+    let source = with_goals(None, &["gyro N ±0.5%"]);
+    let screen = screen(&state, &source, (60, 20));
+    for letter in ["N", "B", "K"] {
+        let named = |line: &&str| line.starts_with(&format!("│ {letter} "));
+        let mut rows = screen.lines().skip_while(|line| !named(line));
+        let has_value = rows.by_ref().take(2).any(|row| row.contains("e-") || row.contains("not observable"));
+        assert!(has_value, "{letter}\n{screen}");
+    }
+    assert!(screen.contains(" more lines: on a larger screen"), "{screen}");
+}
+
+#[test]
+fn a_warning_that_has_no_room_says_so() {
+    let kept = damaged();
+    for (warning, height) in (0..kept.warnings.len()).flat_map(|warning| (16..30).map(move |height| (warning, height)))
+    {
+        let state = ViewState { panel: Panel::Warnings, warning, ..one() };
+        let screen = screen(&state, &kept, (60, height));
+        let faults = kept.faults.all().len();
+        let Some(chosen) = warning.checked_sub(faults).map(|place| &kept.warnings[place]) else { continue };
+        let text = chosen.in_words(remedy_words);
+        let last = text.split_whitespace().next_back().unwrap();
+        assert!(screen.contains(last) || screen.contains("on a larger screen"), "{height} {last}\n{screen}");
+    }
 }
 
 #[test]
