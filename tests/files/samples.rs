@@ -39,11 +39,21 @@ fn samples_read_back_to_the_same_numbers() {
     let (written, read) = written_and_read(&packets, &table("packets.csv"), &[]);
     assert_eq!(written["timing"]["samples"], read["timing"]["samples"]);
     let head = fs::read_to_string(table("packets.csv")).unwrap();
-    assert!(head.starts_with("time [ns],device [ns],accel_x [m/s^2],"), "{:.80}", head);
+    assert!(head.starts_with("time [ns],device time [ns],accel_x [m/s^2],"), "{:.80}", head);
     for (written, read) in written["channels"].as_array().unwrap().iter().zip(read["channels"].as_array().unwrap()) {
         let std = |channel: &Value| channel["statistics"]["std"].as_f64().unwrap();
         assert!((std(written) / std(read) - 1.0).abs() < 1e-6, "{}", written["name"]);
     }
+    // their own times show what is missing, without arrivals too
+    let mut bytes = fs::read(capture(folder.path(), "c.bin", &["--message", "BINARY", "--duration", "1min"])).unwrap();
+    bytes.drain(44 * 500..44 * 521);
+    bytes.drain(44 * 1000..44 * 1003);
+    fs::write(folder.path().join("lost.bin"), bytes).unwrap();
+    let (written, read) = written_and_read(&folder.path().join("lost.bin"), &table("lost.csv"), &[]);
+    for key in ["samples", "missing", "gaps", "rate_hz"] {
+        assert_eq!(written["timing"][key], read["timing"][key], "{key}");
+    }
+    assert_eq!(written["timing"]["missing"], 24);
 }
 
 #[test]

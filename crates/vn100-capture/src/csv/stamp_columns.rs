@@ -14,6 +14,9 @@ use super::{
 /// Names that stand for nothing else.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
+/// The words of the name of the sensor's own time, as tables of samples have it.
+const DEVICE_TIME: [&str; 2] = ["device", "time"];
+
 /// How the last words of other names of times end.
 const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
 
@@ -72,6 +75,9 @@ impl StampSearch<'_> {
     /// # Errors
     /// Where a column that can only be one of stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
+        if let Some(columns) = self.device_time() {
+            return Ok(Some(columns));
+        }
         match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
             Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
             None => Ok(self.likely()),
@@ -81,6 +87,9 @@ impl StampSearch<'_> {
     /// As [`found`](Self::found), where any column may hold something else: only columns that
     /// ascend from row to row.
     pub(super) fn likely(&self) -> Option<StampColumns> {
+        if let Some(columns) = self.device_time() {
+            return Some(columns);
+        }
         let by_name = || {
             let named = self.free().filter(|&place| self.name(place).is_time());
             { named }.find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))
@@ -91,6 +100,13 @@ impl StampSearch<'_> {
         let by_content = || self.free().find_map(|place| Some((place, StampForm::Clock(self.clock(place).ok()??))));
         let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
         columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
+    }
+
+    /// The time at which the sensor measured each row, which is better than any of its arrival.
+    fn device_time(&self) -> Option<StampColumns> {
+        let is_device_time = |place: &usize| self.name(*place).words == DEVICE_TIME && self.ascends(*place);
+        let place = self.free().find(is_device_time)?;
+        Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
     }
 
     /// Whatever its name, the first that can be nothing but times.

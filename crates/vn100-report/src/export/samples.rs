@@ -69,7 +69,7 @@ impl<W: Write> SampleTable<W> {
         self.columns = Some(columns);
         let mut names = Vec::new();
         names.extend(columns.arrival.then(|| "time [ns]".to_owned()));
-        names.extend(columns.device.then(|| "device [ns]".to_owned()));
+        names.extend(columns.device.then(|| "device time [ns]".to_owned()));
         names.extend(channels.iter().map(|Channel { name, unit, .. }| match &**unit {
             "1" | "" => name.to_string(),
             unit => format!("{name} [{unit}]"),
@@ -133,7 +133,7 @@ mod tests {
         let text = text(&[Batch::default(), timed]);
         let mut lines = text.lines();
         let header = lines.next().unwrap();
-        assert!(header.starts_with("time [ns],device [ns],mag_x [gauss],"), "{header}");
+        assert!(header.starts_with("time [ns],device time [ns],mag_x [gauss],"), "{header}");
         assert!(header.ends_with("gyro_z [rad/s],temperature [degC],pressure [kPa]"), "{header}");
         let starts = ["7,25,-0.0005,1.2345,", "7,50,1.2345,-0.0005,", "9,75,-0.0005,1.2345,"];
         for (line, start) in lines.zip(starts) {
