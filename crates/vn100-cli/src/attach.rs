@@ -274,7 +274,7 @@ fn is_recorded(state: &SourceState) -> Option<bool> {
 
 /// Follows a session to its end, showing where it is and writing the documents of every second
 /// meanwhile. Where these cannot be written, `written` says why, and it ends as when it is stopped,
-/// unless it is recorded; where it is only recorded, it ends once that fails.
+/// unless so much of it is to be recorded; where it is only recorded, it ends once that fails.
 async fn follow(
     mut session: Session,
     job: &Job,
@@ -294,7 +294,9 @@ async fn follow(
     let next = if records_alone { "the session ends" } else { "the measurement continues" };
     loop {
         let is_recorded = is_recorded(&session.state.borrow());
-        if is_recorded == Some(false) && (written.is_err() || records_alone) && !stop.is_cancelled() {
+        let is_to_be_recorded = is_recorded != Some(false) && job.settings.duration.is_some();
+        let has_no_reader = written.is_err() && !is_to_be_recorded;
+        if (has_no_reader || records_alone && is_recorded == Some(false)) && !stop.is_cancelled() {
             let state = session.state.borrow().clone();
             let line = line.get_or_insert_with(|| job.status.line(&name, next));
             line.show(state.link.as_ref(), state.recording.as_ref(), &state.snapshot);
