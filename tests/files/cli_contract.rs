@@ -41,6 +41,7 @@ fn a_wrong_command_line_is_usage() {
         &["configure", "sim", "--set-message", "VNXYZ"],
         &["configure", "sim", "--set-baud", "1200"],
         &["replay", "x", "--json", "--ndjson"],
+        &["sim", "-o", "x.bin", "--faults", "drop@1s"],
         &["replay", "x", "--skip", "5 parsecs"],
         &["replay", "x", "--duration", "0s"],
         &["attach", "sim", "--duration", "0s"],

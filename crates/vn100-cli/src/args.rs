@@ -75,6 +75,9 @@ impl Args {
             Subcommand::Archive(args) if args.files.files.iter().any(|path| path == Path::new("-")) => {
                 Some("an archive is of files and folders: standard input is none".into())
             }
+            Subcommand::Sim(SimArgs { output: Some(_), sensor, .. }) if !sensor.faults.faults.is_empty() => {
+                Some("--faults strike a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
+            }
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, .. }) => {
                 files.refused_taus().or_else(|| result.refused(files.files.len()))
