@@ -60,6 +60,8 @@ impl StatusLines {
             name,
             next,
             reported: None,
+            since_ns: None,
+            soon_again: 0,
             failure_reported: false,
             low_space_reported: false,
             hint_reported: false,
@@ -78,6 +80,10 @@ pub(crate) struct StatusLine {
     name: String,
     next: &'static str,
     reported: Option<LinkState>,
+    /// When the last connection began, in nanoseconds of the link's clock.
+    since_ns: Option<i64>,
+    /// Connections in succession that began less than a minute after the one before.
+    soon_again: u32,
     failure_reported: bool,
     low_space_reported: bool,
     /// How to shorten the latency of the adapter.
@@ -119,7 +125,7 @@ impl StatusLine {
 
     /// Reports each link event once; of repeated failures the first, and those that need the user.
     pub(crate) fn report_link(&mut self, state: &LinkState) {
-        if self.status.is_quiet {
+        if self.status.is_quiet || self.is_unstable(state) {
             return;
         }
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
@@ -132,6 +138,30 @@ impl StatusLine {
             }
             self.reported = Some(state.clone());
         }
+    }
+}
+
+impl StatusLine {
+    /// Whether the link is lost again and again. That is reported in place of the single losses: at
+    /// the fourth connection within a minute of the one before, and whenever their number doubles.
+    fn is_unstable(&mut self, state: &LinkState) -> bool {
+        const SOON_NS: i64 = 60_000_000_000;
+        const FEW: u32 = 3;
+        let since_ns = up(state).map(|up| up.since_ns).filter(|since_ns| self.since_ns != Some(*since_ns));
+        if let Some(since_ns) = since_ns {
+            let is_soon = self.since_ns.is_some_and(|before_ns| since_ns.saturating_sub(before_ns) < SOON_NS);
+            self.soon_again = if is_soon { self.soon_again + 1 } else { 0 };
+            self.since_ns = Some(since_ns);
+            if self.soon_again > FEW && self.soon_again.is_power_of_two() {
+                let times = self.soon_again;
+                let text = format!(
+                    "the link is unstable: lost {times} times, each within a minute; check the cable, the adapter and its power"
+                );
+                self.status.report(&about(&self.name, &text));
+            }
+        }
+        let needs_help = matches!(state, LinkState::Down { needs_help: true, .. });
+        self.soon_again > FEW && !needs_help
     }
 }
 
@@ -299,6 +329,27 @@ mod tests {
         line.report_link(&LinkState::Up(again));
         let reported = messages.take();
         assert_eq!(reported.iter().filter(|reported| reported.contains("up to 16 ms")).count(), 1, "{reported:?}");
+    }
+
+    #[test]
+    fn a_link_that_is_lost_again_and_again_is_reported_as_that() {
+        let messages = MessageQueue::default();
+        let mut line =
+            StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu", "the measurement continues");
+        let mut connect = |at_s: i64| {
+            let up = Up { since_ns: at_s * 1_000_000_000, ..connected() };
+            line.report_link(&LinkState::Up(up.clone()));
+            line.report_link(&LinkState::Silent(up));
+            line.report_link(&down("the port is gone", false));
+        };
+        (0..100).for_each(|connection| connect(2 * connection));
+        let all = messages.take();
+        let unstable: Vec<_> = all.iter().filter(|text| text.contains("unstable: lost")).collect();
+        assert_eq!((all.len(), unstable.len()), (3 * 4 + 5, 5), "{all:#?}");
+        assert!(all[16].contains("lost 64 times"), "{all:#?}");
+        connect(1000);
+        let calm = messages.take();
+        assert!(calm.len() == 3 && calm[0].contains("connected to /dev/imu"), "{calm:?}");
     }
 
     #[test]
