@@ -9,9 +9,9 @@ use crate::args::MeasureArgs;
 
 /// Options, in the order in which they were added.
 #[derive(Debug, Default)]
-pub(crate) struct Asked(Vec<String>);
+pub(crate) struct MeasureOptions(Vec<String>);
 
-impl Asked {
+impl MeasureOptions {
     /// An option that is set, with its value; an empty one has none.
     pub(crate) fn add(&mut self, name: &str, value: Option<String>) {
         self.0.extend(
@@ -33,8 +33,8 @@ pub(crate) fn length(length: Duration) -> String {
 }
 
 /// The options of every command that measures.
-pub(crate) fn measure_options(measure: &MeasureArgs, taus: Option<&AveragingTimes>) -> Asked {
-    let mut asked = Asked::default();
+pub(crate) fn measure_options(measure: &MeasureArgs, taus: Option<&AveragingTimes>) -> MeasureOptions {
+    let mut asked = MeasureOptions::default();
     asked.add("rate", measure.rate.map(|hz| hz.to_string()));
     asked.add("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
     asked.add("taus", taus.map(ToString::to_string));

@@ -13,7 +13,7 @@ use vn100_pipeline::Session;
 use vn100_report::{Evaluation, Program, goals::Goals};
 use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
 
-use crate::{args::ServeArgs, asked::Asked, words};
+use crate::{args::ServeArgs, asked::MeasureOptions, words};
 
 /// What makes reports.
 pub(crate) const PROGRAM: Program<'static> =
@@ -49,7 +49,7 @@ impl Watched {
     }
 
     /// With the options of the measurement, for the report.
-    pub(crate) fn asked(self, options: &Asked) -> Self {
+    pub(crate) fn asked(self, options: &MeasureOptions) -> Self {
         Self { asked: options.text(), ..self }
     }
 

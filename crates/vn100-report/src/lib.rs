@@ -57,7 +57,7 @@ pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
 pub use history::{History, HistoryColumn};
 pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, run_name, run_prefix};
 pub use page::live::{
-    LiveSource, LiveStage, PagePart, live_icon, live_page, live_script, live_style, now_part, result_parts,
+    LiveStage, PagePart, PageSource, live_icon, live_page, live_script, live_style, now_part, result_parts,
     signal_part, sources_part,
 };
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};

@@ -10,7 +10,7 @@ use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
 use vn100_pipeline::{SourceState, Stage};
 use vn100_report::{
-    Document, Evaluation, Figures, LiveSource, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, Record,
+    Document, Evaluation, Figures, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, PageSource, Record,
     goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix, signal_part,
     sources_part, write_page,
 };
@@ -147,7 +147,7 @@ impl Drawer {
         self.drawn_at = Some(now);
         let (words, evaluation) = (self.words, &self.evaluation);
         let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(words, evaluation, now)).collect();
-        let live: Vec<(String, LiveSource<'_>)> = (self.sources.iter().zip(&seen))
+        let live: Vec<(String, PageSource<'_>)> = (self.sources.iter().zip(&seen))
             .map(|(source, seen)| {
                 (source.prefix.clone(), seen.live(&source.goals, now.saturating_duration_since(source.began)))
             })
@@ -272,8 +272,8 @@ struct Seen {
 }
 
 impl Seen {
-    fn live<'a>(&'a self, goals: &'a Goals, elapsed: Duration) -> LiveSource<'a> {
-        LiveSource {
+    fn live<'a>(&'a self, goals: &'a Goals, elapsed: Duration) -> PageSource<'a> {
+        PageSource {
             facts: &self.facts,
             snapshot: &self.snapshot,
             assessment: &self.assessment,

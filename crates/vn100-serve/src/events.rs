@@ -19,12 +19,12 @@ use crate::drawing::PageState;
 
 /// Where a reader has come: the run of the program, and the version of its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct EventPlace {
     pub(crate) run: u64,
     pub(crate) version: u64,
 }
 
-impl Place {
+impl EventPlace {
     /// As the events are numbered.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let (run, version) = text.split_once('-')?;
@@ -37,7 +37,7 @@ pub(crate) struct PageEvents {
     pages: WatchStream<Arc<PageState>>,
     over: Pin<Box<WaitForCancellationFutureOwned>>,
     /// `None` for one who has nothing yet.
-    place: Option<Place>,
+    place: Option<EventPlace>,
     /// Parts of the state that is being sent, one at a time: a whole one is large.
     unsent: VecDeque<Arc<PagePart>>,
     is_over: bool,
@@ -47,7 +47,7 @@ pub(crate) struct PageEvents {
 impl PageEvents {
     pub(crate) fn new(
         pages: watch::Receiver<Arc<PageState>>,
-        place: Option<Place>,
+        place: Option<EventPlace>,
         over: CancellationToken,
         stream: OwnedSemaphorePermit,
     ) -> Self {
@@ -62,7 +62,7 @@ impl PageEvents {
         // texts alone are serialised
         let event = Event::default().event("snapshot").data(serde_json::to_string(&content).unwrap_or_default());
         match self.place.filter(|_| self.unsent.is_empty()) {
-            Some(Place { run, version }) => Some(event.id(format!("{run}-{version}"))),
+            Some(EventPlace { run, version }) => Some(event.id(format!("{run}-{version}"))),
             None => Some(event),
         }
     }
@@ -75,7 +75,7 @@ impl PageEvents {
         }
         let seen = self.place.map_or(0, |place| place.version);
         self.unsent = page.since(seen).collect();
-        self.place = Some(Place { run, version: page.version() });
+        self.place = Some(EventPlace { run, version: page.version() });
         false
     }
 }

@@ -27,7 +27,7 @@ use vn100_report::{MetricsForm, live_icon, live_script, live_style};
 
 use crate::{
     drawing::{Drawer, PageState},
-    events::{PageEvents, Place},
+    events::{EventPlace, PageEvents},
     guard::{Hosts, guard},
 };
 
@@ -135,9 +135,9 @@ async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
 }
 
 /// Where the reader has come: a browser that connects again says it by itself.
-fn place(headers: &HeaderMap, query: Option<&str>) -> Option<Place> {
-    let again = headers.get("last-event-id").and_then(|id| Place::parse(id.to_str().ok()?));
-    let since = || query?.split('&').find_map(|part| Place::parse(part.strip_prefix("since=")?));
+fn place(headers: &HeaderMap, query: Option<&str>) -> Option<EventPlace> {
+    let again = headers.get("last-event-id").and_then(|id| EventPlace::parse(id.to_str().ok()?));
+    let since = || query?.split('&').find_map(|part| EventPlace::parse(part.strip_prefix("since=")?));
     again.or_else(since)
 }
 
@@ -189,10 +189,10 @@ mod tests {
     fn a_reader_is_known_by_its_last_event() {
         let mut headers = HeaderMap::new();
         assert_eq!(place(&headers, None), None);
-        let since = Some(Place { run: 7, version: 3 });
+        let since = Some(EventPlace { run: 7, version: 3 });
         assert_eq!(place(&headers, Some("x=1&since=7-3")), since);
         assert_eq!(place(&headers, Some("since=nonsense")), None);
         headers.insert("last-event-id", "7-9".parse().unwrap());
-        assert_eq!(place(&headers, Some("since=7-3")), Some(Place { run: 7, version: 9 }));
+        assert_eq!(place(&headers, Some("since=7-3")), Some(EventPlace { run: 7, version: 9 }));
     }
 }

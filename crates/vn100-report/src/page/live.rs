@@ -43,7 +43,7 @@ impl PagePart {
 
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
-pub struct LiveSource<'a> {
+pub struct PageSource<'a> {
     /// What is known of it.
     pub facts: &'a SourceFacts,
     /// Its numbers.
@@ -84,7 +84,7 @@ pub fn live_script() -> String {
 }
 
 /// What one word says of a source, and how grave it is.
-fn state(source: &LiveSource<'_>) -> (String, Option<Severity>) {
+fn state(source: &PageSource<'_>) -> (String, Option<Severity>) {
     let facts = source.facts;
     match (source.stage, &facts.link, facts.playback) {
         (LiveStage::Preparing, ..) => ("preparing".into(), Some(Severity::Note)),
@@ -104,14 +104,14 @@ fn state(source: &LiveSource<'_>) -> (String, Option<Severity>) {
     }
 }
 
-fn badge(source: &LiveSource<'_>) -> Markup {
+fn badge(source: &PageSource<'_>) -> Markup {
     let (word, severity) = state(source);
     html! { b class={ "badge " (glance::severity_class(severity)) } { (word) } }
 }
 
 /// What changes with every sample: the link, what came and what was lost, and what is ahead.
 #[must_use]
-pub fn now_part(source: &LiveSource<'_>, prefix: &str) -> PagePart {
+pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
     let (facts, snapshot) = (source.facts, source.snapshot);
     let (timing, tally) = (&snapshot.timing, &snapshot.link.tally);
     let is_over = source.stage != LiveStage::Measuring || facts.playback.is_some_and(|playback| playback.at_end);
@@ -245,8 +245,8 @@ fn with_readings<'a>(content: Markup, figures: impl IntoIterator<Item = &'a Figu
 
 /// All sources, a row each; nothing for one source alone.
 #[must_use]
-pub fn sources_part(sources: &[(String, LiveSource<'_>)]) -> PagePart {
-    let row = |(prefix, source): &(String, LiveSource<'_>)| {
+pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
+    let row = |(prefix, source): &(String, PageSource<'_>)| {
         let timing = &source.snapshot.timing;
         let warnings = source.snapshot.warnings.iter().chain(&source.assessment.warnings);
         let gravest = warnings.min_by_key(|warning| warning.severity);
