@@ -60,6 +60,7 @@ fn link_hint(hint: LinkHint) -> &'static str {
             "its output may be paused, which only a request shows: remove --listen-only, or check the cable and the power of the sensor"
         }
         LinkHint::CheckBaudRate => "check the cable, the power of the sensor and --baud",
+        LinkHint::ChoosePort => "\"vn100 ports\" lists the ports, those of a sensor first",
         hint => hint.text(),
     }
 }

@@ -5,7 +5,10 @@ use std::io::{self, ErrorKind};
 use thiserror::Error;
 use vn100_protocol::{DeviceError, RequestFailure};
 
-use crate::{connect::ConnectError, connect::PortProblem, link_machine::QUESTION_BYTES};
+use crate::{
+    connect::{ConnectError, PortProblem},
+    link_machine::{OtherOutput, QUESTION_BYTES},
+};
 
 /// Why a link is lost or cannot be connected.
 #[derive(Debug, Error)]
@@ -24,13 +27,8 @@ pub(crate) enum LinkError {
         /// Whether the sensor was asked.
         asked: bool,
     },
-    #[error("no sensor found on {port}, but {}: ${}", other_device(sentences, *baud), sentences.join(", $"))]
-    OtherDevice {
-        port: String,
-        baud: Option<u32>,
-        /// Names of what it sends.
-        sentences: Vec<String>,
-    },
+    #[error("no sensor found on {port}{}, but {output}", at_speeds(baud.as_slice()))]
+    OtherDevice { port: String, baud: Option<u32>, output: OtherOutput },
     #[error("{bytes} bytes received in {ms} ms contain no valid sentence")]
     Garbled { bytes: u64, ms: u128 },
     #[error("the server closed the connection: it stopped, or serves the port to another program")]
@@ -59,6 +57,8 @@ pub enum LinkHint {
     CheckServerBaudRate,
     /// Check the cable, the power, and the baud rate of the port.
     CheckBaudRate,
+    /// Choose another port: this one is of another device.
+    ChoosePort,
 }
 
 impl LinkHint {
@@ -75,6 +75,7 @@ impl LinkHint {
                 "check the cable and the power of the sensor, and the baud rate set on the server"
             }
             Self::CheckBaudRate => "check the cable, the power of the sensor and the baud rate",
+            Self::ChoosePort => "choose the port of the sensor",
         }
     }
 }
@@ -88,12 +89,13 @@ impl LinkError {
 
     /// What the user can do, where the error does not contain it.
     pub(crate) fn hint(&self) -> Option<LinkHint> {
-        let Self::NoSensor { tried, bytes, echoes, asked, .. } = self else { return None };
-        Some(match (*echoes, &tried[..]) {
-            _ if *bytes == 0 && !asked => LinkHint::AskSensor,
-            (1.., _) => LinkHint::FindEcho,
-            (0, []) => LinkHint::CheckServerBaudRate,
-            (0, _) => LinkHint::CheckBaudRate,
+        Some(match self {
+            Self::OtherDevice { .. } => LinkHint::ChoosePort,
+            Self::NoSensor { bytes: 0, asked: false, .. } => LinkHint::AskSensor,
+            Self::NoSensor { echoes: 1.., .. } => LinkHint::FindEcho,
+            Self::NoSensor { tried, .. } if tried.is_empty() => LinkHint::CheckServerBaudRate,
+            Self::NoSensor { .. } => LinkHint::CheckBaudRate,
+            _ => return None,
         })
     }
 }
@@ -113,19 +115,6 @@ fn lost(error: &io::Error) -> String {
 }
 
 const GONE: &str = "the port disappeared, as when the cable is unplugged or the adapter loses power";
-
-/// A device by the names of its sentences: those of NMEA 0183 have two letters for the talker and
-/// three for the message, or a `P` and the letters of a maker.
-fn other_device(sentences: &[String], baud: Option<u32>) -> String {
-    let is_nmea =
-        |name: &String| name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit());
-    let at_speed = at_speeds(baud.as_slice());
-    if sentences.iter().all(is_nmea) {
-        format!("a device that sends NMEA sentences{at_speed}, such as a GPS")
-    } else {
-        format!("another device that sends sentences{at_speed}")
-    }
-}
 
 fn at_speeds(tried: &[u32]) -> String {
     match tried {
@@ -167,12 +156,12 @@ mod tests {
     #[test]
     fn another_device_is_named_by_what_it_sends() {
         let error = |baud, sentences: &[&str]| {
-            let sentences = sentences.iter().copied().map(String::from).collect();
-            LinkError::OtherDevice { port: "x".into(), baud, sentences }.to_string()
+            let output = OtherOutput::Sentences(sentences.iter().copied().map(String::from).collect());
+            LinkError::OtherDevice { port: "x".into(), baud, output }.to_string()
         };
         assert_eq!(
             error(Some(9600), &["GPGGA", "GPRMC"]),
-            "no sensor found on x, but a device that sends NMEA sentences at 9600 baud, such as a GPS: $GPGGA, $GPRMC"
+            "no sensor found on x at 9600 baud, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC"
         );
         assert_eq!(error(None, &["IMU"]), "no sensor found on x, but another device that sends sentences: $IMU");
         assert!(error(None, &["PUBX"]).contains("NMEA"));

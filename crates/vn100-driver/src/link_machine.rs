@@ -26,6 +26,7 @@
 mod baud_scan;
 mod connected;
 mod link_context;
+mod other_device;
 mod requests;
 #[cfg(test)]
 mod tests;
@@ -38,7 +39,6 @@ use vn100_protocol::stream::{FrameKind, LinkEventKind, StreamInput};
 use vn100_protocol::{Response, SensorCommand};
 
 pub use self::baud_scan::BAUD_RATES;
-pub(crate) use self::baud_scan::QUESTION_BYTES;
 use self::{
     baud_scan::BaudScan,
     connected::Connected,
@@ -46,6 +46,7 @@ use self::{
     requests::RequestEvent,
     verification::Verification,
 };
+pub(crate) use self::{baud_scan::QUESTION_BYTES, other_device::OtherOutput};
 use crate::{
     connect::ConnectError,
     link::{CommandError, LinkOptions, LinkState},
@@ -313,8 +314,9 @@ impl LinkMachine {
                 self.handle_pending(now, input)
             }
             Phase::Scanning(scan) => {
+                let bytes = if let StreamInput::Chunk(chunk) = &input { chunk.bytes.len() } else { 0 };
                 self.context.pending.push(input);
-                scan.handle_received(&mut self.context, now)
+                scan.handle_received(&mut self.context, now, bytes)
             }
             _ => self.handle_pending(now, input),
         }

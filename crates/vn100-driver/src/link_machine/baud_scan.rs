@@ -42,6 +42,10 @@ const SETTLE: Duration = Duration::from_millis(100);
 /// No more bytes than this may have been left in the adapter, or be the rest of a frame.
 const STRAY_BYTES: u64 = 100;
 
+/// No more bytes than this are glitches of an idle line, long after the port was opened and
+/// without a question.
+const GLITCH_BYTES: u64 = 8;
+
 /// A baud rate to try.
 #[derive(Debug, Clone, Copy)]
 struct BaudAttempt {
@@ -62,7 +66,7 @@ enum AttemptStage {
     Listening,
     /// The answer to the question, or a frame.
     Asking,
-    /// A frame of a sensor beside the sentences of another device.
+    /// A frame of a sensor beside the output of another device.
     Doubting,
 }
 
@@ -83,6 +87,7 @@ pub(super) struct BaudScan {
     stage: AttemptStage,
     /// When the stage ends.
     until: Duration,
+    listening_since: Duration,
     is_first: bool,
     is_found: bool,
     /// Whether bytes may be delayed.
@@ -96,6 +101,8 @@ pub(super) struct BaudScan {
     echoes: u64,
     /// Bytes of neither a sensor nor an echo, at the rates tried before.
     unframed: u64,
+    /// Bytes that came long after the port was switched and without a question.
+    unsolicited: u64,
 }
 
 impl BaudScan {
@@ -108,6 +115,7 @@ impl BaudScan {
             attempt: first.unwrap_or(BaudAttempt { baud: None, settle: Duration::ZERO }),
             stage: AttemptStage::Switching,
             until: now,
+            listening_since: now,
             is_first: true,
             is_found: false,
             may_be_stalled: false,
@@ -117,6 +125,7 @@ impl BaudScan {
             bytes: 0,
             echoes: 0,
             unframed: 0,
+            unsolicited: 0,
         };
         scan.begin_attempt(context, now);
         scan
@@ -127,13 +136,21 @@ impl BaudScan {
         self.is_found.then_some(self.attempt.baud)
     }
 
-    /// Handles what was received, all of it pending.
-    pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
+    /// Handles what was received, all of it pending, of which so many bytes are new.
+    pub(super) fn handle_received(
+        &mut self,
+        context: &mut LinkContext,
+        now: Duration,
+        bytes: usize,
+    ) -> Result<(), LinkError> {
         let pending = &context.pending;
+        if self.stage == AttemptStage::Listening && now >= self.listening_since + SETTLE {
+            self.unsolicited += bytes as u64;
+        }
         match self.stage {
             AttemptStage::Switching | AttemptStage::Settling => {}
             _ if pending.has_sensor() => return self.finish_attempt(context, now),
-            AttemptStage::Listening | AttemptStage::Asking if !pending.other_sentences.is_empty() => {
+            AttemptStage::Listening | AttemptStage::Asking if pending.other_device.is_suspected() => {
                 context.requests.handle_link_down();
                 (self.stage, self.until) = (AttemptStage::Doubting, now + LISTEN_ONLY + self.line_time());
             }
@@ -178,13 +195,13 @@ impl BaudScan {
                 (self.stage, self.until) = (AttemptStage::Asking, now + ANSWER + self.line_time());
             }
             AttemptStage::Listening | AttemptStage::Asking => return self.finish_attempt(context, now),
-            AttemptStage::Doubting => {
-                return Err(LinkError::OtherDevice {
-                    port: context.given_name.clone(),
-                    baud: self.attempt.baud,
-                    sentences: context.pending.other_sentences.clone(),
-                });
-            }
+            AttemptStage::Doubting => match context.pending.other_device.output() {
+                Some(output) => {
+                    let (port, baud) = (context.given_name.clone(), self.attempt.baud);
+                    return Err(LinkError::OtherDevice { port, baud, output });
+                }
+                None => return self.finish_attempt(context, now),
+            },
         }
         Ok(())
     }
@@ -199,14 +216,19 @@ impl BaudScan {
         self.tried.extend(baud.filter(|baud| !self.tried.contains(baud)));
         context.publish(LinkState::Probing { port: context.port.name.clone(), baud });
         let time = if self.only_listens(context) { LISTEN_ONLY + self.line_time() } else { LISTEN };
-        (self.stage, self.until) = (AttemptStage::Listening, now + time);
+        self.listen(now, now + time);
+    }
+
+    fn listen(&mut self, now: Duration, until: Duration) {
+        (self.stage, self.until, self.listening_since) = (AttemptStage::Listening, until, now);
     }
 
     /// Whether nothing is asked at this rate.
     fn only_listens(&self, context: &LinkContext) -> bool {
         let pending = &context.pending;
         let unframed = self.unframed + without_echoes(pending.bytes(), pending.echoes);
-        let may_be_other = unframed > STRAY_BYTES && !context.was_connected && !context.attempts.is_multiple_of(2);
+        let sends_by_itself = unframed > STRAY_BYTES || self.unsolicited > GLITCH_BYTES;
+        let may_be_other = sends_by_itself && !context.was_connected && !context.attempts.is_multiple_of(2);
         context.options.listen_only || may_be_other
     }
 
@@ -248,7 +270,7 @@ impl BaudScan {
                     true => now + LISTEN,
                     false => until.min(booted),
                 };
-                (self.stage, self.until) = (AttemptStage::Listening, until);
+                self.listen(now, until);
                 return Ok(());
             }
         }

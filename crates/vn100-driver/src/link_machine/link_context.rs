@@ -4,9 +4,9 @@ use std::{collections::VecDeque, mem, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
-use vn100_protocol::{Check, Frame, Framer, Options, Register, RegisterContents, Reply, Sentence};
+use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
-use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::Requests};
+use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, other_device::OtherDevice, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
@@ -207,12 +207,9 @@ pub(super) struct PendingInputs {
     sensor_at: Option<u64>,
     /// Copies of the question of a baud scan that arrived before that: an echo is no sensor.
     pub(super) echoes: u64,
-    /// Names of the sentences of another device, the first few different ones.
-    pub(super) other_sentences: Vec<String>,
+    /// What shows that another device sends.
+    pub(super) other_device: OtherDevice,
 }
-
-/// How many sentences of another device are named.
-const NAMED_SENTENCES: usize = 3;
 
 impl PendingInputs {
     pub(super) fn new(options: Options) -> Self {
@@ -222,7 +219,7 @@ impl PendingInputs {
             scanner: FrameScanner::new(options),
             sensor_at: None,
             echoes: 0,
-            other_sentences: Vec::new(),
+            other_device: OtherDevice::default(),
         }
     }
 
@@ -230,17 +227,14 @@ impl PendingInputs {
     pub(super) fn push(&mut self, input: StreamInput) -> Vec<Reply> {
         let mut replies = Vec::new();
         if let StreamInput::Chunk(chunk) = &input {
+            self.other_device.push(&chunk.bytes);
             self.scanner.scan(&chunk.bytes, |frame| {
                 let (reply, offset) = match frame {
                     Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => {
                         (Reply::parse(&sentence).ok(), sentence.offset)
                     }
                     Frame::Packet(packet) => (None, packet.offset),
-                    Frame::Sentence(sentence) => {
-                        let names = &mut self.other_sentences;
-                        names.extend(name_of_other(&sentence).filter(|name| !names.contains(name)));
-                        return names.truncate(NAMED_SENTENCES);
-                    }
+                    Frame::Sentence(sentence) => return self.other_device.push_sentence(&sentence),
                     Frame::Rejected(_) => return,
                 };
                 if reply == Some(Reply::Question(Register::MODEL)) {
@@ -296,19 +290,11 @@ impl PendingInputs {
     }
 }
 
-/// The name of a sentence of another device: one with a checksum and a name of capital letters and
-/// digits, which damaged bytes do not make.
-fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
-    let name = sentence.header();
-    let is_name = (3..=8).contains(&name.len()) && name.iter().all(|b| matches!(b, b'A'..=b'Z' | b'0'..=b'9'));
-    (is_name && sentence.check != Check::None).then(|| String::from_utf8_lossy(name).into_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use bytes::Bytes;
 
-    use super::*;
+    use super::{super::other_device::OtherOutput, *};
 
     fn chunk(text: &'static str) -> StreamInput {
         Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()
@@ -349,7 +335,7 @@ mod tests {
         let gpgll = "$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n";
         let receiver = pending(&[gpgll, "$VNYPR,+010.071,+000.278,-002.026*61\r\n", gpgll, "$*00\r\n$a,b*4F\r\n"]);
         assert!(!receiver.has_sensor());
-        assert_eq!(receiver.other_sentences, ["GPGLL"]);
+        assert_eq!(receiver.other_device.output(), Some(OtherOutput::Sentences(vec!["GPGLL".into()])));
         assert!(pending(&["$VNYPR,-129.867,-000.355,-000.296*61\r\n"]).has_sensor());
     }
 

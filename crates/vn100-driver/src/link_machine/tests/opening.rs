@@ -224,9 +224,12 @@ fn another_device_is_named_and_asked_no_more_than_once() {
     for (has_baud, expected) in [
         (
             true,
-            "no sensor found on imu, but a device that sends NMEA sentences at 9600 baud, such as a GPS: $GPGGA, $GPRMC",
+            "no sensor found on imu at 9600 baud, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC; choose the port of the sensor",
         ),
-        (false, "no sensor found on imu, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC"),
+        (
+            false,
+            "no sensor found on imu, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC; choose the port of the sensor",
+        ),
     ] {
         let mut bench = Bench::of(has_baud, LinkOptions::default());
         // once a second
@@ -238,6 +241,28 @@ fn another_device_is_named_and_asked_no_more_than_once() {
             }
         }
         assert_eq!((bench.phase(), bench.error.as_deref()), ("closed", Some(expected)));
+        assert_eq!(bench.sent, [ASK_MODEL]);
+        bench.assert_ledger();
+    }
+}
+
+#[test]
+fn another_device_that_sends_text_now_and_then_is_asked_no_more_than_once() {
+    for rate in [0, 7] {
+        let mut bench = Bench::new(LinkOptions::default());
+        // a line a second, which is never many bytes at a wrong rate
+        for line in 0..60 {
+            bench.wait(ms(1000));
+            let tried = bench.port.iter().filter(|action| matches!(action, PortAction::SetBaud(_))).count();
+            if bench.phase() == "scanning" {
+                let noise = String::from("\u{1}ab\u{2}cde\u{3}fgh");
+                bench.receive(&if tried == rate { format!("T={line} C, ok\r\n") } else { noise });
+            }
+        }
+        let baud = BAUD_RATES[rate];
+        let expected = format!("no sensor found on imu at {baud} baud, but another device that sends text: \"T=");
+        assert_eq!(bench.phase(), "closed");
+        assert!(bench.error.as_ref().unwrap().starts_with(&expected), "{:?}", bench.error);
         assert_eq!(bench.sent, [ASK_MODEL]);
         bench.assert_ledger();
     }
