@@ -9,7 +9,10 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
+use crate::{
+    sensor::Sensor,
+    support::{document, replay, replay_log, run, vn100, warned, with_stdin},
+};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -207,4 +210,26 @@ fn a_lost_sensor_gives_a_heartbeat_each_second() {
     }
     let last = lines.last().unwrap();
     assert_eq!((&last["type"], &last["end_reason"]), (&"progress".into(), &"gave-up".into()));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn another_program_that_has_the_port_open_without_a_lock_is_named() {
+    let sensor = Sensor::start(&[]);
+    let port = fs::File::open(sensor.port()).unwrap();
+    // it holds the port and reads nothing
+    let mut program = std::process::Command::new("tail").args(["-f", "/dev/null"]).stdin(port).spawn().unwrap();
+    let recording = sensor.file("a.mcap");
+    let output = sensor.run("attach", &["--duration", "1s", "--json", "--record", recording.to_str().unwrap()]);
+    program.kill().unwrap();
+    program.wait().unwrap();
+    let live = document(&output);
+    let headline = format!("tail (process {}) has the port open too", program.id());
+    assert!(warned(&live, "port-shared") && live["warnings"].to_string().contains(&headline), "{}", live["warnings"]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains(&headline), "{errors}");
+    // the recording says so too
+    assert!(warned(&replay(&recording, &[]).0, "port-shared"));
+    let alone = sensor.run("attach", &["--duration", "1s", "--json"]);
+    assert!(!warned(&document(&alone), "port-shared"));
 }

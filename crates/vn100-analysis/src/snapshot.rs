@@ -47,6 +47,8 @@ pub struct Snapshot {
     pub outages: Outages,
     /// Places that the user marked, in time order; the first thousand.
     pub marks: Vec<PlaceMark>,
+    /// Another program that had the port open meanwhile, and so received a part of the bytes.
+    pub port_shared_with: Option<String>,
     /// Samples with an axis at the end of its range, as the sensor says.
     pub saturation: Saturation,
     /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.

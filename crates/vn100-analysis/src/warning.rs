@@ -21,6 +21,8 @@ pub enum WarningKind {
     LinkBudget,
     /// The sensor reported unsolicited errors.
     DeviceErrors,
+    /// Another program has the port open too.
+    PortShared,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
     /// Whether the values are corrected by a filter is not known.
@@ -93,13 +95,14 @@ pub enum WarningKind {
 
 impl WarningKind {
     /// All of them.
-    pub const ALL: [Self; 40] = [
+    pub const ALL: [Self; 41] = [
         Self::RecordingFailed,
         Self::EndedEarly,
         Self::NoValidLines,
         Self::OtherMessages,
         Self::LinkBudget,
         Self::DeviceErrors,
+        Self::PortShared,
         Self::CompensatedStream,
         Self::CompensationUnknown,
         Self::DecimatedStream,
@@ -146,6 +149,7 @@ impl WarningKind {
             Self::OtherMessages => "other-messages",
             Self::LinkBudget => "link-budget",
             Self::DeviceErrors => "device-errors",
+            Self::PortShared => "port-shared",
             Self::CompensatedStream => "compensated-stream",
             Self::CompensationUnknown => "compensation-unknown",
             Self::DecimatedStream => "decimated-stream",
@@ -192,6 +196,7 @@ impl WarningKind {
             | Self::EndedEarly
             | Self::NoValidLines
             | Self::LinkBudget
+            | Self::PortShared
             | Self::AnotherSensor
             | Self::RateChanged
             | Self::RepeatedLines

@@ -101,6 +101,7 @@ fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
         LinkEventKind::UnsolicitedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
         LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
         LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
+        LinkEventKind::PortShared { program } => json!({ "event": "port-shared", "program": program }),
         LinkEventKind::Closed => json!({ "event": "closed" }),
         LinkEventKind::Marked { text } => json!({ "event": "mark", "text": text }),
     };
@@ -129,6 +130,7 @@ fn link_from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
         }
         "output-resumed" => LinkEventKind::OutputResumed,
         "output-paused" => LinkEventKind::OutputPaused,
+        "port-shared" => LinkEventKind::PortShared { program: text("program")? },
         "closed" => LinkEventKind::Closed,
         "mark" => LinkEventKind::Marked { text: text("text")? },
         _ => return None,
@@ -160,6 +162,10 @@ mod tests {
             ),
             (LinkEventKind::OutputResumed, r#"{"event":"output-resumed"}"#),
             (LinkEventKind::OutputPaused, r#"{"event":"output-paused"}"#),
+            (
+                LinkEventKind::PortShared { program: "cat (process 7)".into() },
+                r#"{"event":"port-shared","program":"cat (process 7)"}"#,
+            ),
             (LinkEventKind::Closed, r#"{"event":"closed"}"#),
             (LinkEventKind::Marked { text: "fan \"on\"".into() }, r#"{"event":"mark","text":"fan \"on\""}"#),
         ];

@@ -191,6 +191,7 @@ fn link_event(kind: &LinkEventKind) -> String {
         }
         LinkEventKind::OutputResumed => "the output of the sensor was paused, and is resumed".into(),
         LinkEventKind::Marked { text } => format!("marked: {text}"),
+        LinkEventKind::PortShared { program } => format!("{program} has the port open too"),
         LinkEventKind::Closed => "closed while it was lost".into(),
         LinkEventKind::OutputPaused => "the output of the sensor is paused again, as before".into(),
     }

@@ -38,6 +38,9 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::OutputNotPausedAgain => {
             "its output was paused before, and could not be paused again: $VNASY,0*4F pauses it".into()
         }
+        SessionEvent::PortShared { program } => {
+            format!("{program} has the port open too, and receives a part of the bytes: end that program")
+        }
         SessionEvent::Rate(RateEvent::Changed(RateChange { from_hz, to_hz, .. })) => {
             format!("the rate changed from {from_hz} to {to_hz} Hz: samples at that rate are excluded")
         }

@@ -51,6 +51,11 @@ pub trait Connection: Source {
     /// and not taken, so that every byte is counted.
     fn close(self) -> impl Future<Output = Vec<StreamInput>> + Send;
 
+    /// The file by which other programs open the same port; `None` where there is none.
+    fn device_file(&self) -> Option<&Path> {
+        None
+    }
+
     /// The latency timer of the adapter, where it has one.
     fn latency_timer(&self) -> Option<&LatencyTimer> {
         None
@@ -117,7 +122,7 @@ impl ConnectError {
             Io(io::ErrorKind::NotFound) => PortProblem::NotFound(ports),
             Io(io::ErrorKind::PermissionDenied) => PortProblem::Denied(group_of(path)),
             // elsewhere the same kind says that there is none
-            NoDevice if cfg!(unix) => PortProblem::Busy(holder_of(path)),
+            NoDevice if cfg!(unix) => PortProblem::Busy(Holder::of(path).next().map(Holder::into_words)),
             NoDevice => PortProblem::NotFound(ports),
             _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => PortProblem::NotASerialPort(ports),
             _ => PortProblem::Other(error.into()),
@@ -197,23 +202,45 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
     })
 }
 
-/// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
-/// The program with the other side of a pseudo-terminal, as an emulated sensor, is what is behind
-/// the port and not its user.
-fn holder_of(path: &Path) -> Option<String> {
-    let port = fs::canonicalize(path).ok()?;
-    let is_number =
-        |process: &fs::DirEntry| process.file_name().to_str().is_some_and(|name| name.parse::<u32>().is_ok());
-    fs::read_dir("/proc").ok()?.flatten().filter(is_number).find_map(|process| {
-        let files: Vec<_> = fs::read_dir(process.path().join("fd")).ok()?.flatten().collect();
-        let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port))
-            && !files.iter().any(|file| is_other_side(&process.path(), &file.file_name(), &port));
-        let name = holds.then(|| fs::read_to_string(process.path().join("comm")).ok()).flatten()?;
-        if process.file_name().to_str().and_then(|name| name.parse().ok()) == Some(std::process::id()) {
-            return Some("this program itself, for another source".into());
+/// The name and the process of another program that has this port open.
+pub(crate) fn other_program_on(path: &Path) -> Option<String> {
+    Holder::of(path).find(|holder| !holder.is_this_program()).map(Holder::into_words)
+}
+
+/// A program that has a port open.
+struct Holder {
+    process: u32,
+    name: String,
+}
+
+impl Holder {
+    /// All of them, as far as `/proc` shows them: those of other users are not shown. The program
+    /// with the other side of a pseudo-terminal, as an emulated sensor, is what is behind the port
+    /// and not its user.
+    fn of(path: &Path) -> impl Iterator<Item = Self> {
+        let port = fs::canonicalize(path).ok();
+        let processes = port.is_some().then(|| fs::read_dir("/proc").ok()).flatten();
+        processes.into_iter().flatten().flatten().filter_map(move |process| {
+            let number = process.file_name().to_str()?.parse().ok()?;
+            let (port, process) = (port.as_ref()?, process.path());
+            let files: Vec<_> = fs::read_dir(process.join("fd")).ok()?.flatten().collect();
+            let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == *port))
+                && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
+            let name = holds.then(|| fs::read_to_string(process.join("comm")).ok()).flatten()?;
+            Some(Self { process: number, name: name.trim().into() })
+        })
+    }
+
+    fn is_this_program(&self) -> bool {
+        self.process == std::process::id()
+    }
+
+    fn into_words(self) -> String {
+        match self.is_this_program() {
+            true => "this program itself, for another source".into(),
+            false => format!("{} (process {})", self.name, self.process),
         }
-        Some(format!("{} (process {})", name.trim(), process.file_name().to_string_lossy()))
-    })
+    }
 }
 
 /// Whether this file of a process is the master of the pseudo-terminal `port`.

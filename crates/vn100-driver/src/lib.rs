@@ -40,6 +40,7 @@ mod link_task;
 mod output_plan;
 mod ports;
 mod serial;
+mod shared_port;
 mod tcp;
 
 pub use configure::{ConfigureError, Configured, configure, restore};

@@ -265,6 +265,11 @@ impl LinkMachine {
         self.context.emit(now, LinkEventKind::Marked { text });
     }
 
+    /// Reports that another program has the port open too.
+    pub(crate) fn report_shared_port(&mut self, now: Duration, program: String) {
+        self.context.emit(now, LinkEventKind::PortShared { program });
+    }
+
     /// Good frames that the sensor has sent by itself so far, by their kind.
     pub(crate) fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         self.context.reader.frames()

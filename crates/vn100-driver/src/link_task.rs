@@ -22,6 +22,7 @@ use crate::{
     link::{CommandError, Counters, LinkHandle, LinkOptions, LinkState, SubmittedCommand},
     link_error::LinkError,
     link_machine::{Input, LinkMachine, LinkOutput, OpenPort, PortAction},
+    shared_port::SharedPort,
 };
 
 /// How long a recording that is full may take to make room for the last link events.
@@ -57,6 +58,7 @@ pub fn open_link<C: Connect>(
         machine: LinkMachine::new(connect.name(), C::HAS_BAUD, options),
         connect,
         connection: None,
+        shared_port: SharedPort::default(),
         stop,
         commands,
         marks,
@@ -76,6 +78,7 @@ struct LinkTask<C: Connect> {
     machine: LinkMachine,
     connect: C,
     connection: Option<C::Connection>,
+    shared_port: SharedPort,
     stop: CancellationToken,
     commands: mpsc::Receiver<SubmittedCommand>,
     marks: mpsc::Receiver<String>,
@@ -136,6 +139,11 @@ impl<C: Connect> LinkTask<C> {
                 Some(text) = self.marks.recv() => {
                     let now = self.now();
                     self.machine.mark(now, text);
+                    continue;
+                }
+                program = self.shared_port.found() => {
+                    let now = self.now();
+                    program.into_iter().for_each(|program| self.machine.report_shared_port(now, program));
                     continue;
                 }
                 input = next_input(&mut self.connection) => input,
@@ -225,6 +233,8 @@ impl<C: Connect> LinkTask<C> {
                     }
                 }
                 LinkOutput::Stream(event) => {
+                    let device_file = self.connection.as_ref().and_then(Connection::device_file);
+                    self.shared_port.handle_event(&event, device_file);
                     self.counters.frames().extend(self.machine.frames());
                     // the machine learns of a receiver that was dropped when it waits for inputs
                     let _ = self.stream.send(event).await;

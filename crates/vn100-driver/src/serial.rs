@@ -196,6 +196,10 @@ impl Connection for SerialConnection {
         left
     }
 
+    fn device_file(&self) -> Option<&Path> {
+        Some(Path::new(&self.name))
+    }
+
     fn latency_timer(&self) -> Option<&LatencyTimer> {
         self.latency_timer.as_ref()
     }

@@ -25,7 +25,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::{Batch, FileReport};
+use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
@@ -307,7 +307,12 @@ impl Measuring {
                 self.absorb(&batch, channels).await;
             }
             // a lost link releases the lines that waited for others
-            Event::Link(event) => self.analysis.take_link_event(&event),
+            Event::Link(event) => {
+                self.analysis.take_link_event(&event);
+                if let (true, LinkEventKind::PortShared { program }) = (self.watchdog.is_some(), event.kind) {
+                    channels.report(SessionEvent::PortShared { program });
+                }
+            }
             Event::ReadAgain => {
                 if let Some(samples) = &channels.samples {
                     samples.send(SampleEvent::Again, true, &channels.stop).await;

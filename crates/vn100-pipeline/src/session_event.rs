@@ -29,6 +29,11 @@ pub enum SessionEvent {
     OutputPausedAgain,
     /// An output that was found paused could not be paused again.
     OutputNotPausedAgain,
+    /// Another program has the port open too.
+    PortShared {
+        /// Its name, and the number of its process.
+        program: String,
+    },
     /// The rate of the stream changed.
     Rate(RateEvent),
     /// Everything before this is excluded as warm-up.

@@ -45,6 +45,7 @@ pub struct Analysis {
     link: StreamCounts,
     outages: Outages,
     marks: Vec<PlaceMark>,
+    port_shared_with: Option<String>,
     /// The link was lost, and no row came since.
     is_interrupted: bool,
     finishing: Option<Finishing>,
@@ -74,6 +75,7 @@ impl Analysis {
             link: StreamCounts::default(),
             outages: Outages::default(),
             marks: Vec::new(),
+            port_shared_with: None,
             is_interrupted: false,
             finishing: None,
             last_row_ns: None,
@@ -224,8 +226,10 @@ impl Analysis {
     /// How many samples are dropped while the link is down only the sensor's own time shows, with
     /// the first row behind it.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
-        if let LinkEventKind::Marked { text } = &event.kind {
-            return self.mark(text);
+        match &event.kind {
+            LinkEventKind::Marked { text } => return self.mark(text),
+            LinkEventKind::PortShared { program } => return self.port_shared_with = Some(program.clone()),
+            _ => {}
         }
         // each row is before one outage
         self.outages.take(event, self.last_row_ns.take());
@@ -391,6 +395,7 @@ impl Analysis {
             link: self.link,
             outages: self.outages,
             marks: self.marks.clone(),
+            port_shared_with: self.port_shared_with.clone(),
             saturation: self.record.saturation.clone(),
             restarts: self.record.gaps.restarts,
             time_steps: self.record.gaps.time_steps,
@@ -494,6 +499,7 @@ impl Encoded for Analysis {
         foreign::encode_counts(&self.link, out);
         self.outages.encode(out);
         self.marks.encode(out);
+        self.port_shared_with.encode(out);
         self.is_interrupted.encode(out);
         self.last_row_ns.encode(out);
     }
@@ -507,6 +513,7 @@ impl Encoded for Analysis {
             link: foreign::decode_counts(input)?,
             outages: Encoded::decode(input)?,
             marks: Encoded::decode(input)?,
+            port_shared_with: Encoded::decode(input)?,
             is_interrupted: Encoded::decode(input)?,
             finishing: None,
             last_row_ns: Encoded::decode(input)?,

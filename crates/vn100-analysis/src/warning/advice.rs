@@ -11,7 +11,7 @@ use vn100_protocol::{
     RegisterContents, RegisterFields, RegisterValue, Tally,
 };
 
-use self::link::{no_valid_lines, refused, unsolicited};
+use self::link::{no_valid_lines, refused, shared_port, unsolicited};
 use crate::{
     accumulate::rate_authority::rates_hz,
     remedy::{Remedy, Setting, Text},
@@ -38,6 +38,7 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: StreamFindings) -> Vec<War
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
     advice.warnings.extend(unsolicited(&snapshot.link.unsolicited_errors));
+    advice.warnings.extend(snapshot.port_shared_with.as_deref().map(shared_port));
     advice.on_time(snapshot);
     advice.on_values(snapshot, findings);
     advice.on_message(snapshot);

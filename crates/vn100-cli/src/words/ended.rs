@@ -51,9 +51,9 @@ pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option
 /// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
 /// it is not.
 pub(crate) fn ended_early(result: &SessionResult) -> Option<(String, String)> {
-    let (data, wanted) = match &result.shortfall {
-        Some(Shortfall { wanted, measured }) => (*measured, format!(" of the {} asked for", seconds(*wanted))),
-        None => (Duration::from_secs_f64(result.snapshot.timing.duration_s()), String::new()),
+    let when = match &result.shortfall {
+        Some(shortfall) => shortfall_words(shortfall),
+        None => format!("after {} of data", seconds(Duration::from_secs_f64(result.snapshot.timing.duration_s()))),
     };
     let why = match &*result.end {
         // nothing of it was measured
@@ -71,7 +71,19 @@ pub(crate) fn ended_early(result: &SessionResult) -> Option<(String, String)> {
         EndReason::GaveUp { cause: Some(cause), .. } => format!("The link is down: {cause}"),
         _ => String::new(),
     };
-    Some((format!("{why} after {} of data{wanted}", seconds(data)), details))
+    Some((format!("{why} {when}"), details))
+}
+
+/// When the data ended; the difference itself where both times would read the same.
+fn shortfall_words(&Shortfall { wanted, measured }: &Shortfall) -> String {
+    let (data, goal) = (seconds(measured), seconds(wanted));
+    match wanted.saturating_sub(measured) {
+        _ if data != goal => format!("after {data} of data of the {goal} asked for"),
+        missing if missing < Duration::from_secs(1) => {
+            format!("{} ms before the {goal} asked for", missing.as_millis())
+        }
+        missing => format!("{} before the {goal} asked for", seconds(missing)),
+    }
 }
 
 /// To a tenth of a second where that is worth reading.

@@ -76,6 +76,11 @@ pub enum LinkEventKind {
     OutputResumed,
     /// The async output was paused again when the link was stopped, as it had been found.
     OutputPaused,
+    /// Another program has the port open too: each of both gets a part of the bytes.
+    PortShared {
+        /// Its name, and the number of its process.
+        program: String,
+    },
     /// The link was closed for good while it was lost: until then it was down.
     Closed,
     /// The user marked this place.

@@ -161,7 +161,10 @@ impl SampleReader {
             LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
             LinkEventKind::UnsolicitedError { error } => link.unsolicited_errors.count(*error),
             LinkEventKind::OutputResumed => link.outputs_resumed += 1,
-            LinkEventKind::OutputPaused | LinkEventKind::Closed | LinkEventKind::Marked { .. } => {}
+            LinkEventKind::OutputPaused
+            | LinkEventKind::PortShared { .. }
+            | LinkEventKind::Closed
+            | LinkEventKind::Marked { .. } => {}
         }
     }
 

@@ -79,6 +79,12 @@ const fn words(kind: WarningKind) -> Words {
             "Check for another program on the port and for interference on the line.",
             &[],
         ),
+        Kind::PortShared => (
+            "Another program has the port of the sensor open too.",
+            "Each byte reaches only one of the two programs: samples are missing, and lines are cut.",
+            "End the other program. To use the sensor in two programs, let one of them share its data over the network.",
+            &[],
+        ),
         Kind::AnotherSensor => (
             "Another sensor answered during the record.",
             "The noise of two sensors is not that of either.",

@@ -40,6 +40,7 @@ impl Aspect {
             | Kind::OtherMessages
             | Kind::LinkBudget
             | Kind::DeviceErrors
+            | Kind::PortShared
             | Kind::AnotherSensor
             | Kind::Gaps
             | Kind::RejectedLines

@@ -121,6 +121,13 @@ pub(super) fn unsolicited(errors: &UnsolicitedErrors) -> impl Iterator<Item = Wa
     })
 }
 
+/// The port is open in another program.
+pub(super) fn shared_port(program: &str) -> Warning {
+    let details =
+        "Each byte reaches only one of the two programs: samples are missing, and lines are cut. End that program.";
+    Warning::new(WarningKind::PortShared, Vec::new(), format!("{program} has the port open too"), details)
+}
+
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
