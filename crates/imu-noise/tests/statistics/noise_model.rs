@@ -406,3 +406,33 @@ fn a_record_within_the_memory_of_a_filter_shows_nothing() {
     let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&curve, 0.95);
     assert_eq!(fit.parameter(Term::White).unwrap().status, Status::NotObservable);
 }
+
+#[test]
+fn what_may_be_as_good_as_zero_is_no_estimate() {
+    let mut estimated = 0;
+    for seed in 1..=40 {
+        // one second behind a low pass, and short records
+        let (white, ..) = Synthesis::new(1000, seed).next_record();
+        let smoothed = |values: &[f64]| {
+            let smooth = |last: &mut f64, value: &f64| {
+                *last = 0.85 * *last + 0.15 * value;
+                Some(*last)
+            };
+            values.iter().scan(0.0, smooth).collect::<Vec<f64>>()
+        };
+        let once = smoothed(&white);
+        let twice = smoothed(&once);
+        for values in [&once[200..], &twice[200..], &white[..40], &white[..200]] {
+            let fit = fit_record(values, STOCHASTIC, None);
+            for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+                let parameter = fit.parameter(term).unwrap();
+                if parameter.status == Status::Estimated {
+                    estimated += 1;
+                    let (value, lower) = (parameter.value.unwrap(), parameter.lower.unwrap());
+                    assert!(lower > 0.01 * value, "seed {seed}, {term:?}: {lower} below {value}");
+                }
+            }
+        }
+    }
+    assert!(estimated > 80, "{estimated}");
+}

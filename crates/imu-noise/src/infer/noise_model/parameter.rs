@@ -9,6 +9,10 @@ use crate::infer::power_law::PowerLaw;
 /// the term does in 2.5 % of records.
 pub(super) const PRESENT: f64 = 1.96;
 
+/// A square that is so small a part of the best one is as good as zero: at zero itself the model
+/// may lack what keeps the other terms apart, and χ² leaps.
+const NEGLIGIBLE: f64 = 1e-4;
+
 /// Probability, corrected for all slow terms and axes of a record together, up to which one of them
 /// is proved. Where a random walk dominates, up to twice as many records without another term show
 /// one.
@@ -296,7 +300,12 @@ impl Search<'_> {
             }
         }
         let finite = at_zero.min(100.0);
-        (self.root(Self::rise, (0.0, finite - z), (best, -z), -z, &parameters), at_zero)
+        let lower = self.root(Self::rise, (0.0, finite - z), (best, -z), -z, &parameters);
+        let negligible = NEGLIGIBLE * best;
+        match self.rise(negligible, &parameters).filter(|_| lower < negligible) {
+            Some((above_zero, _)) => (0.0, above_zero.min(at_zero)),
+            None => (lower, at_zero),
+        }
     }
 
     /// Where `distance` + `offset` falls through zero, by false position with halving of a stale
