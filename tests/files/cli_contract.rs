@@ -162,7 +162,7 @@ fn the_settings_of_the_user_change_no_result() {
         fs::remove_file(settings.join("vn100.toml")).unwrap();
     }
     let named = vn100().args(["replay", "--config", "/no/such.toml"]).arg(&log).output().unwrap();
-    assert_eq!(named.status.code(), Some(1));
+    assert_eq!(named.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&named.stderr).contains("/no/such.toml"));
 }
 

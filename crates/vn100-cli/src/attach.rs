@@ -21,7 +21,6 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
     asked::measure_options,
-    config::Config,
     exit::{HangUp, report, stop_on_interrupt},
     heartbeat::Heartbeat,
     live_source::{EmulatedPort, live_source},
@@ -40,10 +39,8 @@ use crate::{
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Completion> {
-    // one that is named is read in any case: a mistake in it is not left to the next time
-    let is_asked = args.sources.is_empty() || args.view.config.is_some();
-    let config = if is_asked { Config::read(args.view.config.as_deref())? } else { Config::default() };
-    if let Some(port) = config.port().filter(|_| args.sources.is_empty()) {
+    let port = if args.sources.is_empty() { args.view.config().port() } else { None };
+    if let Some(port) = port {
         let Ok(source) = port.parse();
         report(&format!("no SOURCE given: using {port}, the port of the settings"));
         args.sources.push(source);

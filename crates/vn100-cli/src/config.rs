@@ -11,11 +11,11 @@ use clap::ValueEnum;
 use serde::Deserialize;
 use vn100_report::parse_toml;
 
-use crate::user_files::read_text;
 use crate::view::{FirstUnits, ThemeChoice};
+use crate::{exit::report, user_files::read_text};
 
 /// What the file holds; every key may be missing.
-#[derive(Debug, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Config {
     theme: Option<String>,
@@ -24,20 +24,23 @@ pub(crate) struct Config {
 }
 
 impl Config {
-    /// From the file named, or from that of the user if there is one.
-    pub(crate) fn read(named: Option<&Path>) -> Result<Self> {
-        match named {
-            Some(path) => Self::of_file(path),
-            None => match user_file(|name| env::var_os(name).map(PathBuf::from)) {
-                Some(path) if path.exists() => Self::of_file(&path),
-                _ => Ok(Self::default()),
-            },
-        }
+    /// From the file named on the command line.
+    pub(crate) fn named(path: &str) -> Result<Self, String> {
+        let read = || -> Result<Self> { Self::parse(&read_text(Path::new(path)).context("cannot be read")?) };
+        read().map_err(|error| format!("{error:#}"))
     }
 
-    fn of_file(path: &Path) -> Result<Self> {
-        let read = || -> Result<Self> { Self::parse(&read_text(path).context("cannot be read")?) };
-        read().with_context(|| format!("the settings in {}", path.display()))
+    /// From the file of the user, if there is one. No exit code depends on it: a mistake in it is
+    /// reported.
+    pub(crate) fn of_user() -> Self {
+        let path = user_file(|name| env::var_os(name).map(PathBuf::from)).filter(|path| path.exists());
+        let path = path.as_ref().and_then(|path| path.to_str());
+        path.map_or_else(Self::default, |path| {
+            Self::named(path).unwrap_or_else(|error| {
+                report(&format!("the settings in {path} are not used: {error}"));
+                Self::default()
+            })
+        })
     }
 
     fn parse(text: &str) -> Result<Self> {
@@ -115,15 +118,14 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_used_is_named() {
+    fn a_file_that_cannot_be_used_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine.toml");
-        let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
-        assert!(error.contains("mine.toml") && error.contains("cannot be read"), "{error}");
+        let read = || Config::named(path.to_str().unwrap()).unwrap_err();
+        assert!(read().contains("cannot be read"), "{}", read());
         std::fs::write(&path, "x".repeat(1 << 21)).unwrap();
-        assert!(format!("{:#}", Config::read(Some(&path)).unwrap_err()).contains("1 MiB"));
+        assert!(read().contains("1 MiB"));
         std::fs::write(&path, "\nsize = 3").unwrap();
-        let error = format!("{:#}", Config::read(Some(&path)).unwrap_err());
-        assert!(error.contains("line 2") && error.contains("size"), "{error}");
+        assert!(read().contains("line 2") && read().contains("size"), "{}", read());
     }
 }

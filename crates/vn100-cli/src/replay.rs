@@ -26,7 +26,6 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs},
     asked::measure_options,
-    config::Config,
     exit::{HangUp, report, stop_on_interrupt},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
@@ -42,10 +41,6 @@ const PROGRESS_PERIOD: Duration = Duration::from_millis(100);
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let files = &args.files;
-    if args.view.config.is_some() {
-        // a mistake in it is not left to the next view
-        Config::read(args.view.config.as_deref())?;
-    }
     if let Some(speed) = args.speed {
         return replay_in_view(args, speed);
     }

@@ -1,6 +1,6 @@
 //! The options of the live view.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::OnceLock};
 
 use anyhow::{Context, Result};
 use tokio_util::sync::CancellationToken;
@@ -28,14 +28,21 @@ pub(crate) struct ViewArgs {
     ///
     /// A TOML file with theme = "auto", "dark", "light" or "16"; units = "datasheet" or "si", those
     /// that the view shows first; port = "/dev/ttyUSB0", the source of attach where none is named.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) config: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = Config::named)]
+    config: Option<Config>,
+    #[arg(skip)]
+    config_of_user: OnceLock<Config>,
 }
 
 impl ViewArgs {
+    /// Of the file named, else of the user's.
+    pub(crate) fn config(&self) -> &Config {
+        self.config.as_ref().unwrap_or_else(|| self.config_of_user.get_or_init(Config::of_user))
+    }
+
     /// Of a measurement by these settings. The reference is measured from now on.
     pub(crate) fn options(&self, settings: &Settings, stop: &CancellationToken) -> Result<ViewOptions> {
-        let config = Config::read(self.config.as_deref())?;
+        let config = self.config();
         if let Some(path) = &self.reference {
             std::fs::metadata(path).with_context(|| format!("cannot read the reference {}", path.display()))?;
         }
