@@ -7,7 +7,7 @@ use imu_noise::{
     TemperatureRemoval, TimebaseSummary,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
-use vn100_protocol::{Channel, Layout, Quantity};
+use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
 use crate::{
     accumulate::{
@@ -125,6 +125,17 @@ impl Snapshot {
             .filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)))
             .collect();
         means.try_into().ok()
+    }
+
+    /// The latest temperature that was asked for beside the samples (register 54), in °C; `None`
+    /// where there is no answer.
+    #[must_use]
+    pub fn polled_temperature_c(&self) -> Option<f64> {
+        let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?.as_str()).ok()?;
+        let contents = RegisterContents { register: Register::IMU, fields };
+        let sample = Sample::from_contents(&contents, &VNIMU).ok()?;
+        let mut values = sample.layout.channels.iter().zip(sample.values());
+        values.find_map(|(channel, value)| (channel.quantity == Quantity::Temperature).then_some(value))
     }
 
     /// Rows that are pending until their arrival times show or confirm the rate; `None` for none.

@@ -184,7 +184,7 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     out.gauge("vn100_last_sample_age_seconds", "Time since the last sample, to a second.", of_port, age);
     let load = line_load(facts.link.as_ref(), snapshot);
     out.gauge("vn100_link_load_ratio", "Part of the baud rate in use.", of_port, load);
-    let temperature = temperature_now(snapshot);
+    let temperature = temperature_now(snapshot).or_else(|| snapshot.polled_temperature_c());
     out.gauge("vn100_temperature_celsius", "Temperature of the sensor now.", of_port, temperature);
     for channel in channel_values(snapshot, assessment) {
         of_channel(out, port, &channel, assessment.motion.is_none());
@@ -257,6 +257,25 @@ mod tests {
             assert!(!text.contains(absent), "{absent} in {text}");
         }
         assert!(text.contains("vn100_link_up{port=\"imu\"} 1\n"), "{text}");
+    }
+
+    #[test]
+    fn a_temperature_that_was_asked_for_is_that_of_the_latest_answer() {
+        let mut snapshot = Analysis::new(Settings::default()).snapshot();
+        let mut latest = |celsius: &str| {
+            let fields = format!("+0.1,+0.2,+0.4,+0.1,+0.1,-9.8,+0.01,+0.02,+0.03,{celsius},+099.7");
+            snapshot.registers.insert(Register::IMU.0, fields);
+            snapshot.polled_temperature_c()
+        };
+        assert_eq!(latest("+21.6"), Some(21.6));
+        assert_eq!(latest("+21.8"), Some(21.8));
+        assert_eq!(latest("warm"), None);
+        latest("+22.1");
+        let (facts, assessment) = (SourceFacts::default(), Assessment::new(&snapshot, 0.95));
+        let source =
+            MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age: None };
+        let text = metrics_text(&[source], MetricsForm::OpenMetrics);
+        assert!(text.contains("vn100_temperature_celsius{port=\"\"} 22.1\n"), "{text}");
     }
 
     #[test]
