@@ -131,3 +131,20 @@ fn an_interrupt_while_the_sensor_is_set_puts_it_back_and_ends_without_samples() 
         assert!(!recording.exists(), "an empty one stands in the way of the next");
     }
 }
+
+/// A process number comes round again, and with it the name of a link that a killed process left.
+#[test]
+fn a_link_left_by_an_earlier_process_of_this_number_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("port");
+    std::fs::write(&port, "of another program").unwrap();
+    // the shell becomes the program, with its number
+    let script = "ln -s \"$0\" \"$TMPDIR/vn100-sim-$$-1\" && exec \"$VN100\" attach sim -d 1s --json";
+    let mut shell = Command::new("sh");
+    let shell = shell.args(["-c", script]).arg(&port);
+    let output = run(shell.env("TMPDIR", folder.path()).env("VN100", env!("CARGO_BIN_EXE_vn100")));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(document(&output)["timing"]["samples"], 40);
+    assert!(port.exists());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "its own link is gone");
+}

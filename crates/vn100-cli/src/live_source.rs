@@ -3,7 +3,7 @@
 
 use std::{
     env, fs, io,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process,
     sync::{
         Arc, Weak,
@@ -109,5 +109,17 @@ fn plugged_in(sensor: &Weak<PtySensor>, adapter_number: &str) -> Option<PortEntr
 fn private_name() -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(1);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    env::temp_dir().join(format!("vn100-sim-{}-{number}", process::id()))
+    let name = format!("vn100-sim-{}-{number}", process::id());
+    let folder = env::temp_dir();
+    // also under the name of a sensor that returned as another port
+    [name.clone(), format!("{name}-1")].iter().for_each(|name| remove_left_link(&folder.join(name)));
+    folder.join(name)
+}
+
+/// Removes a link that an earlier process of this number left when it was killed. What else bears
+/// the name is reported when the link is made.
+fn remove_left_link(path: &Path) {
+    if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
+        let _ = fs::remove_file(path);
+    }
 }
