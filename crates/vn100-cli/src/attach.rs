@@ -99,7 +99,8 @@ async fn attach_all(
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut monitors = Vec::new();
     let mut unrecorded = Vec::new();
-    let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, &stop)).transpose()?;
+    let page = watched.as_ref().and_then(Watched::url);
+    let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, page, &stop)).transpose()?;
     let goals = Goals::of(&job.settings, job.args.limits.limits().wall);
     let mut server = None;
     let prepared: Vec<Prepared> = (0..)

@@ -81,11 +81,13 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let messages = (view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
     let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
+    let has_view = messages.is_some();
     let session = |input| {
-        let settings = Settings { recent: true, other_deviation: true, ..files.settings() };
+        let settings = Settings { recent: true, other_deviation: has_view, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
-    let view_options = messages.is_some().then(|| args.view.options(&files.settings(), &stop)).transpose()?;
+    let page = watched.as_ref().and_then(Watched::url);
+    let view_options = messages.is_some().then(|| args.view.options(&files.settings(), page, &stop)).transpose()?;
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
     let goals = Goals::of(&files.settings(), None);
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();

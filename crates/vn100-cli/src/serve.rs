@@ -53,6 +53,17 @@ impl Watched {
         Self { asked: options.text(), ..self }
     }
 
+    /// Where the page is, as others ask for it; `None` where there is none.
+    pub(crate) fn url(&self) -> Option<String> {
+        let address = self.listener.as_ref()?.local_addr().ok()?;
+        Some(url(address, self.name()))
+    }
+
+    /// The first name of this machine.
+    fn name(&self) -> Option<&str> {
+        self.names.first().map(String::as_str)
+    }
+
     /// Shows these sessions, and says where.
     pub(crate) fn show<'a>(
         self,
@@ -64,7 +75,7 @@ impl Watched {
     ) -> Result<Server> {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
         if let Some(listener) = &self.listener {
-            say(announced(listener.local_addr()?, self.names.first().map(String::as_str)));
+            say(announced(listener.local_addr()?, self.name()));
         }
         let server = Server::start(ServeSpec {
             listener: self.listener,
@@ -96,20 +107,22 @@ fn refused(address: SocketAddr, error: &io::Error) -> String {
 
 /// Where the page is, and who can read it.
 fn announced(address: SocketAddr, name: Option<&str>) -> String {
-    let (ip, port) = (address.ip(), address.port());
-    if ip.is_loopback() {
+    let (url, port) = (url(address, name), address.port());
+    if address.ip().is_loopback() {
         return format!(
-            "live page: http://{address}/ (this machine alone; elsewhere after ssh -L {port}:{address} USER@{})",
+            "live page: {url} (this machine alone; elsewhere after ssh -L {port}:{address} USER@{})",
             name.unwrap_or("HOST")
         );
     }
-    let host = match name {
-        Some(name) if ip.is_unspecified() => format!("{name}:{port}"),
-        _ => address.to_string(),
-    };
-    format!(
-        "live page: http://{host}/ WARNING: everyone who reaches this machine can read it, without password or encryption"
-    )
+    format!("live page: {url} WARNING: everyone who reaches this machine can read it, without password or encryption")
+}
+
+/// As it is asked for: where all addresses answer, by the name of this machine.
+fn url(address: SocketAddr, name: Option<&str>) -> String {
+    match name {
+        Some(name) if address.ip().is_unspecified() => format!("http://{name}:{}/", address.port()),
+        _ => format!("http://{address}/"),
+    }
 }
 
 /// The names by which others know this machine, as far as it knows them itself.

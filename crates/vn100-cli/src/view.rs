@@ -102,6 +102,7 @@ impl View {
             .spawn(move || {
                 let mut state = ViewState::new(sources.len());
                 state.units = options.units.steps();
+                state.page = options.page;
                 let ended = run_view(screen, sources, state, theme, options.reference, &shared);
                 // the program may have left without waiting
                 let _ = sender.send(ended);
@@ -165,6 +166,8 @@ pub(crate) struct ViewOptions {
     pub(crate) theme: ThemeChoice,
     pub(crate) units: FirstUnits,
     pub(crate) reference: Option<PendingReference>,
+    /// The address of the live page.
+    pub(crate) page: Option<String>,
 }
 
 const FAULT: &str = "internal error: the live view has ended; the measurement continues, Ctrl-C ends it";

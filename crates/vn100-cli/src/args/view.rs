@@ -40,8 +40,14 @@ impl ViewArgs {
         self.config.as_ref().unwrap_or_else(|| self.config_of_user.get_or_init(Config::of_user))
     }
 
-    /// Of a measurement by these settings. The reference is measured from now on.
-    pub(crate) fn options(&self, settings: &Settings, stop: &CancellationToken) -> Result<ViewOptions> {
+    /// Of a measurement by these settings, with a page at that address. The reference is measured
+    /// from now on.
+    pub(crate) fn options(
+        &self,
+        settings: &Settings,
+        page: Option<String>,
+        stop: &CancellationToken,
+    ) -> Result<ViewOptions> {
         let config = self.config();
         if let Some(path) = &self.reference {
             std::fs::metadata(path).with_context(|| format!("cannot read the reference {}", path.display()))?;
@@ -51,6 +57,7 @@ impl ViewArgs {
             theme: self.theme.or(config.theme()?).unwrap_or_default(),
             units: config.units()?.unwrap_or_default(),
             reference: self.reference.as_ref().map(measure),
+            page,
         })
     }
 }

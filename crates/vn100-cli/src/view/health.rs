@@ -214,6 +214,11 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
+    let has_failed = source.recording.as_ref().is_some_and(|recording| recording.error.is_some());
+    if has_failed {
+        // first: what stands behind it may have no room
+        parts.add("RECORDING FAILED", theme.error());
+    }
     let time = match detail {
         Detail::Little | Detail::Least => String::new(),
         Detail::Some | Detail::All => format!(" in {}", time(timing.duration_s())),
@@ -240,7 +245,7 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         parts.add(source, theme.warning());
     }
     match &source.recording {
-        Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.error()),
+        Some(_) if has_failed => {}
         Some(recording) => {
             let name = recording.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let name = printable(&name);

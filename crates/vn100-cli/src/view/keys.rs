@@ -11,6 +11,9 @@ use vn100_pipeline::Playback;
 
 use super::{draw::Scene, health::LEAST_NAME, question::Question, state::Panel, theme::Theme, warnings::shortened};
 
+/// Columns of the keys that are always there: those that quit, and that show all others.
+const LEAST_KEYS: usize = 16;
+
 pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);
     let question = state.question.as_ref().map(|question| match question {
@@ -35,6 +38,14 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     }
     let mut spans = Vec::new();
     let mut room = usize::from(area.width);
+    if let Some(page) = &state.page
+        && let Some(beside) = room.checked_sub(page.chars().count() + 1).filter(|beside| *beside >= LEAST_KEYS)
+    {
+        // the keys that have no room beside it stand in the help
+        room = beside;
+        let page = Line::styled(format!("{page} "), theme.faint());
+        frame.render_widget(Paragraph::new(page).right_aligned(), area);
+    }
     for (key, does) in keys(scene) {
         let width = key.chars().count() + does.chars().count() + 3;
         if width > room {
@@ -44,7 +55,9 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         spans.push(Span::raw(format!(" {key}")).style(Modifier::BOLD));
         spans.push(Span::styled(format!(" {does} "), theme.faint()));
     }
-    frame.render_widget(Paragraph::new(Line::from(spans)), area);
+    let line = Line::from(spans);
+    let area = Rect { width: area.width.min(line.width() as u16), ..area };
+    frame.render_widget(Paragraph::new(line), area);
 }
 
 /// A question, with the source it is about where there are several.
@@ -159,7 +172,8 @@ const KEY_COLUMNS: u16 = 62;
 const SIDE_BY_SIDE: u16 = 116;
 
 pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: usize) {
-    let block = Block::new().borders(Borders::ALL);
+    let page_line = scene.state.page.as_ref().map(|page| Line::raw(format!(" live page: {page} ")));
+    let block = page_line.into_iter().fold(Block::new().borders(Borders::ALL), Block::title_bottom);
     let inner = block.inner(area);
     // no more digits than are useful, and no rounding to 100 %
     let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;

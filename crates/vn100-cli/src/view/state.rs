@@ -125,6 +125,8 @@ pub(crate) struct ViewState {
     pub(crate) acknowledged: Vec<(usize, WarningKind)>,
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
+    /// The address of the live page, while there is one.
+    pub(crate) page: Option<String>,
 }
 
 /// Rows of the table that a page is.

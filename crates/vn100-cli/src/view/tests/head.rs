@@ -98,6 +98,18 @@ fn the_noise_panel_leaves_out_values_last() {
 }
 
 #[test]
+fn a_recording_that_failed_is_said_whole_at_every_width() {
+    let mut source = damaged();
+    let mut snapshot = (*source.snapshot).clone();
+    (snapshot.timing.excluded, snapshot.timing.samples, snapshot.link.connects) = (400_000, 1_000_000_000, 124);
+    source.snapshot = Arc::new(snapshot);
+    for width in 60..=200 {
+        let screen = screen(&one(), &source, (width, 24));
+        assert!(screen.lines().nth(2).unwrap().contains("RECORDING FAILED"), "{width}\n{screen}");
+    }
+}
+
+#[test]
 fn a_warning_that_has_no_room_says_so() {
     let kept = damaged();
     for (warning, height) in (0..kept.warnings.len()).flat_map(|warning| (16..30).map(move |height| (warning, height)))

@@ -4,7 +4,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, Mo
 use vn100_analysis::Assessment;
 use vn100_pipeline::{Command, Playback, Speed};
 
-use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
+use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     keys::KEYS,
     mouse::mouse,
@@ -344,4 +344,26 @@ fn the_mouse_points_at_what_keys_choose() {
         panic!("no place to go to");
     };
     assert!((part - 0.5).abs() < 0.02, "{part}");
+}
+
+#[test]
+fn the_address_of_the_live_page_is_on_every_screen_or_in_the_help() {
+    let sources = [measured(), nothing()];
+    let address = "http://127.0.0.1:8100/";
+    for (overview, source, size) in
+        SIZES.into_iter().flat_map(|size| [(false, 0, size), (false, 1, size), (true, 0, size)])
+    {
+        let mut state = ViewState { overview, source, page: Some(address.into()), ..ViewState::new(2) };
+        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        let last = screen.lines().last().unwrap();
+        assert!(last.ends_with(address) && last.starts_with(" q quit  ? help "), "{size:?}\n{screen}");
+        // a long one leaves the keys their room
+        let long = format!("http://{}:8100/", "a".repeat(size.0.into()));
+        state.page = Some(long);
+        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        assert!(screen.lines().last().unwrap().starts_with(" q quit  ? help "), "{size:?}\n{screen}");
+        state = ViewState { page: Some(address.into()), help: Some(0), ..state };
+        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        assert!(screen.contains(&format!("live page: {address} ")), "{size:?}\n{screen}");
+    }
 }
