@@ -7,7 +7,11 @@
     reason = "a test fails by panicking and says so when it skips"
 )]
 
+#[cfg(target_os = "linux")]
+mod accessible;
 mod attach;
+#[cfg(target_os = "linux")]
+mod browser;
 #[cfg(target_os = "linux")]
 mod echo;
 #[cfg(target_os = "linux")]

@@ -120,7 +120,10 @@ pub fn write_page(
 /// Names and notes may hold what steers a terminal, is an error in HTML, or makes them look like
 /// others.
 fn text_of(markup: Markup) -> String {
-    markup.into_string().replace(|c: char| steers_terminal(c) && !matches!(c, '\n' | '\t'), "\u{fffd}")
+    let text = markup.into_string();
+    let steers = |c: char| steers_terminal(c) && !matches!(c, '\n' | '\t');
+    // pages are large: most are not copied
+    if text.contains(steers) { text.replace(steers, "\u{fffd}") } else { text }
 }
 
 /// The style of what each sheet of paper names at its foot.

@@ -1,11 +1,15 @@
 //! The parts of the page. What an assessment says is drawn when there is a new one, the last
 //! minutes every few seconds, and what is left at each look.
 
+#[cfg(test)]
+mod tests;
+
 use std::{
     sync::Arc,
     time::{Duration, SystemTime},
 };
 
+use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
 use vn100_pipeline::{SourceState, Stage};
@@ -23,6 +27,8 @@ const SIGNAL_LASTS: Duration = Duration::from_secs(10);
 /// However often they are asked for.
 const PAGE_LASTS: Duration = Duration::from_millis(250);
 const REPORT_LASTS: Duration = Duration::from_secs(5);
+/// What no reader asks for any more is dropped after so long.
+const DRAWN_LASTS: Duration = Duration::from_secs(30);
 
 /// A silence of a stream that is worth a word.
 const SILENT: Duration = Duration::from_secs(3);
@@ -57,6 +63,11 @@ impl PageState {
         self.parts.iter().filter(move |part| part.version > version).map(|part| Arc::clone(&part.part))
     }
 
+    /// Without its parts; those drawn next are new to every reader.
+    fn forgotten(&self) -> Self {
+        Self { parts: Vec::new(), ..*self }
+    }
+
     /// The page with these parts.
     fn next(&self, parts: Vec<Arc<PagePart>>) -> Self {
         let version = self.version + 1;
@@ -86,18 +97,17 @@ pub(crate) struct Drawer {
 
 /// What is not made again for a while.
 #[derive(Debug, Default)]
-struct Kept(Option<(Instant, Arc<str>)>);
+struct Kept(Option<(Instant, Bytes)>);
 
 impl Kept {
-    fn get(&mut self, now: Instant, lasts: Duration, make: impl FnOnce() -> String) -> Arc<str> {
-        match &self.0 {
-            Some((at, text)) if now.saturating_duration_since(*at) < lasts => Arc::clone(text),
-            _ => {
-                let text: Arc<str> = make().into();
-                self.0 = Some((now, Arc::clone(&text)));
-                text
-            }
-        }
+    fn get(&mut self, now: Instant, lasts: Duration, make: impl FnOnce() -> String) -> Bytes {
+        self.forget(now, lasts);
+        self.0.get_or_insert_with(|| (now, make().into())).1.clone()
+    }
+
+    /// Drops what was made so long ago.
+    fn forget(&mut self, now: Instant, lasts: Duration) {
+        self.0.take_if(|(at, _)| now.saturating_duration_since(*at) >= lasts);
     }
 }
 
@@ -130,9 +140,22 @@ impl Drawer {
         }
     }
 
-    /// Notes which sources have given samples.
+    /// Notes which sources have given samples, and drops what no reader asks for.
     pub(crate) fn look(&mut self, now: Instant) {
         self.sources.iter_mut().for_each(|source| source.look(now));
+        for kept in [&mut self.documents, &mut self.report, &mut self.prometheus, &mut self.open_metrics] {
+            kept.forget(now, REPORT_LASTS);
+        }
+        if self.drawn_at.is_some_and(|at| now.saturating_duration_since(at) >= DRAWN_LASTS) {
+            self.drawn_at = None;
+            self.page = Arc::new(self.page.forgotten());
+            self.sources.iter_mut().for_each(|source| (source.results, source.signal) = (None, None));
+        }
+    }
+
+    /// Whether anything drawn is kept.
+    pub(crate) const fn is_drawn(&self) -> bool {
+        self.drawn_at.is_some()
     }
 
     /// The page as it is now, or was a moment ago.
@@ -172,7 +195,7 @@ impl Drawer {
     }
 
     /// The JSON document, of several sources an array of them.
-    pub(crate) fn documents(&mut self, now: Instant) -> Arc<str> {
+    pub(crate) fn documents(&mut self, now: Instant) -> Bytes {
         let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
         self.documents.get(now, PAGE_LASTS, || {
             let document = |source: &SourceDrawer| {
@@ -187,7 +210,7 @@ impl Drawer {
     }
 
     /// The report so far.
-    pub(crate) fn report(&mut self, now: Instant) -> Arc<str> {
+    pub(crate) fn report(&mut self, now: Instant) -> Bytes {
         let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
         let options = self.report_settings.options(words);
         self.report.get(now, REPORT_LASTS, || {
@@ -207,7 +230,7 @@ impl Drawer {
     }
 
     /// The metrics of all sources.
-    pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Arc<str> {
+    pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Bytes {
         self.look(now);
         let (sources, words) = (&self.sources, self.words);
         let kept = match form {
@@ -384,44 +407,5 @@ impl SourceDrawer {
             Stage::Measuring | Stage::Finishing if is_over(state) => Ok("replayed to its end".into()),
             Stage::Measuring | Stage::Finishing => Ok("measuring".into()),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
-        let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into() });
-        ["a", "b"].into_iter().zip(htmls).map(part).collect()
-    }
-
-    #[test]
-    fn a_reader_gets_what_has_changed_since_it_read() {
-        let first = PageState { run: 7, ..PageState::default() }.next(parts(["1", "x"]));
-        let since = |page: &PageState, seen: &PageState| -> Vec<String> {
-            page.since(seen.version()).map(|part| format!("{}{}", part.id, part.html)).collect()
-        };
-        assert_eq!(since(&first, &PageState::default()), ["a1", "bx"]);
-        assert!(since(&first, &first).is_empty());
-        let second = first.next(parts(["2", "x"]));
-        assert_eq!(since(&second, &first), ["a2"]);
-        let third = second.next(parts(["3", "y"]));
-        // one who has skipped the second state
-        assert_eq!(since(&third, &first), ["a3", "by"]);
-        assert_eq!(third.next(parts(["3", "y"])).version(), third.version(), "nothing has changed");
-    }
-
-    #[test]
-    fn what_is_asked_for_often_is_made_once_in_a_while() {
-        let (begin, mut made) = (Instant::now(), 0);
-        let mut kept = Kept::default();
-        for ms in [0, 1, 249, 250, 251] {
-            kept.get(begin + Duration::from_millis(ms), PAGE_LASTS, || {
-                made += 1;
-                String::new()
-            });
-        }
-        assert_eq!(made, 2);
     }
 }

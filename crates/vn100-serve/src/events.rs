@@ -2,15 +2,19 @@
 //! reader does not have. One who reads slowly skips states.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::VecDeque,
     convert::Infallible,
     pin::Pin,
     sync::Arc,
     task::{Context, Poll},
+    time::Duration,
 };
 
-use axum::response::sse::Event;
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use axum::body::Bytes;
+use tokio::{
+    sync::{OwnedSemaphorePermit, watch},
+    time::{self, Interval},
+};
 use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use vn100_report::PagePart;
@@ -32,14 +36,51 @@ impl EventPlace {
     }
 }
 
-/// The events for one reader.
+/// A comment is sent after so long without an event: it shows that the other end is still there.
+const KEEP_ALIVE: Duration = Duration::from_secs(10);
+
+/// The content of a part, which all readers share.
+struct Html(Arc<PagePart>);
+
+impl AsRef<[u8]> for Html {
+    fn as_ref(&self) -> &[u8] {
+        self.0.html.as_bytes()
+    }
+}
+
+/// What a reader is shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// Every part.
+    All,
+    /// The details of these sources alone, by their prefixes.
+    Open(Vec<String>),
+}
+
+impl Shown {
+    /// By their prefixes, with commas between them.
+    pub(crate) fn open(prefixes: &str) -> Self {
+        Self::Open(prefixes.split(',').filter(|prefix| !prefix.is_empty()).map(str::to_owned).collect())
+    }
+
+    fn has(&self, part: &PagePart) -> bool {
+        match (self, &part.detail_of) {
+            (Self::All, _) | (_, None) => true,
+            (Self::Open(open), Some(prefix)) => open.iter().any(|one| **one == **prefix),
+        }
+    }
+}
+
+/// The text of the events for one reader, piece by piece.
 pub(crate) struct PageEvents {
     pages: WatchStream<Arc<PageState>>,
     over: Pin<Box<WaitForCancellationFutureOwned>>,
     /// `None` for one who has nothing yet.
     place: Option<EventPlace>,
-    /// Parts of the state that is being sent, one at a time: a whole one is large.
-    unsent: VecDeque<Arc<PagePart>>,
+    shown: Shown,
+    /// Of the state that is being sent.
+    unsent: VecDeque<Bytes>,
+    quiet: Interval,
     is_over: bool,
     _stream: OwnedSemaphorePermit,
 }
@@ -47,24 +88,14 @@ pub(crate) struct PageEvents {
 impl PageEvents {
     pub(crate) fn new(
         pages: watch::Receiver<Arc<PageState>>,
-        place: Option<EventPlace>,
+        (place, shown): (Option<EventPlace>, Shown),
         over: CancellationToken,
         stream: OwnedSemaphorePermit,
     ) -> Self {
         let over = Box::pin(over.cancelled_owned());
-        Self { pages: WatchStream::new(pages), over, place, unsent: VecDeque::new(), is_over: false, _stream: stream }
-    }
-
-    /// The next part; with the last of a state its place, from which a reader continues.
-    fn part(&mut self) -> Option<Event> {
-        let part = self.unsent.pop_front()?;
-        let content = BTreeMap::from([(&part.id, &part.html)]);
-        // texts alone are serialised
-        let event = Event::default().event("snapshot").data(serde_json::to_string(&content).unwrap_or_default());
-        match self.place.filter(|_| self.unsent.is_empty()) {
-            Some(EventPlace { run, version }) => Some(event.id(format!("{run}-{version}"))),
-            None => Some(event),
-        }
+        let pages = WatchStream::new(pages);
+        let quiet = time::interval(KEEP_ALIVE);
+        Self { pages, over, place, shown, unsent: VecDeque::new(), quiet, is_over: false, _stream: stream }
     }
 
     /// Takes what the reader does not have of this page; whether it is of another run.
@@ -73,31 +104,43 @@ impl PageEvents {
         if self.place.is_some_and(|place| place.run != run) {
             return true;
         }
-        let seen = self.place.map_or(0, |place| place.version);
-        self.unsent = page.since(seen).collect();
-        self.place = Some(EventPlace { run, version: page.version() });
+        let (seen, version) = (self.place.map_or(0, |place| place.version), page.version());
+        let mut parts = page.since(seen).filter(|part| self.shown.has(part)).peekable();
+        while let Some(part) = parts.next() {
+            // the last says where a reader continues
+            let end = if parts.peek().is_some() { "\n\n".into() } else { format!("\nid: {run}-{version}\n\n") };
+            let begin = format!("event: snapshot\ndata: {}\ndata: ", part.id);
+            self.unsent.extend([begin.into(), Bytes::from_owner(Html(part)), end.into()]);
+        }
+        self.place = Some(EventPlace { run, version });
         false
+    }
+
+    /// An event behind which nothing comes.
+    fn last(&mut self, event: &'static str) -> Poll<Option<Result<Bytes, Infallible>>> {
+        self.is_over = true;
+        Poll::Ready(Some(Ok(Bytes::from_static(event.as_bytes()))))
     }
 }
 
 impl Stream for PageEvents {
-    type Item = Result<Event, Infallible>;
+    type Item = Result<Bytes, Infallible>;
 
     fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         if self.is_over {
             return Poll::Ready(None);
         }
         loop {
-            if let Some(part) = self.part() {
-                return Poll::Ready(Some(Ok(part)));
+            if let Some(piece) = self.unsent.pop_front() {
+                self.quiet.reset();
+                return Poll::Ready(Some(Ok(piece)));
             }
             match Pin::new(&mut self.pages).poll_next(context) {
                 // not drawn yet
                 Poll::Ready(Some(page)) if page.run() == 0 => {}
                 Poll::Ready(Some(page)) => {
                     if self.take(&page) {
-                        self.is_over = true;
-                        return Poll::Ready(Some(Ok(Event::default().event("other").data("another run"))));
+                        return self.last("event: other\ndata: another run\n\n");
                     }
                 }
                 Poll::Ready(None) => return Poll::Ready(None),
@@ -105,9 +148,8 @@ impl Stream for PageEvents {
             }
         }
         if self.over.as_mut().poll(context).is_ready() {
-            self.is_over = true;
-            return Poll::Ready(Some(Ok(Event::default().event("end").data("the program ends"))));
+            return self.last("event: end\ndata: the program ends\n\n");
         }
-        Poll::Pending
+        self.quiet.poll_tick(context).map(|_| Some(Ok(Bytes::from_static(b":\n\n"))))
     }
 }

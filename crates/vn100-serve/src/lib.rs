@@ -198,9 +198,16 @@ async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
             _ = ticks.tick() => {}
             () = ending.cancelled() => break,
         }
-        app.drawer.lock().unwrap_or_else(PoisonError::into_inner).look(Instant::now());
+        let is_drawn = {
+            let mut drawer = app.drawer.lock().unwrap_or_else(PoisonError::into_inner);
+            drawer.look(Instant::now());
+            drawer.is_drawn()
+        };
         if app.page.receiver_count() > 0 {
             app.draw().await;
+        } else if !is_drawn {
+            // a reader who comes meanwhile waits for the next page
+            app.page.send_if_modified(|page| std::mem::take(page).run() > 0);
         }
     }
     if app.page.receiver_count() > 0 {

@@ -53,11 +53,11 @@ pub(crate) async fn keep_written(file: MetricsFile, app: Arc<App>, over: Cancell
     }
 }
 
-fn replace(path: &Path, text: &str) -> io::Result<()> {
+fn replace(path: &Path, text: &[u8]) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
     // readers of the folder take what ends as the file does
     beside.push(".new");
-    let written = fs::File::create(&beside).and_then(|mut file| file.write_all(text.as_bytes()));
+    let written = fs::File::create(&beside).and_then(|mut file| file.write_all(text));
     written.and_then(|()| fs::rename(&beside, path)).inspect_err(|_| {
         // the error is that of the write
         let _ = fs::remove_file(&beside);

@@ -1,19 +1,14 @@
 //! What is answered.
 
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::{
     Router,
+    body::Body,
     extract::{Request, State},
     http::{HeaderMap, StatusCode, header},
     middleware::from_fn_with_state,
-    response::{
-        IntoResponse, Response,
-        sse::{KeepAlive, Sse},
-    },
+    response::{IntoResponse, Response},
     routing::get,
 };
 use sha2::{Digest, Sha256};
@@ -27,12 +22,9 @@ use vn100_report::{MetricsForm, live_icon, live_script, live_style};
 
 use crate::{
     drawing::{Drawer, PageState},
-    events::{EventPlace, PageEvents},
+    events::{EventPlace, PageEvents, Shown},
     guard::{Hosts, guard},
 };
-
-/// A comment is sent after so long without an event: it shows that the other end is still there.
-const KEEP_ALIVE: Duration = Duration::from_secs(10);
 
 /// What all answers are made of.
 pub(crate) struct App {
@@ -80,12 +72,8 @@ pub(crate) fn router(app: &Arc<App>) -> Router {
 
 const HTML: &str = "text/html; charset=utf-8";
 
-fn text(kind: &'static str, text: impl Into<axum::body::Body>) -> Response {
+fn text(kind: &'static str, text: impl Into<Body>) -> Response {
     ([(header::CONTENT_TYPE, kind)], text.into()).into_response()
-}
-
-fn shared(text: &Arc<str>) -> String {
-    text.as_ref().to_owned()
 }
 
 async fn page(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
@@ -93,17 +81,18 @@ async fn page(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
 }
 
 async fn snapshot(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
-    Ok(text("application/json", shared(&app.ask(Drawer::documents).await?)))
+    Ok(text("application/json", app.ask(Drawer::documents).await?))
 }
 
 async fn report(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
     let page = app.ask(Drawer::report).await?;
+    let content = String::from_utf8_lossy(&page);
     let policy = format!(
         "default-src 'none'; style-src {}; script-src {}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-        hashes(&page, "style"),
-        hashes(&page, "script")
+        hashes(&content, "style"),
+        hashes(&content, "script")
     );
-    Ok(([(header::CONTENT_SECURITY_POLICY, policy)], text(HTML, shared(&page))).into_response())
+    Ok(([(header::CONTENT_SECURITY_POLICY, policy)], text(HTML, page.clone())).into_response())
 }
 
 async fn metrics(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Response, StatusCode> {
@@ -114,7 +103,7 @@ async fn metrics(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Resp
     let is_open = accepts("application/openmetrics-text");
     let form = if is_open { MetricsForm::OpenMetrics } else { MetricsForm::Prometheus };
     let metrics = app.ask(move |drawer, now| drawer.metrics(now, form)).await?;
-    Ok(text(form.content_type(), shared(&metrics)))
+    Ok(text(form.content_type(), metrics))
 }
 
 async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
@@ -129,9 +118,14 @@ async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
         return (StatusCode::SERVICE_UNAVAILABLE, after, "the page is open too often: close it elsewhere\n")
             .into_response();
     };
-    let place = place(request.headers(), request.uri().query());
-    let events = PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream);
-    Sse::new(events).keep_alive(KeepAlive::new().interval(KEEP_ALIVE)).into_response()
+    let query = request.uri().query();
+    let events = PageEvents::new(
+        app.page.subscribe(),
+        (place(request.headers(), query), shown(query)),
+        app.over.clone(),
+        stream,
+    );
+    text("text/event-stream", Body::from_stream(events))
 }
 
 /// Where the reader has come: a browser that connects again says it by itself.
@@ -139,6 +133,13 @@ fn place(headers: &HeaderMap, query: Option<&str>) -> Option<EventPlace> {
     let again = headers.get("last-event-id").and_then(|id| EventPlace::parse(id.to_str().ok()?));
     let since = || query?.split('&').find_map(|part| EventPlace::parse(part.strip_prefix("since=")?));
     again.or_else(since)
+}
+
+/// What the reader shows: a page says which details are open.
+fn shown(query: Option<&str>) -> Shown {
+    let open = query.and_then(|query| query.split('&').find_map(|part| part.strip_prefix("open=")));
+    // the only sign that a browser escapes
+    open.map_or(Shown::All, |open| Shown::open(&open.replace("%2C", ",")))
 }
 
 /// The hashes of the contents of all elements of that name, for a content security policy.
@@ -194,5 +195,13 @@ mod tests {
         assert_eq!(place(&headers, Some("since=nonsense")), None);
         headers.insert("last-event-id", "7-9".parse().unwrap());
         assert_eq!(place(&headers, Some("since=7-3")), Some(EventPlace { run: 7, version: 9 }));
+    }
+
+    #[test]
+    fn details_are_sent_of_the_sources_that_are_open() {
+        assert_eq!(shown(None), Shown::All);
+        assert_eq!(shown(Some("since=&open=")), Shown::open(""));
+        let two = Shown::Open(vec!["run1-".into(), "run12-".into()]);
+        assert_eq!(shown(Some("since=7-3&open=run1-%2Crun12-")), two);
     }
 }

@@ -1,6 +1,6 @@
 //! The last minutes of every channel: smallest, largest and mean value of each half second.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, sync::Arc};
 
 /// What is kept at most: four minutes.
 const MOST_SLOTS: usize = 480;
@@ -8,12 +8,12 @@ const MOST_SLOTS: usize = 480;
 const SLOT_S: f64 = 0.5;
 
 /// The values of one channel in one slot, in counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Slot {
     /// Smallest.
-    pub min: i64,
+    pub min: i32,
     /// Largest.
-    pub max: i64,
+    pub max: i32,
     /// Sum of all.
     pub sum: i64,
     /// How many; never 0.
@@ -22,7 +22,7 @@ pub struct Slot {
 
 /// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted
 /// in samples from the first, those missing included. A slot without samples, as in a gap of known
-/// length, is `None` in every channel.
+/// length, is `None` in every channel. A clone shares the slots that are complete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     pub(crate) rate_hz: f64,
@@ -30,19 +30,22 @@ pub struct Recent {
     pub samples_per_slot: u64,
     /// Number of the slot behind the last one: the slots of a channel are the latest before it.
     pub end: u64,
-    /// Channel by channel, the oldest slot first.
-    channels: Vec<VecDeque<Option<Slot>>>,
+    channels: usize,
+    /// The oldest slots first, each of all channels; a count of 0 is none.
+    rows: VecDeque<Option<Arc<[Slot]>>>,
 }
 
 impl Recent {
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
         let samples_per_slot = (SLOT_S * rate_hz).round().max(1.0) as u64;
-        Self { rate_hz, samples_per_slot, end: 0, channels: vec![VecDeque::new(); channels] }
+        Self { rate_hz, samples_per_slot, end: 0, channels, rows: VecDeque::new() }
     }
 
     /// The slots of a channel, the oldest first; at most 480. The last may still grow.
     pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
-        self.channels.get(channel).map_or(const { &VecDeque::new() }, |slots| slots).iter().copied()
+        let kept = if channel < self.channels { self.rows.len() } else { 0 };
+        let slot = move |row: &Option<Arc<[Slot]>>| row.as_ref()?.get(channel).copied().filter(|slot| slot.count > 0);
+        self.rows.iter().take(kept).map(slot)
     }
 
     /// One channel's samples, without a gap between them, the first number `index`.
@@ -57,10 +60,10 @@ impl Recent {
             let (now, later) = rest.split_at(here);
             // the oldest of a long batch have fallen out already
             let place = (self.end - slot) as usize;
-            if let Some(slots) = self.channels.get_mut(channel)
-                && let Some(slot) = slots.len().checked_sub(place).and_then(|place| slots.get_mut(place))
-            {
-                now.iter().for_each(|count| add(slot, (*count).into()));
+            let row = self.rows.len().checked_sub(place).and_then(|place| self.rows.get_mut(place));
+            if let Some(row) = row {
+                let row = row.get_or_insert_with(|| vec![Slot::default(); self.channels].into());
+                Arc::make_mut(row).get_mut(channel).into_iter().for_each(|slot| slot.add(now));
             }
             index += here as u64;
             rest = later;
@@ -72,24 +75,29 @@ impl Recent {
         if new == 0 {
             return;
         }
-        for slots in &mut self.channels {
-            for _ in 0..new.min(MOST_SLOTS as u64) {
-                if slots.len() == MOST_SLOTS {
-                    slots.pop_front();
-                }
-                slots.push_back(None);
+        for _ in 0..new.min(MOST_SLOTS as u64) {
+            if self.rows.len() == MOST_SLOTS {
+                self.rows.pop_front();
             }
+            self.rows.push_back(None);
         }
         self.end = slot + 1;
     }
 }
 
-fn add(slot: &mut Option<Slot>, count: i64) {
-    let slot = slot.get_or_insert(Slot { min: count, max: count, sum: 0, count: 0 });
-    slot.min = slot.min.min(count);
-    slot.max = slot.max.max(count);
-    slot.sum += count;
-    slot.count += 1;
+impl Slot {
+    fn add(&mut self, counts: &[i32]) {
+        let Some(first) = counts.first() else { return };
+        if self.count == 0 {
+            (self.min, self.max) = (*first, *first);
+        }
+        for &count in counts {
+            self.min = self.min.min(count);
+            self.max = self.max.max(count);
+            self.sum += i64::from(count);
+            self.count += 1;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -97,7 +105,7 @@ mod tests {
     use super::*;
     use proptest::{collection::vec, prelude::*};
 
-    fn slots(recent: &Recent, channel: usize) -> Vec<Option<(i64, i64, i64, u32)>> {
+    fn slots(recent: &Recent, channel: usize) -> Vec<Option<(i32, i32, i64, u32)>> {
         recent.slots(channel).map(|slot| slot.map(|slot| (slot.min, slot.max, slot.sum, slot.count))).collect()
     }
 
@@ -108,8 +116,8 @@ mod tests {
         recent.push(0, 0, &[5, -7, 1]);
         recent.push(1, 0, &[i32::MIN, i32::MIN, 3]);
         assert_eq!(slots(&recent, 0), [Some((-7, 5, -2, 2)), Some((1, 1, 1, 1))]);
-        let lowest = i64::from(i32::MIN);
-        assert_eq!(slots(&recent, 1), [Some((lowest, lowest, 2 * lowest, 2)), Some((3, 3, 3, 1))]);
+        let lowest = i32::MIN;
+        assert_eq!(slots(&recent, 1), [Some((lowest, lowest, 2 * i64::from(lowest), 2)), Some((3, 3, 3, 1))]);
         recent.push(0, 9, &[8]);
         assert_eq!(slots(&recent, 0)[1..], [Some((1, 1, 1, 1)), None, None, Some((8, 8, 8, 1))]);
         assert_eq!(slots(&recent, 1)[4], None);
@@ -123,6 +131,42 @@ mod tests {
         assert_eq!((slots.len(), slots[0], slots[479]), (480, Some((520, 520, 520, 1)), Some((999, 999, 999, 1))));
         recent.push(0, 1_000_000_000_000, &[1]);
         assert_eq!(recent.slots(0).flatten().count(), 1, "a long gap takes no time");
+    }
+
+    #[test]
+    fn a_clone_shares_what_is_complete_and_is_not_changed() {
+        let mut recent = Recent::new(2, 2.0);
+        recent.push(0, 0, &[1, 2, 3]);
+        let (before, kept) = (slots(&recent, 0), recent.clone());
+        recent.push(0, 3, &[4]);
+        recent.push(1, 2, &[7]);
+        assert_eq!(slots(&kept, 0), before);
+        assert_eq!(slots(&kept, 1), [None, None, None]);
+        let shared = kept
+            .rows
+            .iter()
+            .zip(&recent.rows)
+            .filter(|(a, b)| a.as_ref().zip(b.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b)));
+        assert_eq!(shared.count(), 2, "all but the last");
+    }
+
+    /// What a record of days keeps is what four minutes keep, and a snapshot adds pointers.
+    #[test]
+    fn a_day_keeps_no_more_than_its_last_minutes() {
+        let mut recent = Recent::new(12, 40.0);
+        let (mut capacity, hour) = (0, 40 * 3600);
+        for start in 0..24 {
+            for channel in 0..12 {
+                for place in (0..hour).step_by(40) {
+                    recent.push(channel, start * hour + place, &[1; 40]);
+                }
+            }
+            if start == 0 {
+                capacity = recent.rows.capacity();
+            }
+        }
+        assert_eq!((recent.rows.len(), recent.rows.capacity()), (MOST_SLOTS, capacity));
+        assert_eq!(size_of::<Slot>(), 24);
     }
 
     proptest! {

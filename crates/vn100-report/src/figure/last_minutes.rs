@@ -13,7 +13,7 @@ pub(crate) fn last_minutes(name: &str, unit: &str, history: &History) -> Option<
     known().next()?;
     let length_s = columns.len() as f64 * column_s;
     let start = |place: usize| place as f64 * column_s - length_s;
-    let x = PlotAxis::new("time until now", "s", Scale { from: -length_s, to: 0.0, log: false });
+    let x = PlotAxis::new("time until the last sample", "s", Scale { from: -length_s, to: 0.0, log: false });
     let y = PlotAxis::new(
         name,
         pretty_unit(unit),

@@ -22,23 +22,30 @@
   document.addEventListener('focusout', () => setTimeout(() => {
     for (const [element, html] of waiting) if (!element.contains(document.activeElement)) { waiting.delete(element); put(element, html); }
   }));
-  const take = (parts) => {
-    for (const [id, html] of Object.entries(parts)) {
-      const element = document.getElementById(id);
-      if (!element) continue;
-      if (element.contains(document.activeElement)) waiting.set(element, html);
-      else put(element, html);
-    }
+  const take = (id, html) => {
+    const element = document.getElementById(id);
+    if (!element) return;
+    if (element.contains(document.activeElement)) waiting.set(element, html);
+    else put(element, html);
   };
   let count = 0;
-  const connect = () => {
-    const source = new EventSource('events?since=' + encodeURIComponent(page.dataset.version));
+  let source, again;
+  const details = [...document.querySelectorAll('details.source')];
+  const connect = (since) => {
+    clearTimeout(again);
+    // the details of those that are open alone
+    const open = details.filter((one) => one.open).map((one) => one.dataset.source).join(',');
+    source = new EventSource('events?since=' + encodeURIComponent(since) + '&open=' + encodeURIComponent(open));
+    const isUp = () => say('Up to date: ' + new Date().toLocaleTimeString(), false);
+    // where nothing changes, no event follows
+    source.addEventListener('open', isUp);
     source.addEventListener('snapshot', (event) => {
-      take(JSON.parse(event.data));
+      const cut = event.data.indexOf('\n');
+      take(event.data.slice(0, cut), event.data.slice(cut + 1));
       // of the last event of a state that is whole
       if (event.lastEventId) page.dataset.version = event.lastEventId;
       page.dataset.count = String(count += 1);
-      say('Up to date: ' + new Date().toLocaleTimeString(), false);
+      isUp();
     });
     // another run of the program: it may have other sources
     source.addEventListener('other', () => location.reload());
@@ -46,11 +53,13 @@
     source.addEventListener('error', () => {
       say(page.dataset.ended ? 'The program has ended; this is its last state. The page continues when it starts again.' : 'The program is out of reach; this is the last state. Trying again.', true);
       // a refusal is final for the browser, and not for this page
-      if (source.readyState === EventSource.CLOSED) setTimeout(connect, 3000);
+      if (source.readyState === EventSource.CLOSED) again = setTimeout(() => connect(page.dataset.version), 3000);
     });
   };
+  // all anew: what has been opened was not sent before
+  for (const one of details) one.addEventListener('toggle', () => { source.close(); connect(''); });
   for (const element of document.querySelectorAll('main [id]')) if (!element.closest('svg')) if (element.querySelector(':scope > script.readings')) vn100.enliven(JSON.parse(element.querySelector(':scope > script.readings').textContent));
   vn100.tables(document);
-  connect();
+  connect(page.dataset.version);
   page.dataset.ready = 'true';
 }

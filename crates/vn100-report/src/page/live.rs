@@ -31,13 +31,23 @@ const COLUMNS: usize = 121;
 pub struct PagePart {
     /// Of the element.
     pub id: String,
-    /// Its content.
-    pub html: String,
+    /// Its content, in one line.
+    pub html: Box<str>,
+    /// The prefix of the source whose details it belongs to, which are shown when they are opened.
+    /// `None` for what is always shown, and for a source that is alone.
+    pub detail_of: Option<Box<str>>,
 }
+
+/// What is shown of each of several sources before its details are asked for.
+const BRIEF: [&str; 4] = ["now", "identity", "verdicts", "cautions"];
 
 impl PagePart {
     fn new(prefix: &str, name: &str, content: Markup) -> Self {
-        Self { id: format!("{prefix}{name}"), html: text_of(content) }
+        let html = text_of(content);
+        // between words a new line is a space, and elsewhere there is none
+        let html = if html.contains(['\n', '\r']) { html.replace(['\n', '\r'], " ") } else { html };
+        let is_detail = !prefix.is_empty() && !BRIEF.contains(&name);
+        Self { id: format!("{prefix}{name}"), html: html.into(), detail_of: is_detail.then(|| prefix.into()) }
     }
 }
 
@@ -264,6 +274,7 @@ pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
     let content = html! {
         @if sources.len() > 1 {
             div.scroll { table {
+                caption { "All sources" }
                 thead { tr {
                     th scope="col" { "source" } th.words scope="col" { "state" }
                     @for name in ["samples", "data time", "dropped"] { th scope="col" { (name) } }
@@ -290,12 +301,16 @@ const SECTIONS: [(&str, &str); 9] = [
 ];
 
 /// The whole page with these parts; `version` is where its events continue. `sources` are the
-/// prefixes and names of the sources.
+/// prefixes and names of the sources. The details of several wait until they are opened.
 #[must_use]
 pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &str, program: &str) -> String {
     let content = |id: &str| {
-        let part = parts.iter().find(|part| part.id == id);
-        html! { (PreEscaped(part.map_or("", |part| part.html.as_str()))) }
+        let part = parts.iter().find(|part| part.id == id && part.detail_of.is_none());
+        html! { (PreEscaped(part.map_or("", |part| &part.html))) }
+    };
+    let section = |prefix: &str, (part, heading): (&str, &str)| {
+        let id = format!("{prefix}{part}");
+        html! { section { h2 { (heading) } div id=(id) { (content(&id)) } } }
     };
     let title = match sources {
         [(_, name)] => format!("{name}: noise, live"),
@@ -328,9 +343,13 @@ pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &st
                                 @let id = format!("{prefix}{part}");
                                 div id=(id) { (content(&id)) }
                             }
-                            @for (part, heading) in SECTIONS {
-                                @let id = format!("{prefix}{part}");
-                                section { h2 { (heading) } div id=(id) { (content(&id)) } }
+                            @let (brief, details) = SECTIONS.split_at(if sources.len() > 1 { 1 } else { SECTIONS.len() });
+                            @for named in brief { (section(prefix, *named)) }
+                            @if !details.is_empty() {
+                                details.source data-source=(prefix) {
+                                    summary { "Figures and tables of " (name) }
+                                    @for named in details { (section(prefix, *named)) }
+                                }
                             }
                         }
                     }

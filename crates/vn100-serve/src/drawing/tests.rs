@@ -1,0 +1,149 @@
+//! What is drawn, how often, and how much of it is kept.
+
+use std::task::{Context, Poll, Waker};
+
+use tokio::sync::Semaphore;
+use tokio_stream::Stream;
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{
+    Analysis, Settings,
+    protocol::{VNIMU, stream::Batch},
+};
+use vn100_report::{Asked, Program};
+
+use super::*;
+use crate::events::{PageEvents, Shown};
+
+fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
+    let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into(), detail_of: None });
+    ["a", "b"].into_iter().zip(htmls).map(part).collect()
+}
+
+#[test]
+fn a_reader_gets_what_has_changed_since_it_read() {
+    let first = PageState { run: 7, ..PageState::default() }.next(parts(["1", "x"]));
+    let since = |page: &PageState, seen: &PageState| -> Vec<String> {
+        page.since(seen.version()).map(|part| format!("{}{}", part.id, part.html)).collect()
+    };
+    assert_eq!(since(&first, &PageState::default()), ["a1", "bx"]);
+    assert!(since(&first, &first).is_empty());
+    let second = first.next(parts(["2", "x"]));
+    assert_eq!(since(&second, &first), ["a2"]);
+    let third = second.next(parts(["3", "y"]));
+    // one who has skipped the second state
+    assert_eq!(since(&third, &first), ["a3", "by"]);
+    assert_eq!(third.next(parts(["3", "y"])).version(), third.version(), "nothing has changed");
+}
+
+#[test]
+fn what_is_asked_for_often_is_made_once_in_a_while() {
+    let (begin, mut made) = (Instant::now(), 0);
+    let mut kept = Kept::default();
+    for ms in [0, 1, 249, 250, 251] {
+        kept.get(begin + Duration::from_millis(ms), PAGE_LASTS, || {
+            made += 1;
+            String::new()
+        });
+    }
+    assert_eq!(made, 2);
+}
+
+/// An hour of noise, a row a second.
+fn hour(state: &mut u64) -> Batch {
+    let mut counts = Vec::with_capacity(3600 * VNIMU.channels.len());
+    for _ in 0..counts.capacity() {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        counts.push((*state >> 33) as i32 % 1001);
+    }
+    Batch { layout: Some(Arc::new(VNIMU.clone())), counts, ..Batch::default() }
+}
+
+/// A day of data ten thousand times as fast: what is kept is that of the last hour.
+#[test]
+fn a_day_of_data_is_drawn_without_growing() {
+    let settings = Settings { rate_hz: Some(1.0), recent: true, ..Settings::default() };
+    let facts = SourceFacts { name: "day".into(), ..SourceFacts::default() };
+    let (sender, state) = watch::channel(SourceState::new(facts, &settings));
+    let begin = Instant::now();
+    let mut drawer = Drawer::new(
+        vec![ServedSource { state, goals: Goals::default() }],
+        Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
+        Words { remedy: |_| String::new(), end: |_, _, _| None },
+        ReportSettings { asked: String::new(), program: Program { name: "test", commit: None }, confidence: 0.95 },
+        begin,
+    );
+    let (mut analysis, mut noise) = (Analysis::new(settings), 1);
+    let mut kept = Vec::new();
+    for hours in 1..=24 {
+        analysis.absorb(&hour(&mut noise));
+        sender.send_modify(|state| {
+            state.stage = Stage::Measuring;
+            state.snapshot = Arc::new(analysis.snapshot());
+        });
+        let now = begin + Duration::from_millis(360) * hours;
+        drawer.look(now);
+        let page = drawer.draw(now);
+        let bytes: usize = page.parts.iter().map(|part| part.part.html.len()).sum();
+        kept.push((
+            page.parts.len(),
+            bytes,
+            drawer.documents(now).len(),
+            drawer.metrics(now, MetricsForm::Prometheus).len(),
+        ));
+    }
+    assert_eq!(analysis.snapshot().timing.samples, 86_400);
+    let (parts, bytes, document, metrics) = kept[23];
+    for (hours, earlier) in [(6, kept[5]), (12, kept[11])] {
+        // an octave adds a point to each curve and a row to each table
+        let most = |size: usize| size + size / 5;
+        assert_eq!(parts, earlier.0, "{hours} h");
+        assert!(bytes <= most(earlier.1) && document <= most(earlier.2) && metrics <= most(earlier.3), "{kept:?}");
+    }
+    // and nothing of it, once no reader has asked for a while
+    let later = begin + Duration::from_secs(60);
+    drawer.look(later);
+    assert!(!drawer.is_drawn() && drawer.page.parts.is_empty());
+    assert!(drawer.sources.iter().all(|source| source.results.is_none() && source.signal.is_none()));
+    assert!(
+        [&drawer.documents, &drawer.report, &drawer.prometheus, &drawer.open_metrics]
+            .iter()
+            .all(|kept| kept.0.is_none())
+    );
+    // one who comes again gets all of it, as another version
+    let before = drawer.page.version();
+    let page = drawer.draw(later);
+    assert!(page.version() > before && page.since(before).count() == parts);
+}
+
+/// All that a reader can have now.
+fn taken(events: &mut PageEvents) -> String {
+    let mut text = String::new();
+    let mut context = Context::from_waker(Waker::noop());
+    while let Poll::Ready(Some(Ok(piece))) = std::pin::Pin::new(&mut *events).poll_next(&mut context) {
+        text.push_str(std::str::from_utf8(&piece).unwrap());
+    }
+    text
+}
+
+#[tokio::test]
+async fn a_reader_who_sleeps_a_thousand_states_gets_the_last_one() {
+    let first = PageState { run: 7, ..PageState::default() }.next(parts(["0", "x"]));
+    let pages = watch::channel(Arc::new(first)).0;
+    let permit = || Arc::new(Semaphore::new(1)).try_acquire_owned().unwrap();
+    let events = |place| PageEvents::new(pages.subscribe(), place, CancellationToken::new(), permit());
+    let mut sleeper = events((None, Shown::All));
+    for state in 1..=1000 {
+        let next = pages.borrow().next(parts([&state.to_string(), "x"]));
+        pages.send_replace(Arc::new(next));
+    }
+    let text = taken(&mut sleeper);
+    assert!(text.contains("data: a\ndata: 1000\n") && text.contains("\nid: 7-1001\n\n"), "{text}");
+    assert_eq!(text.matches("event: snapshot").count(), 2, "{text}");
+    assert!(!taken(&mut sleeper).contains("event:"), "nothing is sent twice");
+    // details are sent where they are asked for
+    let detail = |id: &str| Arc::new(PagePart { id: id.into(), html: "x".into(), detail_of: Some("run1-".into()) });
+    let next = pages.borrow().next(vec![detail("run1-allan"), parts(["b", ""])[0].clone()]);
+    pages.send_replace(Arc::new(next));
+    assert!(!taken(&mut events((None, Shown::open("run2-")))).contains("run1-allan"));
+    assert!(taken(&mut events((None, Shown::open("run1-")))).contains("run1-allan"));
+}

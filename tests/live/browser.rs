@@ -1,0 +1,154 @@
+//! The live page in a browser that is steered over its pipes: it follows the program. Skipped where
+//! there is no Chromium.
+
+use std::{
+    io::{BufRead, BufReader, Write},
+    process::{Child, ChildStdin, Command, Stdio},
+    sync::mpsc::{self, Receiver},
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::page::Served;
+use crate::support::capture;
+
+/// Nothing here takes longer; what does is a failure.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A browser with one page. Its commands and answers end with a zero byte.
+struct Browser {
+    process: Child,
+    commands: ChildStdin,
+    answers: Receiver<Value>,
+    page: Value,
+    number: u64,
+    _profile: TempDir,
+}
+
+impl Browser {
+    /// With this page; `None`, and a word about it, without a browser.
+    fn open(url: &str) -> Option<Self> {
+        let browsers = ["chromium", "chromium-browser", "google-chrome"];
+        let Some(browser) = browsers.iter().find(|name| Command::new(name).arg("--version").output().is_ok()) else {
+            eprintln!("skipped: no chromium on this machine");
+            return None;
+        };
+        let profile = TempDir::new().unwrap();
+        // it reads commands from file 3 and writes answers to file 4
+        let mut process = Command::new("sh")
+            .args(["-c", "exec \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1", "sh", browser])
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"])
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let commands = process.stdin.take().unwrap();
+        let answers = BufReader::new(process.stdout.take().unwrap()).split(0);
+        let (sender, received) = mpsc::channel();
+        thread::spawn(move || {
+            for answer in answers.map_while(Result::ok) {
+                if sender.send(serde_json::from_slice(&answer).unwrap()).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut browser =
+            Self { process, commands, answers: received, page: Value::Null, number: 0, _profile: profile };
+        let target = browser.call("Target.createTarget", json!({ "url": url })).unwrap()["targetId"].clone();
+        let attach = json!({ "targetId": target, "flatten": true });
+        browser.page = browser.call("Target.attachToTarget", attach).unwrap()["sessionId"].clone();
+        Some(browser)
+    }
+
+    fn call(&mut self, method: &str, parameters: Value) -> Result<Value, String> {
+        self.number += 1;
+        let mut command = json!({ "id": self.number, "method": method, "params": parameters });
+        if !self.page.is_null() {
+            command["sessionId"] = self.page.clone();
+        }
+        write!(self.commands, "{command}\0").unwrap();
+        loop {
+            let answer = self.answers.recv_timeout(PATIENCE).unwrap();
+            if answer["id"] == self.number {
+                let error = answer.get("error").map(Value::to_string);
+                return error.map_or_else(|| Ok(answer["result"].clone()), Err);
+            }
+        }
+    }
+
+    /// Waits until an expression is true on the page, which may be loaded again meanwhile.
+    fn until(&mut self, expression: &str) {
+        let begin = Instant::now();
+        let wait = format!(
+            "new Promise((done) => {{ const look = () => ({expression}) ? done(true) : setTimeout(look, 20); look(); }})"
+        );
+        let evaluate = json!({ "expression": wait, "awaitPromise": true, "returnByValue": true, "timeout": 60_000 });
+        while self.call("Runtime.evaluate", evaluate.clone()).map(|found| found["result"]["value"].clone())
+            != Ok(Value::Bool(true))
+        {
+            assert!(begin.elapsed() < PATIENCE, "never so: {expression}");
+        }
+    }
+
+    fn value(&mut self, expression: &str) -> Value {
+        let found = self.call("Runtime.evaluate", json!({ "expression": expression, "returnByValue": true }));
+        found.unwrap()["result"]["value"].clone()
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+const UP_TO_DATE: &str = "document.getElementById('connection').textContent.startsWith('Up to date')";
+
+#[test]
+fn a_page_that_is_open_survives_a_restart_of_the_program() {
+    let folder = TempDir::new().unwrap();
+    let [first, second] = ["first.mcap", "second.mcap"].map(|name| {
+        let file = capture(folder.path(), name, &["--message", "VNIMU", "-d", "1min"]);
+        file.to_str().unwrap().to_owned()
+    });
+    let served = Served::start(&["replay", &first, "--speed", "max"]);
+    let address = served.address.clone();
+    let Some(mut browser) = Browser::open(&format!("http://{address}/")) else { return };
+    browser.until(UP_TO_DATE);
+    // killed, without a last word
+    drop(served);
+    browser.until("document.getElementById('connection').className === 'lost'");
+    let last = browser.value("document.title + document.getElementById('now').textContent");
+    assert!(last.as_str().unwrap().starts_with("first.mcap: noise, live"), "its last state stays: {last}");
+    let _served = Served::start_at(&["replay", &second, "--speed", "max"], &format!("--serve={address}"));
+    browser.until("document.title === 'second.mcap: noise, live'");
+    browser.until(UP_TO_DATE);
+    browser.until("document.querySelectorAll('#allan figure').length === 3");
+}
+
+#[test]
+fn the_details_of_several_sources_come_when_they_are_opened() {
+    let folder = TempDir::new().unwrap();
+    let files = ["a.mcap", "b.mcap"].map(|name| {
+        let file = capture(folder.path(), name, &["--message", "VNIMU", "-d", "1min"]);
+        file.to_str().unwrap().to_owned()
+    });
+    let served = Served::start(&["replay", &files[0], &files[1], "--speed", "max"]);
+    let Some(mut browser) = Browser::open(&format!("http://{}/", served.address)) else { return };
+    browser.until("document.querySelectorAll('.tile').length === 6");
+    browser.until(UP_TO_DATE);
+    assert_eq!(browser.value("document.querySelectorAll('figure').length"), 0);
+    browser.value("document.querySelectorAll('details.source')[1].open = true");
+    browser.until("document.querySelectorAll('#run2-allan figure').length === 3");
+    assert_eq!(browser.value("document.querySelectorAll('#run1-source figure').length"), 0);
+    // every control says what it does
+    browser.until("document.querySelectorAll('#run2-source button').length > 20");
+    let unnamed = "[...document.querySelectorAll('input, select, button')].filter((one) => \
+        !one.closest('label') && !one.textContent.trim() && !one.getAttribute('aria-label')).length";
+    assert_eq!(browser.value(unnamed), 0);
+}
