@@ -166,6 +166,16 @@ fn the_settings_of_the_user_change_no_result() {
     assert!(String::from_utf8_lossy(&named.stderr).contains("/no/such.toml"));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_file_of_the_user_without_an_end_is_refused() {
+    for option in ["--datasheet", "--config"] {
+        let output = vn100().args(["replay", option, "/dev/zero"]).arg(replay_log(CLEAN)).output().unwrap();
+        assert!(!output.status.success() && output.stdout.is_empty(), "{option}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("longer than 1 MiB"), "{option}");
+    }
+}
+
 #[test]
 fn stdin_differs_in_its_source_only() {
     for log in ["corrupted.vnymr", "binary-between.bin"] {

@@ -84,7 +84,7 @@ impl Advice {
                 format!("{}{of} excluded, {} measured", counted(unmeasured, "binary packet"), layout.message);
             let details = match is_beside_sentences {
                 true => Text::default().remedy(Remedy::MeasurePackets).then(" measures the packets, if they have angular rates or accelerations."),
-                false => "The first packet with angular rates or accelerations decides; no packet with other fields is measured.".into(),
+                false => "The first packets with angular rates and accelerations decide; no packet with other fields is measured.".into(),
             };
             self.warn(WarningKind::OtherMessages, headline, details);
         }

@@ -184,3 +184,22 @@ pub(crate) fn remedy_words(remedy: &Remedy) -> String {
         other => other.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shortfall_is_never_of_nothing() {
+        let words = |wanted, measured| {
+            shortfall_words(&Shortfall {
+                wanted: Duration::from_millis(wanted),
+                measured: Duration::from_millis(measured),
+            })
+        };
+        assert_eq!(words(12_000, 8000), "after 8 s of data of the 12 s asked for");
+        assert_eq!(words(12_000, 11_975), "25 ms before the 12 s asked for");
+        assert_eq!(words(7_200_000, 7_198_500), "after 1 h 59 min of data of the 2 h asked for");
+        assert_eq!(words(7_230_000, 7_205_000), "25 s before the 2 h asked for");
+    }
+}

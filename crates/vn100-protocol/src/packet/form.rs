@@ -204,6 +204,12 @@ impl PacketForm {
         PacketHeader(self.header)
     }
 
+    /// Whether it has angular rates and accelerations.
+    pub(crate) fn is_complete(&self) -> bool {
+        let has = |quantity| self.layout.channels.iter().any(|channel| channel.quantity == quantity);
+        has(Quantity::AngularRate) && has(Quantity::Acceleration)
+    }
+
     /// Whether the packet has this form.
     #[inline]
     #[must_use]

@@ -30,11 +30,6 @@ pub(super) enum PacketOutcome {
 }
 
 impl PacketReader {
-    /// Measures packets such as this, if it is one that can be.
-    pub(super) fn begin(&mut self, packet: &Packet<'_>) {
-        self.form = PacketForm::of(packet);
-    }
-
     #[inline]
     pub(super) fn read(&mut self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> PacketOutcome {
         let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else {
@@ -67,7 +62,7 @@ impl PacketReader {
         }
     }
 
-    /// Packets of each form so far.
+    /// Packets of each form so far, but for those that wait for the choice of the form.
     pub(super) fn packets(&self) -> impl Iterator<Item = (PacketHeader, u64)> {
         let MeasuredPackets { samples, rejected, repeated, .. } = self.counts;
         let measured = self.form.as_ref().map(|form| (form.header(), samples + rejected + repeated));

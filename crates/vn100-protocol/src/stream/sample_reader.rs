@@ -6,6 +6,7 @@ use core::mem;
 use super::{
     Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
     StreamInput,
+    packet_choice::{Chosen, PacketChoice},
     packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
@@ -66,6 +67,7 @@ struct Stream {
     measured: MeasuredFrames,
     layout: Option<Arc<Layout>>,
     packets: PacketReader,
+    packet_choice: PacketChoice,
     at_ns: Option<i64>,
     printed: Option<PrintFormat>,
     /// The counts but for the tally, which is the decoder's but for the measured packets.
@@ -127,7 +129,9 @@ impl SampleReader {
     /// Frames that the sensor has sent by itself so far, by their kind.
     pub fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         let sentences = self.lines().map(|(code, count)| (FrameKind::Sentence(AsyncType(code)), count));
-        sentences.chain(self.stream.packets.packets().map(|(header, packets)| (FrameKind::Packet(header), packets)))
+        let waiting = self.stream.packet_choice.headers().map(|header| (header, 1));
+        let packets = self.stream.packets.packets().chain(waiting);
+        sentences.chain(packets.map(|(header, packets)| (FrameKind::Packet(header), packets)))
     }
 
     /// Valid sentences of each message so far, by its code.
@@ -181,6 +185,7 @@ impl SampleReader {
         } else {
             self.decoder.finish(|item| self.stream.put(item));
         }
+        self.stream.choose_packets();
     }
 
     /// Marks a row that the source has rejected, and counted by its reason.
@@ -202,6 +207,10 @@ impl SampleReader {
             if self.stream.row() > rows {
                 let tally = self.tally();
                 self.stream.open.tallies.push(tally);
+            }
+            // they waited for this item, and are known at once
+            if self.stream.row() > rows + 1 {
+                self.stream.seal_rows();
             }
         }
         self.stream.seal_rows();
@@ -278,7 +287,8 @@ impl Stream {
     fn put_sample(&mut self, sample: &Sample) {
         let (layout, printed) = (sample.layout, sample.print_format);
         if self.layout.is_none() && self.measured != MeasuredFrames::Packets {
-            self.layout = Some(Arc::new(layout.clone()));
+            self.choose_packets();
+            self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         }
         if self.layout.as_ref().is_none_or(|chosen| chosen.message != layout.message) {
             self.link.foreign_samples += 1;
@@ -299,8 +309,11 @@ impl Stream {
     #[inline]
     fn put_packet(&mut self, packet: &Packet<'_>) {
         if self.layout.is_none() && self.measured != MeasuredFrames::Sentences {
-            self.packets.begin(packet);
-            self.layout = self.packets.form.as_ref().map(|form| Arc::clone(form.layout()));
+            match self.packet_choice.push(packet, self.at_ns) {
+                Chosen::Now => self.choose_packets(),
+                Chosen::NotYet => return,
+                Chosen::NotMeasured => {}
+            }
         }
         let rows = self.row();
         match self.packets.read(packet, &mut self.open.counts) {
@@ -321,6 +334,21 @@ impl Stream {
             }
             PacketOutcome::None => {}
         }
+    }
+
+    /// Measures the packets of the best form so far, if there is one, beginning with those that
+    /// waited.
+    fn choose_packets(&mut self) {
+        let (form, held) = self.packet_choice.take();
+        let Some(form) = form else { return };
+        self.layout = Some(Arc::clone(form.layout()));
+        self.packets.form = Some(form);
+        let now = self.at_ns;
+        for held in held {
+            self.at_ns = held.at_ns;
+            self.put_packet(&held.packet());
+        }
+        self.at_ns = now;
     }
 
     #[inline]
@@ -357,6 +385,10 @@ impl Stream {
     }
 
     fn mark(&mut self, kind: MarkKind) {
+        // its place is behind the rows that wait
+        if kind == MarkKind::Rejected && self.layout.is_none() {
+            self.choose_packets();
+        }
         self.open.marks.push(Mark { before_row: self.row(), kind });
     }
 
