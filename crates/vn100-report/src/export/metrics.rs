@@ -263,7 +263,9 @@ mod tests {
     fn a_temperature_that_was_asked_for_is_that_of_the_latest_answer() {
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
         let mut latest = |celsius: &str| {
-            let fields = format!("+0.1,+0.2,+0.4,+0.1,+0.1,-9.8,+0.01,+0.02,+0.03,{celsius},+099.7");
+            let fields = format!(
+                "+00.1000,+00.2000,+00.4000,+00.100,+00.100,-09.800,+00.010000,+00.020000,+00.030000,{celsius},+099.700"
+            );
             snapshot.registers.insert(Register::IMU.0, fields);
             snapshot.polled_temperature_c()
         };
