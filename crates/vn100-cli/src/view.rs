@@ -53,7 +53,7 @@ use ratatui::{
 use save::save;
 use source::SourceView;
 use state::{Selection, ViewRequest, ViewState};
-use terminal::{Screen, leave_screen, next_event};
+use terminal::{Screen, give_back_line, leave_screen, next_event};
 use theme::Theme;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
@@ -125,11 +125,16 @@ impl View {
             done = &mut work => {
                 self.close.cancel();
                 last = timeout(LEAVE_AFTER, &mut self.ended).await.ok();
-                if !give_back() || last.is_none() {
-                    // the result waits for the terminal in any case, and belongs on the screen before
-                    if last.is_none() {
-                        last = Some((&mut self.ended).await);
-                    }
+                let is_left = if last.is_none() {
+                    // it draws still, or its terminal takes nothing. The result waits for that in any case, and belongs on the screen
+                    // before, which is left once, behind the last picture
+                    give_back_line();
+                    last = Some((&mut self.ended).await);
+                    false
+                } else {
+                    give_back()
+                };
+                if !is_left {
                     let _ = spawn_blocking(leave_screen).await;
                 }
                 done

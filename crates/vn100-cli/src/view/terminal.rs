@@ -157,8 +157,13 @@ pub(crate) fn give_back() -> bool {
     };
     let left = thread::Builder::new().name("vn100-restore".into()).spawn(restore).is_ok()
         && finished.recv_timeout(STALLED_AFTER).is_ok();
-    let _ = disable_raw_mode();
+    give_back_line();
     left
+}
+
+/// Sets the modes of the line back. The view sees it and ends, without leaving the screen.
+pub(crate) fn give_back_line() {
+    let _ = disable_raw_mode();
 }
 
 /// Shows the screen as it was before; waits until the terminal takes that.
