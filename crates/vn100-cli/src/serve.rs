@@ -102,7 +102,7 @@ fn refused(address: SocketAddr, error: &io::Error) -> String {
         io::ErrorKind::AddrNotAvailable => "this machine has no such address: --serve alone takes 127.0.0.1",
         _ => "choose another address, as in --serve=127.0.0.1:8101",
     };
-    format!("cannot show the live page at {address}: {error}. {advice}")
+    format!("cannot show the live page at {address}: {error}; {advice}")
 }
 
 /// Where the page is, and who can read it.

@@ -49,6 +49,9 @@ fn metrics_file(text: &str) -> Result<PathBuf, String> {
 
 /// An address, a port, or both.
 fn address(text: &str) -> Result<SocketAddr, String> {
+    // the only name that is not looked up
+    let local = text.strip_prefix("localhost").map(|rest| format!("{}{rest}", Ipv4Addr::LOCALHOST));
+    let text = local.as_deref().unwrap_or(text);
     let port = || text.trim_start_matches(':').parse().ok();
     let ip = || text.trim_matches(['[', ']']).parse().ok();
     (text.parse().ok())
@@ -71,10 +74,12 @@ mod tests {
             ("[::1]:80", "[::1]:80"),
             (":8101", "127.0.0.1:8101"),
             ("0", "127.0.0.1:0"),
+            ("localhost", DEFAULT),
+            ("localhost:8101", "127.0.0.1:8101"),
         ] {
             assert_eq!(address(text).unwrap(), expected.parse().unwrap(), "{text}");
         }
-        for text in ["", ":", "localhost:8100", "70000", "1.2.3", "1.2.3.4:x"] {
+        for text in ["", ":", "bench:8100", "localhosts", "70000", "1.2.3", "1.2.3.4:x"] {
             assert!(address(text).is_err(), "{text}");
         }
     }
