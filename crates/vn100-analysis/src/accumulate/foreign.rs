@@ -53,7 +53,20 @@ pub(crate) fn decode_layout(input: &mut Decoder<'_>) -> Result<Layout, BadEncodi
     Ok(Layout { message: message.into(), compensated, channels: channels.into() })
 }
 
-pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
+/// The plain numbers of the counts, in the order of their bytes.
+fn numbers(counts: &mut StreamCounts) -> [&mut u64; 26] {
+    let StreamCounts {
+        tally,
+        foreign_samples,
+        baud_scan_bytes,
+        overrun_bytes,
+        echoes,
+        outputs_resumed,
+        connects,
+        unsolicited_errors: _,
+        other_message: _,
+        rejected_rows: _,
+    } = counts;
     let Tally {
         valid_sentence_bytes,
         rejected_sentence_bytes,
@@ -68,14 +81,20 @@ pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
         measured_packets: MeasuredPackets { samples: measured, rejected: rejected_packets, repeated },
         split_packets,
         rejected: RejectedCounts { checksum, unchecked, grammar, range, truncated, too_long },
-    } = counts.tally;
-    [valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes].encode(out);
-    [samples, replies, other, unchecked_sentences, packets, split_packets].encode(out);
-    [measured, rejected_packets, repeated].encode(out);
-    [checksum, unchecked, grammar, range, truncated, too_long].encode(out);
-    let StreamCounts { foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects, .. } =
-        *counts;
-    [foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects].encode(out);
+    } = tally;
+    #[rustfmt::skip]
+    let numbers = [
+        valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes,
+        samples, replies, other, unchecked_sentences, packets, split_packets,
+        measured, rejected_packets, repeated,
+        checksum, unchecked, grammar, range, truncated, too_long,
+        foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects,
+    ];
+    numbers
+}
+
+pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
+    numbers(&mut { *counts }).iter().for_each(|number| number.encode(out));
     let errors: Vec<(u8, u64)> = counts.unsolicited_errors.iter().map(|(error, times)| (error.code(), times)).collect();
     errors.encode(out);
     counts.other_message.map(|name| name.to_string()).encode(out);
@@ -86,37 +105,11 @@ pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
 }
 
 pub(crate) fn decode_counts(input: &mut Decoder<'_>) -> Result<StreamCounts, BadEncoding> {
-    let [valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes] =
-        Encoded::decode(input)?;
-    let [samples, replies, other, unchecked_sentences, packets, split_packets] = Encoded::decode(input)?;
-    let [measured, rejected_packets, repeated] = Encoded::decode(input)?;
-    let [checksum, unchecked, grammar, range, truncated, too_long] = Encoded::decode(input)?;
-    let [foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects] = Encoded::decode(input)?;
-    check_encoded(foreign_samples <= samples && echoes <= replies)?;
-    let mut counts = StreamCounts {
-        tally: Tally {
-            valid_sentence_bytes,
-            rejected_sentence_bytes,
-            packet_bytes,
-            skipped_bytes,
-            buffered_bytes,
-            samples,
-            replies,
-            other,
-            unchecked_sentences,
-            packets,
-            measured_packets: MeasuredPackets { samples: measured, rejected: rejected_packets, repeated },
-            split_packets,
-            rejected: RejectedCounts { checksum, unchecked, grammar, range, truncated, too_long },
-        },
-        foreign_samples,
-        baud_scan_bytes,
-        overrun_bytes,
-        echoes,
-        outputs_resumed,
-        connects,
-        ..StreamCounts::default()
-    };
+    let mut counts = StreamCounts::default();
+    for number in numbers(&mut counts) {
+        *number = Encoded::decode(input)?;
+    }
+    check_encoded(counts.foreign_samples <= counts.tally.samples && counts.echoes <= counts.tally.replies)?;
     let errors = Vec::<(u8, u64)>::decode(input)?;
     check_encoded(errors.is_sorted_by(|one, other| one.0 != other.0) && errors.len() <= 14)?;
     errors.into_iter().for_each(|(code, times)| counts.unsolicited_errors.add(DeviceError::from_code(code), times));
