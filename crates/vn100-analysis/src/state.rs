@@ -15,8 +15,12 @@ use std::collections::{BTreeMap, btree_map::Entry};
 
 use imu_noise::{BadEncoding, Decoder, Encoded};
 use thiserror::Error;
+use vn100_protocol::Layout;
 
-use crate::accumulate::{analysis::Analysis, piece::NotAppended};
+use crate::accumulate::{
+    analysis::Analysis,
+    piece::{NotAppended, PieceStart},
+};
 
 /// What the bytes begin with.
 const MAGIC: [u8; 4] = *b"VN1S";
@@ -54,7 +58,16 @@ struct Recording {
     /// Why it could not be read, or not to its end.
     error: Option<String>,
     /// In order of time, none of them overlapping.
-    pieces: Vec<Analysis>,
+    pieces: Vec<Piece>,
+}
+
+/// A recording, or part of one, as the bytes of its [`Analysis`]: a fifth of the memory.
+#[derive(Debug, Clone)]
+struct Piece {
+    bytes: Box<[u8]>,
+    start: PieceStart,
+    end: PieceStart,
+    layout: Option<Layout>,
 }
 
 /// A recording of a [`State`].
@@ -66,7 +79,7 @@ pub struct RecordedPieces<'a> {
     pub started_ns: Option<i64>,
     /// Why it could not be read, or not to its end.
     pub error: Option<&'a str>,
-    pieces: &'a [Analysis],
+    pieces: &'a [Piece],
 }
 
 /// Why bytes are no state, or two states cannot be merged. Nothing was merged.
@@ -143,7 +156,13 @@ impl State {
     #[must_use]
     pub fn of(name: &str, started_ns: Option<i64>, analysis: &mut Analysis) -> Self {
         analysis.finish();
-        let recording = Recording { started_ns, error: None, pieces: copy(analysis).into_iter().collect() };
+        let recording = match Piece::of(analysis) {
+            Some(piece) => Recording { started_ns, error: None, pieces: vec![piece] },
+            None => {
+                let error = format!("{name}: its sums are beyond what a state holds: measure it by itself");
+                Recording { started_ns, error: Some(error), pieces: Vec::new() }
+            }
+        };
         Self { recordings: BTreeMap::from([(name.to_owned(), recording)]) }
     }
 
@@ -251,20 +270,47 @@ impl State {
     }
 }
 
-/// What was written is read: `None` for sums that no measurement has.
-fn copy(analysis: &Analysis) -> Option<Analysis> {
-    let mut bytes = Vec::new();
-    analysis.encode(&mut bytes);
-    Analysis::decode(&mut Decoder::new(&bytes)).ok()
+impl Piece {
+    /// `None` for sums that no measurement has.
+    fn of(analysis: &Analysis) -> Option<Self> {
+        let mut bytes = Vec::new();
+        analysis.encode(&mut bytes);
+        Self::decode(&mut Decoder::new(&bytes)).ok()
+    }
+
+    fn analysis(&self) -> Result<Analysis, BadEncoding> {
+        Analysis::decode(&mut Decoder::new(&self.bytes))
+    }
+
+    /// Both as one; `None` where the other is no neighbour, or cannot be appended.
+    fn continued_by(&self, next: &Self) -> Option<Self> {
+        let mut analysis = self.analysis().ok().filter(|_| self.end == next.start)?;
+        analysis.append_finished(&next.analysis().ok()?).ok()?;
+        Self::of(&analysis)
+    }
+}
+
+impl Encoded for Piece {
+    fn encode(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.bytes);
+    }
+
+    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+        let mut behind = *input;
+        let analysis = Analysis::decode(&mut behind)?;
+        let bytes = input.take(input.left() - behind.left())?.into();
+        Ok(Self { bytes, start: analysis.start(), end: analysis.end(), layout: analysis.layout().cloned() })
+    }
 }
 
 impl Recording {
     fn join(&mut self) {
-        let mut joined: Vec<Analysis> = Vec::with_capacity(self.pieces.len());
+        let mut joined: Vec<Piece> = Vec::with_capacity(self.pieces.len());
         for piece in std::mem::take(&mut self.pieces) {
-            let continues = |last: &mut Analysis| last.end() == piece.start() && last.append_finished(&piece).is_ok();
-            if !joined.last_mut().is_some_and(continues) {
-                joined.push(piece);
+            let longer = joined.last().and_then(|last| last.continued_by(&piece));
+            match (longer, joined.last_mut()) {
+                (Some(longer), Some(last)) => *last = longer,
+                _ => joined.push(piece),
             }
         }
         self.pieces = joined;
@@ -275,16 +321,17 @@ impl Recording {
         if (self.started_ns, &self.error) != (other.started_ns, &other.error) {
             return Err(StateError::OtherFacts { recording: recording() });
         }
-        let layouts: Vec<_> = self.pieces.iter().chain(&other.pieces).filter_map(Analysis::layout).collect();
+        let layouts: Vec<_> =
+            self.pieces.iter().chain(&other.pieces).filter_map(|piece| piece.layout.as_ref()).collect();
         if layouts.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(StateError::OtherMessage { recording: recording() });
         }
         self.pieces.extend(other.pieces);
-        self.pieces.sort_by_key(|piece| (piece.start().index, piece.end().index));
+        self.pieces.sort_by_key(|piece| (piece.start.index, piece.end.index));
         for pair in self.pieces.windows(2) {
-            let (start, end) = (pair[1].start().index, pair[1].end().index);
-            let is_twice = (pair[0].start().index, pair[0].end().index) == (start, end);
-            if start < pair[0].end().index || is_twice {
+            let (start, end) = (pair[1].start.index, pair[1].end.index);
+            let is_twice = (pair[0].start.index, pair[0].end.index) == (start, end);
+            if start < pair[0].end.index || is_twice {
                 return Err(StateError::Overlap { recording: recording(), start, end });
             }
         }
@@ -293,7 +340,7 @@ impl Recording {
 }
 
 imu_noise::encoded!(Recording { started_ns, error, pieces } if |recording| {
-    recording.pieces.windows(2).all(|pair| pair[0].end().index <= pair[1].start().index)
+    recording.pieces.windows(2).all(|pair| pair[0].end.index <= pair[1].start.index)
 });
 
 impl RecordedPieces<'_> {
@@ -303,11 +350,14 @@ impl RecordedPieces<'_> {
     /// # Errors
     /// Where its pieces do not belong together.
     pub fn analysis(&self) -> Result<Option<Analysis>, NotAppended> {
-        let Some((first, others)) = self.pieces.split_first() else { return Ok(None) };
-        let Some(mut analysis) = copy(first) else { return Ok(None) };
-        for piece in others {
-            analysis.append_finished(piece)?;
+        let mut whole: Option<Analysis> = None;
+        // what was read once is read again
+        for piece in self.pieces.iter().filter_map(|piece| piece.analysis().ok()) {
+            match &mut whole {
+                Some(whole) => whole.append_finished(&piece)?,
+                None => whole = Some(piece),
+            }
         }
-        Ok(Some(analysis))
+        Ok(whole)
     }
 }

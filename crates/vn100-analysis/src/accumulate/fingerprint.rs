@@ -94,7 +94,8 @@ impl Encoded for Fingerprint {
 
     fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
         let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
-        check_encoded(zeros <= u64::BITS && length <= MOST)?;
+        // with one more than a hash has bits, no row is kept, not even one whose hash is 0
+        check_encoded(zeros <= u64::BITS + 1 && length <= MOST)?;
         let mut hashes = Vec::new();
         for _ in 0..length {
             hashes.push(input.hash()?);

@@ -98,6 +98,20 @@ proptest! {
 }
 
 #[test]
+fn a_row_that_comes_again_and_again_is_in_the_state() {
+    for value in [0, 1, -7] {
+        let layout = Layout { channels: VNYMR.channels[9..10].into(), ..VNYMR.clone() };
+        let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+        let counts = vec![value; 20_000];
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
+        let state = State::of("a", None, &mut analysis);
+        let found = state.recordings().next().unwrap();
+        assert_eq!(found.error, None);
+        assert_eq!(found.analysis().unwrap().unwrap().timing().samples, 20_000);
+    }
+}
+
+#[test]
 fn what_cannot_be_merged_is_said() {
     let record = |rows| Record {
         layout: VNIMU.clone(),
