@@ -1,6 +1,13 @@
 //! Every capture below folders as one document.
 
-use std::{collections::BTreeSet, fs, path::Path, time::SystemTime};
+use std::{
+    collections::BTreeSet,
+    fs,
+    io::Write,
+    path::Path,
+    process::{Command, Stdio},
+    time::SystemTime,
+};
 
 use serde_json::Value;
 
@@ -49,9 +56,15 @@ fn each_recording_is_a_row_and_each_sensor_a_pool() {
     );
     let error = found["recordings"][3]["error"].as_str().unwrap();
     assert!(error.contains("is not a capture") && said.contains(error), "{error}");
+    assert!(said.contains("vn100: in/broken.vnymr"), "the place of the file too: {said}");
     let sensors = found["sensors"].as_array().unwrap();
     assert_eq!((sensors.len(), &sensors[0]["serial"]), (1, &"0100012345".into()));
     assert_eq!(sensors[0]["recordings"].as_array().unwrap().len(), 5);
+    let pools = sensors[0]["pools"].as_array().unwrap();
+    assert_eq!(pools.len(), 1);
+    let left_out = pools[0]["not_pooled"].as_array().unwrap();
+    let reason = |what: &str| left_out.iter().find(|left| left["what"] == what).map(|left| &left["reason"]);
+    assert!(reason("spectrum").is_some() && reason("recording").is_none(), "{left_out:?}");
     // a row says what the replay of the file says
     let (single, _) = replay(&folder.path().join("in/4.vnimu"), &["--rate", "40"]);
     let white = &single["channels"][6]["noise"]["white"];
@@ -77,7 +90,7 @@ fn unchanged_files_are_not_read_again_and_the_document_is_the_same() {
     archive(folder.path());
     let (first, ..) = run(folder.path(), &["--state", "kept"]);
     assert_eq!(run(folder.path(), &[]).0, first);
-    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 6);
+    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 6 + 1, "and the beginnings of all");
     // another content of the same size and time: not read again
     let path = folder.path().join("in/4.vnimu");
     let (text, time) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
@@ -98,6 +111,87 @@ fn unchanged_files_are_not_read_again_and_the_document_is_the_same() {
     }
     assert_eq!(run(folder.path(), &["--state", "kept", "-o", "out.json"]).0, b"");
     assert_eq!(fs::read(folder.path().join("out.json")).unwrap(), first);
+}
+
+#[test]
+fn what_lies_beside_a_capture_counts_as_part_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("in")).unwrap();
+    let path = capture(&folder.path().join("in"), "a.bin", &["--duration", "20s"]);
+    let missing = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap()["recordings"][0]["missing"].clone();
+    let kept = || run(folder.path(), &["--state", "kept"]);
+    assert_eq!(missing(&kept().0), 0);
+    // a second is missing, as the times beside it say
+    let half = fs::metadata(&path).unwrap().len() / 2;
+    let times = format!("t_ns,offset\n0,0\n9000000000,{half}\n20000000000,{}\n", half * 2);
+    fs::write(folder.path().join("in/a.bin.timing"), times).unwrap();
+    assert_eq!(kept().0, run(folder.path(), &[]).0);
+    fs::remove_file(folder.path().join("in/a.bin.timing")).unwrap();
+    assert_eq!(missing(&kept().0), 0);
+}
+
+#[test]
+fn states_that_cannot_be_kept_cost_the_exit_code_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    archive(folder.path());
+    fs::remove_file(folder.path().join("in/broken.vnymr")).unwrap();
+    let (first, exit, _) = run(folder.path(), &["--state", "kept"]);
+    assert_eq!(exit, 0);
+    // a folder where a file should be
+    for entry in fs::read_dir(folder.path().join("kept")).unwrap() {
+        let path = entry.unwrap().path();
+        fs::remove_file(&path).unwrap();
+        fs::create_dir(path).unwrap();
+    }
+    let (again, exit, said) = run(folder.path(), &["--state", "kept"]);
+    assert_eq!((again == first, exit), (true, 1));
+    assert_eq!(said.matches("cannot keep states in kept").count(), 1, "{said}");
+    let left = fs::read_dir(folder.path().join("kept")).unwrap();
+    assert!(left.map(|entry| entry.unwrap().path()).all(|path| path.is_dir()), "no part of a file is left");
+    for wrong in [["--state", "in/3.vnimu"], ["-o", "nowhere/out.json"], ["-o", "in/3.vnimu"]] {
+        assert_eq!(run(folder.path(), &wrong).1, 1, "{wrong:?}");
+    }
+}
+
+#[test]
+fn runs_that_share_their_states_do_not_disturb_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    archive(folder.path());
+    let start = || {
+        let mut command = vn100();
+        command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "--state", "kept"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let runs = [start(), start(), start()];
+    let (expected, ..) = run(folder.path(), &[]);
+    for child in runs {
+        assert_eq!(child.wait_with_output().unwrap().stdout, expected);
+    }
+    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 7);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_recording_is_marked_and_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    archive(folder.path());
+    let pipe = folder.path().join("in/endless.vnimu");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut command = vn100();
+    command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "--state", "kept"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // it is opened once the pipe is read
+    let mut writer = fs::File::options().write(true).open(&pipe).unwrap();
+    writer.write_all(&fs::read(folder.path().join("in/3.vnimu")).unwrap()[..30_000]).unwrap();
+    assert!(Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    drop(writer);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = found["recordings"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["name"] == "in/endless.vnimu").unwrap();
+    assert!(row["error"].as_str().unwrap().contains("interrupted"), "{row}");
+    fs::remove_file(&pipe).unwrap();
+    assert_eq!(run(folder.path(), &["--state", "kept"]).0, run(folder.path(), &[]).0);
 }
 
 #[test]

@@ -72,6 +72,19 @@ fn a_place_that_cannot_be_written_is_reported_before_anything_is_measured() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_named_pipe_is_read_from_its_beginning() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let child = vn100().args(["replay", "--json"]).arg(&pipe).stdout(Stdio::piped()).spawn().unwrap();
+    fs::write(&pipe, fs::read(replay_log(CLEAN)).unwrap()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["timing"]["samples"], 2400);
+}
+
 #[test]
 fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
     let folder = tempfile::tempdir().unwrap();

@@ -57,7 +57,7 @@ pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError};
-pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
+pub use pool::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, Unpooled};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

@@ -1,10 +1,14 @@
 //! Recordings of one sensor together: one curve, one set of parameters, what one more recording
 //! would read, and which of them is an outlier.
 
+mod not_pooled;
+
 use imu_noise::{Interval, OctaveSum, Parameter, RandomEffects, Status, Term, common_bound, holm};
 use vn100_protocol::{Channel, Quantity, Register};
 
 use crate::{assessment::LEAST_EDF, comparison::ComparedRecord, sensor::sensor_of};
+
+pub use not_pooled::{NotPooled, Unpooled};
 
 /// Several recordings of one sensor as one. Recordings are numbered in the order given.
 #[derive(Debug, Clone)]
@@ -126,6 +130,24 @@ impl Pool {
         let mut channels: Vec<PooledChannel> = channels.iter().enumerate().map(channel).collect();
         correct(&mut channels);
         Self { confidence, parts, notes, channels }
+    }
+
+    /// A pool for each stream that the sensor sent: other messages, channels, rates and averaging
+    /// windows are others. In the order of the first recording of each.
+    #[must_use]
+    pub fn by_stream(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<Self> {
+        let mut groups: Vec<Vec<ComparedRecord<'_>>> = Vec::new();
+        for record in records {
+            let has_layout = |one: &&ComparedRecord<'_>| one.snapshot.layout.is_some();
+            let belongs = |group: &[ComparedRecord<'_>]| {
+                group.iter().find(has_layout).is_none_or(|first| difference(record, first).is_none())
+            };
+            match groups.iter_mut().find(|group| belongs(group)) {
+                Some(group) => group.push(*record),
+                None => groups.push(vec![*record]),
+            }
+        }
+        groups.iter().map(|group| Self::of(group, confidence)).collect()
     }
 
     /// Whether every recording is in.
@@ -333,13 +355,17 @@ mod tests {
         analysis.final_snapshot()
     }
 
-    fn pool(snapshots: &[Snapshot]) -> Pool {
+    fn compared<T>(snapshots: &[Snapshot], of: impl Fn(&[ComparedRecord<'_>], f64) -> T) -> T {
         let assessments: Vec<Assessment> = snapshots.iter().map(|snapshot| Assessment::new(snapshot, 0.95)).collect();
         let names = ["a", "b", "c", "d", "e", "f"];
         let records: Vec<ComparedRecord<'_>> = (snapshots.iter().zip(&assessments).zip(names))
             .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment, started_ns: None })
             .collect();
-        Pool::of(&records, 0.95)
+        of(&records, 0.95)
+    }
+
+    fn pool(snapshots: &[Snapshot]) -> Pool {
+        compared(snapshots, Pool::of)
     }
 
     fn magnetometer(pool: &Pool) -> &PooledChannel {
@@ -421,6 +447,30 @@ mod tests {
         assert!(!pool.is_whole());
         assert_eq!(white(&pool).parts.iter().filter(|part| part.is_some()).count(), 2);
         assert_eq!(magnetometer(&pool).octaves[0].parts, 2);
+    }
+
+    #[test]
+    fn each_stream_of_a_sensor_has_a_pool_of_its_own() {
+        let snapshots = [
+            snapshot(&VNIMU, 500, 1, 1.0, 40.0),
+            snapshot(&VNYMR, 500, 2, 1.0, 40.0),
+            snapshot(&VNIMU, 500, 3, 1.0, 40.0),
+            snapshot(&VNIMU, 500, 4, 1.0, 50.0),
+            snapshot(&VNYMR, 500, 5, 1.0, 40.0),
+            snapshot(&VNIMU, 0, 2, 1.0, 40.0),
+        ];
+        let pools = compared(&snapshots, Pool::by_stream);
+        let names = |pool: &Pool| pool.parts.iter().map(|part| part.name.clone()).collect::<String>();
+        assert_eq!(pools.iter().map(names).collect::<Vec<_>>(), ["acf", "be", "d"]);
+        assert!(compared(&[], Pool::by_stream).is_empty());
+        let said = |pool: &Pool, wanted: Unpooled| {
+            pool.not_pooled().into_iter().find(|left| left.what == wanted).map(|left| left.reason)
+        };
+        assert_eq!(said(&pools[0], Unpooled::Recording(2)).unwrap(), "it holds no samples");
+        let mag_x = pools[1].channels.iter().position(|channel| channel.channel.name == "mag_x").unwrap();
+        let white = Unpooled::Parameter { channel: mag_x, term: Term::White };
+        assert_eq!(said(&pools[1], white).unwrap(), "2 of 2 recordings estimate it, and a pool needs three");
+        assert!(said(&pools[1], Unpooled::Spectrum).is_some() && pools[2].not_pooled().is_empty());
     }
 
     #[test]

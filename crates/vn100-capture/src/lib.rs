@@ -27,6 +27,7 @@
 
 mod bag;
 mod capture;
+mod captures_below;
 mod csv;
 mod detect_format;
 mod lossy_sender;
@@ -40,13 +41,14 @@ mod utf16;
 
 pub use bag::{BagError, BagForm, TopicSummary};
 pub use capture::{Capture, CaptureOptions, OpenError};
+pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
 pub use lossy_sender::LossySender;
 pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,
-    RecordingState, RecordingWriter, Rotation, part_path, recording_path,
+    RecordingState, RecordingWriter, Rotation, joined_parts, part_path, recording_path,
 };
 pub use source::{Clock, ReaderSource, Source};
 pub use unpack::ArchiveError;

@@ -1,109 +1,97 @@
 //! `vn100 archive`: every capture below some folders, on all cores, as one document or table. The
 //! state of each is kept where that is asked for, and a file that is as it was is not read again.
 
+mod state_folder;
+
 use std::{
-    fs,
+    io::Write,
     path::{Path, PathBuf},
     sync::Arc,
     thread,
-    time::SystemTime,
 };
 
 use anyhow::{Context, Result};
 use indicatif::ProgressBar;
-use sha2::{Digest, Sha256};
 use tokio::{runtime::Builder, sync::Semaphore, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::State;
-use vn100_pipeline::Session;
-use vn100_report::{ArchiveDocument, Completion, archive_table};
+use vn100_capture::captures_below;
+use vn100_pipeline::{EndReason, Session, StartError};
+use vn100_report::{ArchiveDocument, Completion, archive_table, state_of_measured};
 
+use self::state_folder::StateFolder;
 use crate::{
     args::{ArchiveArgs, FileArgs},
     exit::{HangUp, print, report, stop_on_interrupt},
-    inputs::{FileStream, inputs},
+    inputs::{FileStream, inputs, inputs_of},
     log::{Entries, run_logged, takes_terminal},
+    output::Output,
     replay::{progress_bar, replay_spec, stored_bytes},
     result::{FAULT, measured},
     user_files::evaluation,
     words::remedy_words,
 };
 
-/// What captures are called, packed or not; of other files in a folder nothing is said.
-const ENDINGS: [&str; 17] = [
-    "bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "vnimu", "vnmar", "vnqmr", "vnymr",
-    "xz", "zst",
-];
-
-/// Bytes of a digest before the state in its file.
-const KEY: usize = 32;
-
 pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure, false)?;
-    let mut files = Vec::new();
-    for path in &args.files.files {
-        find(path, true, &mut files).with_context(|| format!("cannot read {}", path.display()))?;
-    }
+    let mut files: Vec<PathBuf> = args.files.files.iter().flat_map(|path| captures_below(path)).collect();
     files.sort();
     files.dedup();
-    let found = FileArgs { files, ..args.files.clone() };
-    if let Some(folder) = &args.state {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    if files.is_empty() {
+        report("no capture is there: in folders they are known by their endings, and a file that is named is one");
     }
-    let work = async |log| measure_all(&found, args, log).await;
+    let output = args.output.as_deref().map(|path| (path, Output::new(path, true)));
+    if let Some((path, output)) = &output {
+        output.check(path, &files)?;
+    }
+    let folder = args.state.as_deref().map(StateFolder::open).transpose()?.map(Arc::new);
+    let found = FileArgs { files, ..args.files.clone() };
+    let work = async |log| measure_all(&found, folder.clone(), log).await;
     let state = run_logged(&mut Builder::new_multi_thread(), &found.log, work)?;
     let document = ArchiveDocument::new(&state, &evaluation, remedy_words);
-    document.notes().iter().for_each(|text| report(text));
-    let is_table =
-        args.csv || args.output.as_ref().is_some_and(|path| path.extension().is_some_and(|end| end == "csv"));
-    let text = match is_table {
+    let unread = StartError::Stopped.to_string();
+    let (unread, notes): (Vec<_>, Vec<_>) = document.notes().into_iter().partition(|text| text.ends_with(&unread));
+    notes.iter().for_each(|text| report(text));
+    if !unread.is_empty() {
+        report(&format!("interrupted: {} of {} captures were not read", unread.len(), document.recordings()));
+    }
+    let text = match args.csv || args.output.as_deref().is_some_and(is_table) {
         true => archive_table(&document),
         false => serde_json::to_string_pretty(&document)? + "\n",
     };
-    match &args.output {
-        Some(path) => fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?,
+    match output {
+        Some((path, output)) => output.write(path, |file| Ok(file.write_all(text.as_bytes())?))?,
         None => print(&text)?,
     }
-    Ok(document.completion())
+    let failure = folder.as_ref().and_then(|folder| folder.failure());
+    failure.iter().for_each(|text| report(text));
+    Ok(document.completion().max(if failure.is_some() { Completion::Failed } else { Completion::Complete }))
 }
 
-/// Every capture below `path`, which itself is one whatever it is called.
-fn find(path: &Path, is_named: bool, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    if path.is_dir() && !path.join("metadata.yaml").exists() {
-        let mut entries: Vec<_> = fs::read_dir(path)?.collect::<std::io::Result<_>>()?;
-        entries.sort_by_key(fs::DirEntry::path);
-        let is_hidden = |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with('.');
-        return entries
-            .iter()
-            .filter(|entry| !is_hidden(entry))
-            .try_for_each(|entry| find(&entry.path(), false, files));
-    }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if is_named || path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&&*ending)) {
-        files.push(path.to_owned());
-    }
-    Ok(())
+fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
 struct Job {
     args: FileArgs,
-    folder: Option<PathBuf>,
+    folder: Option<Arc<StateFolder>>,
     progress: ProgressBar,
     turns: Semaphore,
     log: Entries,
     stop: CancellationToken,
 }
 
-async fn measure_all(files: &FileArgs, args: &ArchiveArgs, log: Entries) -> Result<State> {
-    let inputs = inputs(files);
-    let progress = progress_bar(
-        inputs.iter().flat_map(FileStream::files).map(stored_bytes),
-        files.log.quiet || takes_terminal(&files.log),
-    );
+async fn measure_all(files: &FileArgs, folder: Option<Arc<StateFolder>>, log: Entries) -> Result<State> {
+    let inputs = match &folder {
+        Some(folder) => inputs_of(files, &folder.heads(files)),
+        None => inputs(files),
+    };
+    // a bag may be a folder
+    let sizes = inputs.iter().flat_map(FileStream::files).map(|file| Some(stored_bytes(file).unwrap_or(0)));
     let job = Arc::new(Job {
         args: files.clone(),
-        folder: args.state.clone(),
-        progress,
+        folder,
+        progress: progress_bar(sizes, files.log.quiet || takes_terminal(&files.log)),
         turns: Semaphore::new(thread::available_parallelism().map_or(1, Into::into)),
         log,
         stop: stop_on_interrupt(HangUp::Stops)?,
@@ -119,78 +107,30 @@ async fn measure_all(files: &FileArgs, args: &ArchiveArgs, log: Entries) -> Resu
 async fn state_of(input: FileStream, job: Arc<Job>) -> Result<State> {
     let _turn = job.turns.acquire().await?;
     let bytes: u64 = input.files().filter_map(stored_bytes).sum();
-    let name = name(&input);
-    let kept = job.folder.as_ref().map(|folder| (folder.join(file_name(&name)), key(&input, &job.args)));
-    let known = kept.as_ref().and_then(|(path, key)| unchanged(path, key));
+    let spec = replay_spec(&job.args, input, &job.log, &job.stop);
+    let name = spec.name_with_folder();
+    let kept = job.folder.as_ref().map(|folder| (Arc::clone(folder), folder.place(&name, &spec)));
+    let known = kept.as_ref().and_then(|(folder, place)| folder.known(place));
     let state = match known {
         Some(state) => state,
         None => {
-            let mut result =
-                Session::replay(replay_spec(&job.args, input, &job.log, &job.stop)).result.await.context(FAULT)?;
-            let analysis = result.analysis.take();
-            let (name, is_stopped) = (name.clone(), job.stop.is_cancelled());
-            let state = task::spawn_blocking(move || {
-                let measured = measured(result, false);
-                let started_ns = measured.compared().started_ns;
-                let has_samples = measured.snapshot.timing.samples > 0;
-                let error = measured.facts.error.clone();
-                match analysis.filter(|_| has_samples) {
-                    Some(mut analysis) => {
-                        let state = State::of(&name, started_ns, &mut analysis);
-                        error.iter().fold(state, |state, error| state.with_error(error))
-                    }
-                    None => State::unreadable(&name, error.as_deref().unwrap_or("no sample")),
+            let mut result = Session::replay(spec).result.await.context(FAULT)?;
+            task::spawn_blocking(move || {
+                let mut analysis = result.analysis.take();
+                let is_stopped = matches!(*result.end, EndReason::Stopped | EndReason::NotStarted(StartError::Stopped));
+                let mut measured = measured(result, false);
+                if is_stopped {
+                    measured.note_interrupted();
                 }
+                let state = state_of_measured(&name, &measured, analysis.as_deref_mut());
+                if let Some((folder, place)) = kept.filter(|_| !is_stopped) {
+                    folder.keep(&place, &state);
+                }
+                state
             })
-            .await?;
-            if let Some((path, key)) = kept.filter(|_| !is_stopped) {
-                write(&path, &[&key[..], &state.to_bytes()].concat())?;
-            }
-            state
+            .await?
         }
     };
     job.progress.inc(bytes);
     Ok(state)
-}
-
-/// The path as it was given, and which stream of the file.
-fn name(input: &FileStream) -> String {
-    match input.options.topic.as_deref().filter(|_| input.is_one_of_several) {
-        Some(topic) => format!("{} {topic}", input.path.display()),
-        None => input.path.display().to_string(),
-    }
-}
-
-fn file_name(name: &str) -> String {
-    let digest = Sha256::digest(name.as_bytes());
-    let hex: String = digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
-    format!("{hex}.vn1s")
-}
-
-/// Of what the state depends on: the files by size and time of change, and how they are measured.
-fn key(input: &FileStream, args: &FileArgs) -> [u8; KEY] {
-    let mut digest = Sha256::new();
-    for file in input.files() {
-        let metadata = fs::metadata(file).ok();
-        let changed = metadata.as_ref().and_then(|metadata| metadata.modified().ok());
-        let since = changed.and_then(|time| time.duration_since(SystemTime::UNIX_EPOCH).ok());
-        digest.update(format!("{} {:?} {since:?}\n", file.display(), metadata.map(|metadata| metadata.len())));
-    }
-    digest.update(format!("{:?} {:?} {:?}", args.settings(), args.measure.read_options(), input.options));
-    digest.finalize().into()
-}
-
-/// The state kept under this key; `None` for another one, and for one that cannot be read.
-fn unchanged(path: &Path, key: &[u8; KEY]) -> Option<State> {
-    let bytes = fs::read(path).ok()?;
-    let state = bytes.strip_prefix(&key[..])?;
-    State::from_bytes(state).ok()
-}
-
-/// As a whole or not at all.
-fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let part = path.with_extension("part");
-    fs::write(&part, bytes)
-        .and_then(|()| fs::rename(&part, path))
-        .with_context(|| format!("cannot write {}", path.display()))
 }

@@ -5,7 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use vn100_capture::{Capture, CaptureOptions, RecordingPart};
+use serde::{Deserialize, Serialize};
+use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts};
 
 use crate::{args::FileArgs, exit::report};
 
@@ -25,18 +26,51 @@ impl FileStream {
     }
 }
 
+/// What the beginning of a file says: which part of a recording it is, and its streams. Standard
+/// input, which cannot be read twice, counts as one stream.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Head {
+    part: Option<(String, u32)>,
+    topics: Vec<Option<String>>,
+}
+
+impl Head {
+    pub(crate) fn read(path: &Path, args: &FileArgs) -> Self {
+        if path == Path::new("-") {
+            return Self { part: None, topics: vec![args.topic.clone()] };
+        }
+        let part = (!args.separate).then(|| RecordingPart::of(path)).flatten();
+        Self {
+            part: part.map(|part| (part.id, part.number)),
+            topics: Capture::streams(path, &capture_options(args, Vec::new())),
+        }
+    }
+}
+
+fn capture_options(args: &FileArgs, later_parts: Vec<PathBuf>) -> CaptureOptions {
+    CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone(), later_parts }
+}
+
 /// The streams of the files, in their order; parts of one recording stand where the first of them
-/// is named. Standard input, which cannot be read twice, counts as one stream.
+/// is named.
 pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
-    let part = |path: &PathBuf| (path != Path::new("-") && !args.separate).then(|| RecordingPart::of(path)).flatten();
+    let heads = args.files.iter().map(|path| (&**path, Head::read(path, args))).collect();
+    inputs_of(args, &heads)
+}
+
+/// The same where the beginnings of all files are known.
+pub(crate) fn inputs_of(args: &FileArgs, heads: &BTreeMap<&Path, Head>) -> Vec<FileStream> {
+    let part = |path: &PathBuf| {
+        let (id, number) = heads.get(&**path)?.part.clone()?;
+        Some(RecordingPart { id, number, resumed: false })
+    };
     let mut inputs = Vec::new();
-    for mut files in joined(args.files.iter().map(|path| (path.clone(), part(path)))) {
+    for parts in joined_parts(args.files.iter().map(|path| (path.clone(), part(path)))) {
+        report_missing(&parts);
+        let mut files: Vec<PathBuf> = parts.into_values().collect();
         let path = files.remove(0);
-        let options = CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone(), later_parts: files };
-        let topics = match path == Path::new("-") {
-            true => vec![options.topic.clone()],
-            false => Capture::streams(&path, &options),
-        };
+        let topics = heads.get(&*path).map_or_else(Vec::new, |head| head.topics.clone());
+        let options = capture_options(args, files);
         let is_one_of_several = topics.len() > 1;
         inputs.extend(topics.into_iter().map(|topic| FileStream {
             path: path.clone(),
@@ -47,28 +81,8 @@ pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
     inputs
 }
 
-/// The files of a recording by the numbers of their parts; of any other file that alone.
-type Parts = BTreeMap<u32, PathBuf>;
-
-/// The files that belong together, each recording's in the order of its parts. A part that is named
-/// twice is measured by itself.
-fn joined(files: impl Iterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<Vec<PathBuf>> {
-    let mut groups: Vec<(Option<String>, Parts)> = Vec::new();
-    for (path, part) in files {
-        let (id, number) = part.map_or((None, 0), |part| (Some(part.id), part.number));
-        let known = groups.iter_mut().find(|(known, _)| id.is_some() && *known == id);
-        match known {
-            Some((_, parts)) if !parts.contains_key(&number) => _ = parts.insert(number, path),
-            Some(_) => groups.push((None, Parts::from([(number, path)]))),
-            None => groups.push((id, Parts::from([(number, path)]))),
-        }
-    }
-    groups.iter().for_each(|(_, parts)| report_missing(parts));
-    groups.into_iter().map(|(_, parts)| parts.into_values().collect()).collect()
-}
-
 /// Reports the parts of a recording that are not there; of a part alone it is known which it is.
-fn report_missing(parts: &Parts) {
+fn report_missing(parts: &BTreeMap<u32, PathBuf>) {
     if let Some((path, text)) = parts.values().next().zip(missing_parts(&parts.keys().copied().collect::<Vec<_>>())) {
         report(&format!("{}: {text}", path.display()));
     }
@@ -107,23 +121,5 @@ mod tests {
         ] {
             assert_eq!(missing_parts(numbers).as_deref(), text, "{numbers:?}");
         }
-    }
-
-    #[test]
-    fn parts_of_a_recording_are_joined_in_their_order_wherever_they_stand() {
-        let part = |id: &str, number| Some(RecordingPart { id: id.into(), number, resumed: false });
-        let files = [
-            ("b2", part("b", 2)),
-            ("x", None),
-            ("a3", part("a", 3)),
-            ("y", None),
-            ("b1", part("b", 1)),
-            ("a1", part("a", 1)),
-            ("a1 again", part("a", 1)),
-        ];
-        let joined = joined(files.into_iter().map(|(path, part)| (path.into(), part)));
-        let expected: [&[&str]; 5] = [&["b1", "b2"], &["x"], &["a1", "a3"], &["y"], &["a1 again"]];
-        let paths = |files: &[&str]| files.iter().map(PathBuf::from).collect::<Vec<_>>();
-        assert_eq!(joined, expected.map(paths));
     }
 }

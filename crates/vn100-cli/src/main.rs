@@ -14,6 +14,7 @@ mod heartbeat;
 mod inputs;
 mod live_source;
 mod log;
+mod output;
 mod plan;
 mod ports;
 mod replay;

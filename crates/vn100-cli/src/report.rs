@@ -2,7 +2,6 @@
 //! the forms other programs read.
 
 mod exports;
-mod output;
 
 use std::{
     env,
@@ -26,13 +25,13 @@ use crate::{
     asked::{flag, length, measure_options},
     exit::{print, report as complain},
     inputs::{FileStream, inputs},
+    output::Output,
     replay::{Outputs, measure_files},
     serve::PROGRAM,
     user_files::evaluation,
     words::remedy_words,
 };
 use exports::Exports;
-use output::Output;
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;

@@ -65,6 +65,17 @@ impl ReplaySpec {
         }
     }
 
+    /// What an archive calls it: the path as it was given, and the topic if that is one of several
+    /// streams. Bytes of a path that are no text are escaped.
+    #[must_use]
+    pub fn name_with_folder(&self) -> String {
+        let path = self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned);
+        match self.capture.topic.as_deref().filter(|_| self.is_one_of_several) {
+            Some(topic) => format!("{path} {topic}"),
+            None => path,
+        }
+    }
+
     async fn open(&self) -> Result<Capture, OpenError> {
         let (path, options) = (self.path.clone(), self.capture.clone());
         let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };

@@ -17,20 +17,17 @@ import dask.bag
 import vn100
 from dask.distributed import Client, LocalCluster
 
-ENDINGS = {".bag", ".bin", ".csv", ".db3", ".log", ".mcap", ".raw", ".tsv", ".txt", ".vnimu", ".vnymr"}
-
-
-def state_of(path: str) -> vn100.State:
-    """A broken file is a row with its error."""
+def state_of(files: list[str]) -> vn100.State:
+    """Of a file, or of the parts of a recording; a broken one is a row with its error."""
     try:
-        return vn100.State.of_file(path, name=path)
+        return vn100.State.of_file(*files)
     except (OSError, vn100.CaptureError) as error:
-        return vn100.State.of_error(path, str(error))
+        return vn100.State.of_error(files[0], str(error))
 
 
-def fleet(paths: list[str], client: Client) -> vn100.State:
-    """The states of all files as one; the workers do all but the last fold."""
-    bag = dask.bag.from_sequence(paths, npartitions=max(1, min(len(paths), 4 * len(client.nthreads()))))
+def fleet(captures: list[list[str]], client: Client) -> vn100.State:
+    """The states of all captures as one; the workers do all but the last fold."""
+    bag = dask.bag.from_sequence(captures, npartitions=max(1, min(len(captures), 4 * len(client.nthreads()))))
     state: vn100.State = bag.map(state_of).reduction(merged, merged, split_every=8).compute(scheduler=client)
     return state
 
@@ -41,21 +38,21 @@ def merged(states: list[vn100.State]) -> vn100.State:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Measures every capture below a folder")
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", help="captures are found as by `vn100 archive FOLDER`")
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--scheduler", help="of a cluster, as tcp://host:8786")
     parser.add_argument("--workers", type=int, help="processes on this machine")
     args = parser.parse_args()
-    paths = sorted(str(path) for path in args.folder.rglob("*") if path.suffix.lower() in ENDINGS)
+    captures = vn100.captures(args.folder)
     if args.scheduler:
         with Client(args.scheduler) as client:
-            state = fleet(paths, client)
+            state = fleet(captures, client)
     else:
         with (
             LocalCluster(n_workers=args.workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
             Client(cluster) as client,
         ):
-            state = fleet(paths, client)
+            state = fleet(captures, client)
     args.output.write_text(state.archive() + "\n")
 
 

@@ -2,6 +2,7 @@
 //! the documents of the command line; classes around these are in `python/vn100/`.
 
 mod analyzer;
+mod captures;
 mod deviations;
 #[path = "../../vn100-cli/src/words/ended.rs"]
 #[allow(dead_code, reason = "shared with the command line, which uses all of it")]
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _vn100 {
     #[pymodule_export]
     use super::analyzer::Sums;
+    #[pymodule_export]
+    use super::captures::captures;
     #[pymodule_export]
     use super::deviations::deviations;
     #[pymodule_export]

@@ -1,15 +1,20 @@
 //! Options of a measurement, by the names of the command line with `_` for `-`.
 
-use std::time::Duration;
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use pyo3::{
     exceptions::{PyTypeError, PyValueError},
     prelude::*,
     types::PyDict,
 };
+use tokio_util::sync::CancellationToken;
 use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::{Detrend, Settings};
-use vn100_capture::CaptureOptions;
+use vn100_capture::{Capture, CaptureOptions};
+use vn100_pipeline::ReplaySpec;
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 /// How a capture is read and measured.
@@ -65,6 +70,31 @@ impl Options {
             }
         }
         Ok(options)
+    }
+
+    /// Of a recording that continues in these files.
+    pub(crate) fn with_parts(mut self, parts: Vec<PathBuf>) -> Self {
+        self.capture.later_parts = parts;
+        self
+    }
+
+    /// How each stream of a file is replayed.
+    pub(crate) fn specs(&self, path: &Path) -> Vec<ReplaySpec> {
+        let topics = Capture::streams(path, &self.capture);
+        let is_one_of_several = topics.len() > 1;
+        let spec = |topic| ReplaySpec {
+            path: path.to_owned(),
+            capture: CaptureOptions { topic, ..self.capture.clone() },
+            is_one_of_several,
+            settings: self.settings.clone(),
+            read: self.read,
+            speed: None,
+            each_second: false,
+            samples: None,
+            observer: None,
+            stop: CancellationToken::new(),
+        };
+        topics.into_iter().map(spec).collect()
     }
 }
 

@@ -37,9 +37,10 @@ pub(crate) struct Rows {
 #[pymethods]
 impl Rows {
     #[new]
-    #[pyo3(signature = (path, **options))]
-    fn new(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let Options { read, capture, .. } = options.map_or_else(|| Ok(Options::default()), Options::of)?;
+    #[pyo3(signature = (path, *parts, **options))]
+    fn new(py: Python<'_>, path: PathBuf, parts: Vec<PathBuf>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let options = options.map_or_else(|| Ok(Options::default()), Options::of)?;
+        let Options { read, capture, .. } = options.with_parts(parts);
         let runtime = runtime()?;
         let opened = py.detach(|| {
             let capture = Capture::open(&path, &capture).map_err(failed)?;

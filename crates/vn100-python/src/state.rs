@@ -1,6 +1,6 @@
 //! States of recordings, for folds over processes and machines.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use pyo3::{
     exceptions::PyValueError,
@@ -8,7 +8,6 @@ use pyo3::{
     types::{PyBytes, PyDict, PyTuple},
 };
 use vn100_analysis::StateError;
-use vn100_capture::Capture;
 
 use crate::{measured, options::Options, sessions::session};
 
@@ -41,42 +40,38 @@ impl State {
         Self::of(&vn100_analysis::State::default())
     }
 
+    /// Of a capture, or of the parts of one; by its path unless a name is given.
     #[staticmethod]
-    #[pyo3(signature = (path, name=None, **options))]
+    #[pyo3(signature = (path, *parts, name=None, **options))]
     fn of_file(
         py: Python<'_>,
         path: PathBuf,
+        parts: Vec<PathBuf>,
         name: Option<String>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(Options::default()), Options::of)?;
-        let topics = py.detach(|| Capture::streams(&path, &options.capture));
-        let is_one_of_several = topics.len() > 1;
+        let options = options.map_or_else(|| Ok(Options::default()), Options::of)?.with_parts(parts);
+        let specs = py.detach(|| options.specs(&path));
         let mut all = vn100_analysis::State::default();
-        for topic in topics {
-            let label = name.as_ref().map(|name| match topic.as_deref().filter(|_| is_one_of_several) {
-                Some(topic) => format!("{name} {topic}"),
-                None => name.clone(),
-            });
-            let mut result = session(py, &path, &options, topic, is_one_of_several)?;
-            let analysis = result.analysis.take();
-            let end = std::sync::Arc::clone(&result.end);
-            let state = py.detach(|| {
+        for spec in specs {
+            let label = match (&name, spec.capture.topic.as_deref().filter(|_| spec.is_one_of_several)) {
+                (None, _) => spec.name_with_folder(),
+                (Some(name), Some(topic)) => format!("{name} {topic}"),
+                (Some(name), None) => name.clone(),
+            };
+            let is_one_of_several = spec.is_one_of_several;
+            let mut result = session(py, spec)?;
+            let mut analysis = result.analysis.take();
+            let end = Arc::clone(&result.end);
+            let (measured, state) = py.detach(|| {
                 let measured = measured::of_session(result);
-                if let Some(error) = measured::failure(&end, &measured) {
-                    return Err(error);
-                }
-                let name = label.unwrap_or_else(|| measured.facts.name.clone());
-                let started_ns = measured.compared().started_ns;
-                let state = match analysis {
-                    Some(mut analysis) => vn100_analysis::State::of(&name, started_ns, &mut analysis),
-                    None => vn100_analysis::State::default(),
-                };
-                Ok(match &measured.facts.error {
-                    Some(error) => state.with_error(error),
-                    None => state,
-                })
-            })?;
+                let state = vn100_report::state_of_measured(&label, &measured, analysis.as_deref_mut());
+                (measured, state)
+            });
+            // what a stream of several lacks is said beside the others
+            if let Some(error) = measured::failure(&end, &measured).filter(|_| !is_one_of_several) {
+                return Err(error);
+            }
             all = all.merged(state).map_err(refused)?;
         }
         Ok(Self::of(&all))
@@ -142,7 +137,7 @@ impl State {
 
     /// The documents of the recordings that could be read, as JSON.
     fn documents(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        let state = self.read()?;
+        let state = py.detach(|| self.read())?;
         let evaluation = measured::evaluation(false)?;
         let mut documents = Vec::new();
         for recording in state.recordings() {
@@ -156,10 +151,15 @@ impl State {
 
     /// The document `vn100.archive/1` of all recordings, as JSON.
     fn archive(&self, py: Python<'_>) -> PyResult<String> {
-        let state = self.read()?;
+        let state = py.detach(|| self.read())?;
         let evaluation = measured::evaluation(false)?;
         let document =
             py.detach(|| vn100_report::ArchiveDocument::new(&state, &evaluation, crate::ended::remedy_words));
         serde_json::to_string_pretty(&document).map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+
+    /// The same as a dictionary.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.archive(py)?,))
     }
 }

@@ -1,5 +1,7 @@
 """Captures of the project."""
 
+import gzip
+import html
 import json
 import os
 import pickle
@@ -53,6 +55,7 @@ def test_states_of_files(log, tmp_path):
     assert both == vn100.State.merged(broken, state)
     archive = json.loads(both.archive())
     assert [row["error"] for row in archive["recordings"]] == [None, "b: no such file"]
+    assert both.to_dict() == archive
     damaged = bytearray(state.to_bytes())
     damaged[77] ^= 1
     with pytest.raises(ValueError, match="damaged"):
@@ -110,4 +113,26 @@ def test_a_plot_is_drawn_where_there_is_matplotlib(log):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
     axes = vn100.replay(log, rate=40).plot("gyro_x", "gyro_y")
-    assert len(axes.lines) == 2 and axes.get_ylabel() == "allan deviation in rad/s"
+    assert len(axes.lines) == 2 and axes.get_ylabel() == "Allan deviation in rad/s"
+    all_of_them = vn100.replay(log, rate=40).plot()
+    labels = [text.get_text() for text in all_of_them.get_legend().get_texts()]
+    assert "accel_x (m/s^2)" in labels and all_of_them.get_ylabel() == "Allan deviation in the unit of each channel"
+
+
+def test_captures_are_those_of_a_folder(tmp_path):
+    for name in ["b/two.VNYMR", "b/one.csv.gz", "a.bin", "notes.md", ".hidden/x.bin"]:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(b"")
+    found = vn100.captures(tmp_path)
+    assert found == [[str(tmp_path / name)] for name in ["a.bin", "b/one.csv.gz", "b/two.VNYMR"]]
+    assert vn100.captures(tmp_path / "notes.md", tmp_path / "a.bin") == [found[0], [str(tmp_path / "notes.md")]]
+    assert vn100.captures() == []
+
+
+def test_a_result_shows_itself_with_its_error(log, tmp_path):
+    packed = tmp_path / "cut.vnymr.gz"
+    packed.write_bytes(gzip.compress(log.read_bytes())[:-20_000])
+    result = vn100.replay(packed, rate=40)
+    shown = result._repr_html_()
+    assert result.error is not None and html.escape(result.error) in shown and "<td>gyro_x</td>" in shown
+    assert "not measurable" in shown and "–" in shown

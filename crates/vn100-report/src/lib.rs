@@ -37,7 +37,7 @@ pub use codes::{
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,
-    archive::{ARCHIVE_SCHEMA, ArchiveDocument, measured_of_state},
+    archive::{ARCHIVE_SCHEMA, ArchiveDocument, measured_of_state, state_of_measured},
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
     pool::PoolDocument,

@@ -41,9 +41,13 @@ pub(super) const PART_METADATA: &str = "vn100.part";
 pub(super) const CONTINUED: &str = "continued in the next part";
 
 impl RecordingPart {
-    /// That of a file; `None` for what is no part of a recording.
+    /// That of a file; `None` for what is no part of a recording. What is no file of the disk can
+    /// be read once, and is not read here.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
+        if !fs::metadata(path).ok()?.is_file() {
+            return None;
+        }
         let reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
         RecordingReader::open(reader).ok()?.recorded().part.clone()
     }
@@ -64,6 +68,28 @@ impl RecordingPart {
         let number = values.get("number")?.parse().ok().filter(|number| *number > 0)?;
         Some(Self { id: values.get("id")?.clone(), number, resumed: false })
     }
+}
+
+/// The files that belong together, the parts of each recording by their numbers; of any other file
+/// that alone. They stand where the first of them does. A part that is named twice is a recording
+/// of its own.
+#[must_use]
+pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<BTreeMap<u32, PathBuf>> {
+    let mut groups: Vec<BTreeMap<u32, PathBuf>> = Vec::new();
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    for (path, part) in files {
+        let (id, number) = part.map_or((None, 0), |part| (Some(part.id), part.number));
+        let known = id.as_ref().and_then(|id| places.get(id)).map(|place| &mut groups[*place]);
+        match known {
+            Some(parts) if !parts.contains_key(&number) => _ = parts.insert(number, path),
+            Some(_) => groups.push(BTreeMap::from([(number, path)])),
+            None => {
+                id.into_iter().for_each(|id| _ = places.insert(id, groups.len()));
+                groups.push(BTreeMap::from([(number, path)]));
+            }
+        }
+    }
+    groups
 }
 
 /// The file of a part: `night.0001.mcap` of `night.mcap`.
@@ -124,6 +150,25 @@ mod tests {
             assert_eq!(recording_path(Path::new(other)), Path::new(other));
         }
         assert_eq!(part_path(Path::new("night"), 3), Path::new("night.0003"));
+    }
+
+    #[test]
+    fn parts_of_a_recording_are_joined_in_their_order_wherever_they_stand() {
+        let part = |id: &str, number| Some(RecordingPart { id: id.into(), number, resumed: false });
+        let files = [
+            ("b2", part("b", 2)),
+            ("x", None),
+            ("a3", part("a", 3)),
+            ("y", None),
+            ("b1", part("b", 1)),
+            ("a1", part("a", 1)),
+            ("a1 again", part("a", 1)),
+        ];
+        let joined = joined_parts(files.into_iter().map(|(path, part)| (path.into(), part)));
+        let paths: Vec<Vec<_>> =
+            joined.iter().map(|parts| parts.values().map(|path| path.to_str().unwrap()).collect()).collect();
+        let expected: [&[&str]; 5] = [&["b1", "b2"], &["x"], &["a1", "a3"], &["y"], &["a1 again"]];
+        assert_eq!(paths, expected);
     }
 
     #[test]

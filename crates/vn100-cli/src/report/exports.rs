@@ -15,12 +15,13 @@ use vn100_report::{
     lot_table, printable,
 };
 
-use super::{PROGRAM, output::Output, print_written};
+use super::{PROGRAM, print_written};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
     exit::{is_broken_pipe, report as complain},
     inputs::FileStream,
     log::takes_terminal,
+    output::Output,
     words::remedy_words,
 };
 

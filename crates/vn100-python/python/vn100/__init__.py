@@ -8,7 +8,7 @@ divided. The document of a result (``to_dict``) is that of ``vn100 replay --json
 from ._analyzer import Analyzer
 from ._deviations import adev, hdev, oadev, ohdev
 from ._result import Channel, Curve, Noise, Parameter, Result, replay
-from ._rows import rows
+from ._rows import captures, rows
 from ._vn100 import CaptureError, State
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Result",
     "State",
     "adev",
+    "captures",
     "hdev",
     "oadev",
     "ohdev",

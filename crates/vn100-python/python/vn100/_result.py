@@ -42,7 +42,7 @@ class Parameter:
             return f"{_short(self.value)} {self.unit} ({ends})"
         if self.status == "bounded" and self.upper is not None:
             return f"<= {_short(self.upper)} {self.unit}"
-        return self.status
+        return self.status.replace("-", " ")
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Curve:
         (line,) = ax.loglog(self.tau, self.deviation, marker=".", label=label)
         ax.fill_between(self.tau, self.lower, self.upper, color=line.get_color(), alpha=0.25, linewidth=0)
         ax.set_xlabel("averaging time in s")
-        ax.set_ylabel(f"{self.kind} deviation" + (f" in {self.unit}" if self.unit else ""))
+        ax.set_ylabel(f"{self.kind.capitalize()} deviation" + (f" in {self.unit}" if self.unit else ""))
         ax.grid(True, which="both", alpha=0.3)
         if label is not None:
             ax.legend()
@@ -206,36 +206,46 @@ class Result:
         return f"<vn100.Result {self.name}: {self.samples} samples at {self.rate:g} Hz, {len(self.channels)} channels>"
 
     def plot(self, *names: str, ax: Axes | None = None) -> Axes:
-        """Draws the curves of these channels, of all by default."""
-        for name in names or self.channels:
-            ax = self.channels[name].curve.plot(ax, label=name)
+        """Draws the curves of these channels, of all by default. Where their units differ,
+        each has its unit beside its name."""
+        drawn = names or tuple(self.channels)
+        differ = len({self.channels[name].unit for name in drawn}) > 1
+        for name in drawn:
+            curve = self.channels[name].curve
+            ax = curve.plot(ax, label=f"{name} ({curve.unit or 'no unit'})" if differ else name)
         if ax is None:
             raise ValueError("the result has no channel to draw")
+        if differ:
+            ax.set_ylabel(f"{curve.kind.capitalize()} deviation in the unit of each channel")
         return ax
 
     def _repr_html_(self) -> str:
-        cells = [
-            (c.name, _text(c.noise, "white"), _text(c.noise, "bias_instability"), _text(c.noise, "rate_random_walk"))
-            for c in self.channels.values()
-        ]
-        head = "".join(f"<th>{h}</th>" for h in ("channel", "N", "B", "K"))
-        rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in cells)
-        notes = "".join(f"<li>{html.escape(warning)}</li>" for warning in self.warnings)
+        def row(channel: Channel) -> str:
+            terms = (_text(channel.noise, term) for term in ("white", "bias_instability", "rate_random_walk"))
+            cells = "".join(f"<td style='white-space:nowrap'>{html.escape(text)}</td>" for text in terms)
+            return f"<tr><td>{html.escape(channel.name)}</td>{cells}</tr>"
+
         title = html.escape(repr(self).strip("<>"))
-        return f"<p>{title}</p><table><tr>{head}</tr>{rows}</table><ul>{notes}</ul>"
+        error = f"<p><b>{html.escape(self.error)}</b></p>" if self.error else ""
+        head = "".join(f"<th>{name}</th>" for name in ("channel", "N", "B", "K"))
+        rows = "".join(row(channel) for channel in self.channels.values())
+        notes = "".join(f"<li>{html.escape(warning)}</li>" for warning in self.warnings)
+        return f"<p>{title}</p>{error}<table><tr>{head}</tr>{rows}</table><ul>{notes}</ul>"
 
 
 def _text(noise: Noise | None, term: str) -> str:
     found = getattr(noise, term) if noise else None
-    return str(found) if found else ""
+    return str(found) if found else "–"
 
 
 def _short(value: float | None) -> str:
-    return "?" if value is None else f"{value:.3g}"
+    """Three digits, those that are zero too."""
+    return "?" if value is None else f"{value:#.3g}".removesuffix(".")
 
 
-def replay(path: str | os.PathLike[str], **options: Any) -> Result | list[Result]:
+def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Result | list[Result]:
     """Measures a recorded capture: text, raw bytes, CSV, MCAP, ROS bags, also packed.
+    ``parts`` are the files in which a recording continues.
 
     Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
     ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds),
@@ -246,5 +256,5 @@ def replay(path: str | os.PathLike[str], **options: Any) -> Result | list[Result
     Raises :exc:`FileNotFoundError` or :exc:`CaptureError` where nothing could be
     measured, :exc:`ValueError` and :exc:`TypeError` for options.
     """
-    found = [Result(json.loads(document)) for document in _vn100.replay(os.fspath(path), **options)]
+    found = [Result(json.loads(document)) for document in _vn100.replay(path, *parts, **options)]
     return found[0] if len(found) == 1 else found

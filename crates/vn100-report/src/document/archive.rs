@@ -10,7 +10,8 @@ use serde::Serialize;
 use vn100_analysis::noise::{Parameter, Term};
 use vn100_analysis::protocol::Register;
 use vn100_analysis::{
-    Assessment, NotAppended, Pool, RecordedPieces, RecordingFacts, RemedyWords, SourceFacts, State, in_parallel,
+    Analysis, Assessment, NotAppended, Pool, RecordedPieces, RecordingFacts, RemedyWords, SourceFacts, State,
+    in_parallel,
 };
 
 use super::{noise::term_name, pool::PoolDocument};
@@ -93,7 +94,8 @@ pub(crate) struct SensorDocument {
     recordings: Vec<String>,
     /// A recording so far off that any would be in less than 5 % of pools.
     outliers: Vec<Outlier>,
-    pool: PoolDocument,
+    /// One for each stream that the sensor sent.
+    pools: Vec<PoolDocument>,
 }
 
 #[derive(Debug, Serialize)]
@@ -106,6 +108,20 @@ struct Outlier {
     /// Corrected for all recordings and parameters.
     p: Option<f64>,
     text: String,
+}
+
+/// What a recording came to, as a state of this name: its sums, where it holds a sample, and why it
+/// could not be read, or not to its end.
+#[must_use]
+pub fn state_of_measured(name: &str, measured: &Measured, analysis: Option<&mut Analysis>) -> State {
+    let error = measured.facts.error.as_deref();
+    match analysis.filter(|_| measured.snapshot.timing.samples > 0) {
+        Some(analysis) => {
+            let state = State::of(name, measured.compared().started_ns, analysis);
+            error.into_iter().fold(state, State::with_error)
+        }
+        None => State::unreadable(name, error.unwrap_or("no sample")),
+    }
 }
 
 /// A recording of a state as it was measured; `None` where it could not be read.
@@ -157,6 +173,12 @@ impl ArchiveDocument {
         }
     }
 
+    /// How many there are.
+    #[must_use]
+    pub fn recordings(&self) -> usize {
+        self.recordings.len()
+    }
+
     /// The worst of all recordings.
     #[must_use]
     pub fn completion(&self) -> Completion {
@@ -171,7 +193,15 @@ impl ArchiveDocument {
     /// What could not be read, and which recordings are outliers, in words.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
-        let errors = self.recordings.iter().filter_map(|row| row.error.clone());
+        let errors = self.recordings.iter().filter_map(|row| {
+            // its source is the file without its folder
+            let error = row.error.as_ref()?;
+            let (source, rest) = error.split_once(": ").unwrap_or(("", error));
+            Some(match row.name.ends_with(source) && !error.contains(&row.name) {
+                true => format!("{}: {rest}", row.name),
+                false => error.clone(),
+            })
+        });
         let out = self.sensors.iter().flat_map(|sensor| sensor.outliers.iter().map(|out| out.text.clone()));
         errors.chain(out).collect()
     }
@@ -265,11 +295,11 @@ impl SensorDocument {
     fn new(serial: &str, measured: &[&Measured]) -> Self {
         let records: Vec<_> = measured.iter().map(|measured| measured.compared()).collect();
         let confidence = measured.first().map_or(vn100_analysis::DEFAULT_CONFIDENCE, |one| one.assessment.confidence);
-        let pool = Pool::of(&records, confidence);
+        let pools = Pool::by_stream(&records, confidence);
         let measured_by =
             measured.first().map_or_else(Default::default, |one| (one.snapshot.deviation, one.snapshot.estimator));
         let mut outliers = Vec::new();
-        for channel in &pool.channels {
+        for (pool, channel) in pools.iter().flat_map(|pool| pool.channels.iter().map(move |channel| (pool, channel))) {
             for parameter in &channel.parameters {
                 let (Some(part), Some(farthest)) = (parameter.outlier(), parameter.pooled.and_then(|all| all.farthest))
                 else {
@@ -295,7 +325,7 @@ impl SensorDocument {
             serial: serial.to_owned(),
             recordings: measured.iter().map(|measured| measured.facts.name.clone()).collect(),
             outliers,
-            pool: PoolDocument::new(&pool, measured_by),
+            pools: pools.iter().map(|pool| PoolDocument::new(pool, measured_by)).collect(),
         }
     }
 }

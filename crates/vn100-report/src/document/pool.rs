@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, Parameter, Sensor};
-use vn100_analysis::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, sensor_of};
+use vn100_analysis::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, Unpooled, sensor_of};
 
 use super::{deviation_name, estimator_name, noise::term_name};
 use crate::{codes::code_of_status, units::si_unit};
@@ -21,6 +21,17 @@ pub struct PoolDocument {
     estimator: &'static str,
     channels: Vec<PooledChannelDocument>,
     notes: Vec<String>,
+    /// What is not in the pool: it is with each recording.
+    not_pooled: Vec<NotPooledDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct NotPooledDocument {
+    what: &'static str,
+    part: Option<usize>,
+    channel: Option<String>,
+    parameter: Option<&'static str>,
+    reason: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -119,6 +130,28 @@ impl PoolDocument {
             estimator: estimator_name(estimator),
             channels: pool.channels.iter().map(PooledChannelDocument::new).collect(),
             notes: pool.notes.clone(),
+            not_pooled: pool.not_pooled().into_iter().map(|left| NotPooledDocument::new(pool, left)).collect(),
+        }
+    }
+}
+
+impl NotPooledDocument {
+    fn new(pool: &Pool, NotPooled { what, reason }: NotPooled) -> Self {
+        let (name, part, of) = match what {
+            Unpooled::Recording(part) => ("recording", Some(part), None),
+            Unpooled::Parameter { channel, term } => ("parameter", None, Some((channel, term))),
+            Unpooled::RateRamp => ("rate-ramp", None, None),
+            Unpooled::Statistics => ("statistics", None, None),
+            Unpooled::Spectrum => ("spectrum", None, None),
+            Unpooled::Changes => ("changes", None, None),
+            Unpooled::Warnings => ("warnings", None, None),
+        };
+        Self {
+            what: name,
+            part,
+            channel: of.map(|(channel, _)| pool.channels[channel].channel.name.to_string()),
+            parameter: of.map(|(_, term)| term_name(term)),
+            reason,
         }
     }
 }

@@ -59,7 +59,7 @@ impl Output {
             fs::canonicalize(input).ok().zip(fs::canonicalize(path).ok()).is_some_and(|(a, b)| a == b)
         };
         if inputs.iter().any(same) {
-            bail!("{} is one of the captures: give the report another name", path.display());
+            bail!("{} is one of the captures: give another name", path.display());
         }
         if !self.force && fs::symlink_metadata(path).is_ok() {
             bail!("{} exists: give another name, or --force to replace it", path.display());

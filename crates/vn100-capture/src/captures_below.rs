@@ -1,0 +1,83 @@
+//! The captures below a folder.
+
+use std::{
+    fs::{self, DirEntry},
+    io,
+    path::{Path, PathBuf},
+};
+
+/// What captures are called, packed or not; of other files in a folder nothing is said.
+const ENDINGS: [&str; 19] = [
+    "bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "vndtv", "vnimu", "vnmar", "vnqmr",
+    "vnymr", "xz", "zip", "zst",
+];
+
+/// Every capture below `path`, by name: files by their endings, and the folders of ROS 2 bags;
+/// nothing that is hidden. `path` itself is one whatever it is called, and so is what cannot be
+/// listed: opening it says why.
+#[must_use]
+pub fn captures_below(path: &Path) -> Vec<PathBuf> {
+    let mut captures = Vec::new();
+    add(path, true, &mut Vec::new(), &mut captures);
+    captures
+}
+
+/// `above` are the folders around `path`, by which a link to one of them is known.
+fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec<PathBuf>) {
+    if path.is_dir() && !path.join("metadata.yaml").exists() {
+        let Ok((folder, entries)) = listed(path) else { return captures.push(path.to_owned()) };
+        if !above.contains(&folder) {
+            above.push(folder);
+            entries.iter().for_each(|entry| add(&entry.path(), false, above, captures));
+            above.pop();
+        }
+        return;
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    if is_named || path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&&*ending)) {
+        captures.push(path.to_owned());
+    }
+}
+
+fn listed(folder: &Path) -> io::Result<(PathBuf, Vec<DirEntry>)> {
+    let is_hidden = |entry: &DirEntry| entry.file_name().as_encoded_bytes().starts_with(b".");
+    let entries = fs::read_dir(folder)?.collect::<io::Result<Vec<_>>>()?;
+    let mut entries: Vec<_> = entries.into_iter().filter(|entry| !is_hidden(entry)).collect();
+    entries.sort_by_key(DirEntry::path);
+    Ok((folder.canonicalize()?, entries))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captures_are_found_by_their_endings_and_bags_as_folders() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        for name in ["b/two.VNYMR", "b/deep/one.csv.gz", "a.bin", "notes.md", ".hidden/x.bin", ".y.bin", "bag/x.db3"] {
+            fs::create_dir_all(place(name).parent().unwrap()).unwrap();
+            fs::write(place(name), "").unwrap();
+        }
+        fs::write(place("bag/metadata.yaml"), "").unwrap();
+        let found = ["a.bin", "b/deep/one.csv.gz", "b/two.VNYMR", "bag"].map(place);
+        assert_eq!(captures_below(folder.path()), found);
+        for named in ["notes.md", "none", "bag"] {
+            assert_eq!(captures_below(&place(named)), [place(named)]);
+        }
+        assert_eq!(captures_below(&place("b/deep")), [place("b/deep/one.csv.gz")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_folder_is_followed_unless_it_leads_into_itself() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        fs::create_dir_all(place("in/deep")).unwrap();
+        fs::create_dir_all(place("other")).unwrap();
+        fs::write(place("other/a.bin"), "").unwrap();
+        std::os::unix::fs::symlink(place("in"), place("in/deep/loop")).unwrap();
+        std::os::unix::fs::symlink(place("other"), place("in/link")).unwrap();
+        assert_eq!(captures_below(&place("in")), [place("in/link/a.bin")]);
+    }
+}
