@@ -20,13 +20,19 @@ const SHIFTER: f64 = 6_755_399_441_055_744.0;
 /// Binary digits of the largest magnitude of the first rows; three are left for what comes later.
 const DIGITS: i32 = 28;
 
+/// Counts have 32 bits.
+const MOST_COUNTS: f64 = 2_147_483_647.0;
+
 /// Streaming, exact sums over the channels of arrays.
 #[pyclass(module = "vn100")]
 pub(crate) struct Sums {
     channels: Vec<(String, Quantity, String)>,
-    /// What a count is worth; `None` until the first rows.
-    steps: Option<Vec<f64>>,
+    /// What a count is worth, as it was given.
+    resolution: Option<Vec<f64>>,
+    /// With what a count is worth; `None` until a row has a number.
     layout: Option<Arc<Layout>>,
+    /// Channels whose first rows do not say what a count is worth: all of them are zero.
+    is_zero: Vec<bool>,
     analysis: Analysis,
     confidence: f64,
 }
@@ -82,8 +88,9 @@ impl Sums {
         };
         Ok(Self {
             channels: channels.into_iter().map(named).collect(),
-            steps: resolution,
+            resolution,
             layout: None,
+            is_zero: Vec::new(),
             analysis: Analysis::new(settings).starting_at(start),
             confidence,
         })
@@ -100,12 +107,13 @@ impl Sums {
         if values.is_empty() {
             return Ok(());
         }
-        let layout = match &self.layout {
-            Some(layout) => Arc::clone(layout),
-            None => self.begin(values),
-        };
+        if self.layout.is_none() && py.detach(|| values.iter().all(|value| value.is_nan())) {
+            self.analysis.gap(Some((values.len() / width) as u64));
+            return Ok(());
+        }
+        let layout = py.detach(|| self.layout_for(values)).map_err(PyValueError::new_err)?;
         for block in values.chunks(BLOCK * width) {
-            py.detach(|| self.absorb(&layout, block)).map_err(PyValueError::new_err)?;
+            py.detach(|| self.absorb(&layout, block));
             py.check_signals()?;
         }
         Ok(())
@@ -141,28 +149,41 @@ impl Sums {
 }
 
 impl Sums {
-    /// The first rows decide what a count is worth, where that is not given.
-    fn begin(&mut self, values: &[f64]) -> Arc<Layout> {
+    /// Where these values can be counted in it; the first ones decide what a count is worth, if
+    /// that is not given.
+    fn layout_for(&mut self, values: &[f64]) -> Result<Arc<Layout>, String> {
+        if let Some(layout) = &self.layout {
+            check(values, layout, &self.is_zero)?;
+            return Ok(Arc::clone(layout));
+        }
         let width = self.channels.len();
-        let steps = self.steps.get_or_insert_with(|| {
-            (0..width).map(|place| step(values.iter().skip(place).step_by(width), DIGITS)).collect()
-        });
+        let most: Vec<f64> = (0..width).map(|place| most(values.iter().skip(place).step_by(width))).collect();
+        let steps = match &self.resolution {
+            Some(resolution) => resolution.clone(),
+            None => {
+                self.channels.iter().zip(&most).map(|((name, ..), most)| step(name, *most)).collect::<Result<_, _>>()?
+            }
+        };
         let channels = self.channels.iter().zip(steps).map(|((name, quantity, unit), step)| Channel {
             name: name.clone().into(),
             quantity: *quantity,
             unit: unit.clone().into(),
             decimals: 0,
-            scale: *step,
+            scale: step,
             limit_counts: i32::MAX,
             refresh_hz: None,
             increment_step: None,
         });
         let layout =
             Layout { message: "array".into(), compensated: None, channels: channels.collect::<Vec<_>>().into() };
-        Arc::clone(self.layout.insert(Arc::new(layout)))
+        let is_zero = most.iter().map(|most| self.resolution.is_none() && *most == 0.0).collect::<Vec<_>>();
+        check(values, &layout, &is_zero)?;
+        self.is_zero = is_zero;
+        Ok(Arc::clone(self.layout.insert(Arc::new(layout))))
     }
 
-    fn absorb(&mut self, layout: &Arc<Layout>, values: &[f64]) -> Result<(), String> {
+    /// Values that were checked.
+    fn absorb(&mut self, layout: &Arc<Layout>, values: &[f64]) {
         let width = layout.channels.len();
         let scales: Vec<f64> = layout.channels.iter().map(|channel| 1.0 / channel.scale).collect();
         let mut counts = vec![0; values.len()];
@@ -170,40 +191,20 @@ impl Sums {
         for (row, out) in values.chunks_exact(width).zip(counts.chunks_exact_mut(width)) {
             for ((value, scale), count) in row.iter().zip(&scales).zip(out) {
                 let scaled = value * scale;
-                is_plain &= scaled.abs() < 2_147_483_647.0;
+                is_plain &= scaled.abs() < MOST_COUNTS;
                 *count = (scaled + SHIFTER).to_bits() as i32;
             }
         }
         if is_plain {
             self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), counts, ..Batch::default() });
-            return Ok(());
+        } else {
+            self.absorb_with_missing(layout, values, &counts);
         }
-        self.absorb_with_missing(layout, values, &scales, &counts)
     }
 
     /// A row without any number is missing; of others the numbers that are none.
-    fn absorb_with_missing(
-        &mut self,
-        layout: &Arc<Layout>,
-        values: &[f64],
-        scales: &[f64],
-        counts: &[i32],
-    ) -> Result<(), String> {
+    fn absorb_with_missing(&mut self, layout: &Arc<Layout>, values: &[f64], counts: &[i32]) {
         let width = layout.channels.len();
-        let beyond = |(place, value): (usize, &f64)| {
-            let scaled = (value * scales[place % width]).abs();
-            (scaled >= 2_147_483_647.0).then_some((place, *value))
-        };
-        if let Some((place, value)) = values.iter().enumerate().find_map(beyond) {
-            let channel = &layout.channels[place % width];
-            let most = channel.scale * 2_147_483_647.0;
-            return Err(format!(
-                "{}: {value} in row {} is beyond ±{most:.4e}, the range of 32 bits at a resolution of {:e}: give resolution",
-                channel.name,
-                place / width,
-                channel.scale
-            ));
-        }
         let is_missing = |row: &[f64]| row.iter().all(|value| value.is_nan());
         let mut rows = values.chunks_exact(width).zip(counts.chunks_exact(width)).peekable();
         while let Some((row, _)) = rows.peek() {
@@ -224,12 +225,52 @@ impl Sums {
             }
             self.analysis.absorb(&batch);
         }
-        Ok(())
     }
 }
 
-/// A power of two by which the largest magnitude has so many binary digits.
-fn step<'a>(values: impl Iterator<Item = &'a f64>, digits: i32) -> f64 {
-    let most = values.filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
-    if most > 0.0 { 2_f64.powi((most.log2().floor() as i32 + 1 - digits).max(-1000)) } else { 1.0 }
+/// Whether all values are numbers that the counts have, or NaN.
+fn check(values: &[f64], layout: &Layout, is_zero: &[bool]) -> Result<(), String> {
+    let width = layout.channels.len();
+    let scales: Vec<f64> = layout.channels.iter().map(|channel| 1.0 / channel.scale).collect();
+    // of a channel that was zero so far any other number
+    let limits: Vec<f64> =
+        is_zero.iter().map(|is_zero| if *is_zero { f64::MIN_POSITIVE } else { MOST_COUNTS }).collect();
+    let is_beyond = |row: &[f64]| {
+        let lanes = row.iter().zip(&scales).zip(&limits);
+        lanes.fold(false, |any, ((value, scale), limit)| any | ((value * scale).abs() >= *limit))
+    };
+    let Some(place) = values.chunks_exact(width).position(is_beyond) else { return Ok(()) };
+    let row = &values[place * width..][..width];
+    let beyond = |column: &usize| (row[*column] * scales[*column]).abs() >= limits[*column];
+    let column = (0..width).find(beyond).unwrap_or(0);
+    let (channel, value) = (&layout.channels[column], row[column]);
+    Err(match is_zero[column] {
+        true => format!(
+            "{}: the first rows were all 0 or missing, and {value} in row {place} does not follow from them: give resolution",
+            channel.name
+        ),
+        false => format!(
+            "{}: {value} in row {place} is beyond ±{:.4e}, the range of 32 bits at a resolution of {:e}: give resolution",
+            channel.name,
+            channel.scale * MOST_COUNTS,
+            channel.scale
+        ),
+    })
+}
+
+fn most<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    values.filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()))
+}
+
+/// A power of two by which the largest magnitude has [`DIGITS`] binary digits.
+fn step(channel: &str, most: f64) -> Result<f64, String> {
+    if most == 0.0 {
+        return Ok(1.0);
+    }
+    if !(1e-290..1e290).contains(&most) {
+        return Err(format!(
+            "{channel}: numbers up to {most:e} leave the range of floats when they are summed or divided: scale them"
+        ));
+    }
+    Ok(2_f64.powi(most.log2().floor() as i32 + 1 - DIGITS))
 }

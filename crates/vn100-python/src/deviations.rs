@@ -43,7 +43,9 @@ pub(crate) fn deviations(
             "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
         ));
     }
-    let (phase, step) = py.detach(|| if is_phase { of_phase(data) } else { of_rates(data) });
+    let (phase, step) = py.detach(|| if is_phase { of_phase(data) } else { of_rates(data) }).ok_or_else(|| {
+        PyValueError::new_err("the data leave the range of floats when they are summed or divided: scale them")
+    })?;
     py.check_signals()?;
     let order = if hadamard { 3 } else { 2 };
     let sums = py.detach(|| {
@@ -82,25 +84,37 @@ fn rounded(value: f64) -> f64 {
 
 /// The power of two by which a magnitude has so many binary digits.
 fn step(most: f64, digits: i32) -> f64 {
-    if most > 0.0 { 2_f64.powi((most.log2().floor() as i32 + 1 - digits).max(-1000)) } else { 1.0 }
+    if most > 0.0 { 2_f64.powi(most.log2().floor() as i32 + 1 - digits) } else { 1.0 }
 }
 
-fn of_phase(data: &[f64]) -> (Vec<f64>, f64) {
+/// Whether sums and steps of numbers of this magnitude are floats.
+fn is_in_range(most: f64) -> bool {
+    most == 0.0 || (1e-290..1e290).contains(&most)
+}
+
+/// In whole steps, and the step; `None` beyond the range of floats.
+fn of_phase(data: &[f64]) -> Option<(Vec<f64>, f64)> {
     let first = data.first().copied().unwrap_or(0.0);
     let farther = |most: f64, value: f64| if (value - first).abs() > most { (value - first).abs() } else { most };
     let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
+    if !is_in_range(most) {
+        return None;
+    }
     // whole numbers stay whole
     let step = step(most, EXACT.log2() as i32).min(1.0);
     let step = if most / step < EXACT { step } else { self::step(most, EXACT.log2() as i32) };
     let scale = 1.0 / step;
-    (data.iter().map(|value| rounded((value - first) * scale)).collect(), step)
+    Some((data.iter().map(|value| rounded((value - first) * scale)).collect(), step))
 }
 
 /// The sums of the rates less the integer nearest their mean: as short as they can be.
-fn of_rates(data: &[f64]) -> (Vec<f64>, f64) {
+fn of_rates(data: &[f64]) -> Option<(Vec<f64>, f64)> {
     let mean = lanes(data, |sum, value| sum + value).iter().sum::<f64>() / data.len().max(1) as f64;
     let farther = |most: f64, value: f64| if (value - mean).abs() > most { (value - mean).abs() } else { most };
     let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
+    if !mean.is_finite() || !is_in_range(most) {
+        return None;
+    }
     for digits in (1..=DIGITS).rev() {
         let step = step(most, digits);
         let (offset, scale) = ((mean / step).round_ties_even(), 1.0 / step);
@@ -116,10 +130,10 @@ fn of_rates(data: &[f64]) -> (Vec<f64>, f64) {
         }
         let farther = |most: f64, value: f64| if value.abs() > most { value.abs() } else { most };
         if lanes(&phase, farther).into_iter().fold(0.0_f64, f64::max) < EXACT / 4.0 {
-            return (phase, step);
+            return Some((phase, step));
         }
     }
-    (vec![0.0; data.len() + 1], 1.0)
+    None
 }
 
 /// Sums of squares over all windows, and their number.

@@ -78,18 +78,72 @@ def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
         vn100.State.merged(pieces[1], pieces[1])
 
 
-def test_what_cannot_be_given_is_said():
-    with pytest.raises(ValueError, match="twice"):
-        vn100.Analyzer(["a", "a"], rate=1.0)
-    with pytest.raises(ValueError, match="Hz"):
-        vn100.Analyzer(["a"], rate=0.0)
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"channels": ["a", "a"]}, ValueError, "twice"),
+        ({"channels": []}, ValueError, "name a channel"),
+        ({"rate": 0.0}, ValueError, "0 Hz"),
+        ({"rate": -1.0}, ValueError, "-1 Hz"),
+        ({"rate": float("nan")}, ValueError, "Hz"),
+        ({"resolution": 0.0}, ValueError, "above 0"),
+        ({"resolution": [1.0, 2.0]}, ValueError, "one number"),
+        ({"resolution": "x"}, TypeError, "no real numbers"),
+        ({"confidence": 1.0}, ValueError, "between 0 and 1"),
+        ({"estimator": "all"}, ValueError, "estimator"),
+        ({"start": -1}, ValueError, "start: -1"),
+        ({"samples_before": 2**70}, ValueError, "samples_before"),
+    ],
+)
+def test_options_that_do_not_exist_are_said(options, error, words):
+    with pytest.raises(error, match=words):
+        vn100.Analyzer(**{"channels": ["a"], "rate": 1.0} | options)
+
+
+@pytest.mark.parametrize(
+    ("rows", "error", "words"),
+    [
+        ([1.0, 2.0, 3.0], ValueError, "2 channels"),
+        ([[[1.0]]], ValueError, "3 dimensions"),
+        ([[1e9, 1.0]], ValueError, "give resolution"),
+        ([[2.0, 1.0]] * 70_000 + [[np.inf, 1.0]], ValueError, "inf in row 70000"),
+        ([["x", 1.0]], TypeError, "no real numbers"),
+        (None, TypeError, "no real numbers"),
+        ([[1.0, 1j]], TypeError, "complex"),
+    ],
+)
+def test_rows_that_cannot_be_counted_are_said_and_none_is_taken(rows, error, words):
     analyzer = vn100.Analyzer(["a", "b"], rate=1.0)
-    with pytest.raises(ValueError, match="2 channels"):
-        analyzer.push([1.0, 2.0, 3.0])
     analyzer.push([[1.0, 1.0]])
-    with pytest.raises(ValueError, match="give resolution"):
-        analyzer.push([[1e9, 1.0]])
-    with pytest.raises(ValueError, match="give resolution"):
-        analyzer.push([[np.inf, 1.0]])
+    with pytest.raises(error, match=words):
+        analyzer.push(rows)
     analyzer.push(np.empty((0, 2)))
     assert analyzer.samples == 1
+
+
+def test_what_no_row_says_is_not_guessed():
+    analyzer = vn100.Analyzer(["gyro_x"], rate=1.0, resolution=np.float32(0.5))
+    with pytest.raises(ValueError, match="no row"):
+        analyzer.curve("gyro_x")
+    with pytest.raises(KeyError, match="none of the channels gyro_x"):
+        analyzer.noise("gyro_y")
+    for gap in (-1, 2**60):
+        with pytest.raises(ValueError, match="no number of samples"):
+            analyzer.gap(gap)
+    # rows that are all missing do not say what a count is worth, and neither do zeros
+    late = vn100.Analyzer(["gyro_x"], rate=1.0)
+    late.push([np.nan, np.nan])
+    late.push([1e-3, -1e-3, np.nan, 2e-3])
+    assert (late.samples, late.result().missing) == (3, 1), "a record begins with its first sample"
+    assert late.curve("gyro_x").deviation[0] > 0
+    zeros = vn100.Analyzer(["gyro_x"], rate=1.0)
+    zeros.push(np.zeros(10))
+    with pytest.raises(ValueError, match="all 0 or missing, and 0.001 in row 1"):
+        zeros.push([0.0, 1e-3])
+    assert zeros.samples == 10 and (zeros.curve("gyro_x").deviation == 0).all()
+    for odd in (1e-300, 1e300):
+        with pytest.raises(ValueError, match="scale them"):
+            vn100.Analyzer(["gyro_x"], rate=1.0).push([odd, -odd])
+    masked = vn100.Analyzer(["gyro_x"], rate=1.0, resolution=1.0)
+    masked.push(np.ma.masked_array([1.0, 2.0, 3.0], mask=[0, 1, 0]))
+    assert (masked.samples, masked.result().missing) == (2, 1)

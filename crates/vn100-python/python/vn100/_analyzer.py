@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _vn100
-from ._result import Curve, Noise, Result
+from ._arrays import numbers, whole
+from ._result import Channel, Curve, Noise, Result
 
 
 class Analyzer:
@@ -44,20 +45,23 @@ class Analyzer:
         steps: list[float] | None
         if resolution is None:
             steps = None
-        elif isinstance(resolution, (int, float)):
-            steps = [float(resolution)] * len(names)
         else:
-            steps = [float(step) for step in resolution]
-        before = start if samples_before is None else samples_before
+            given = numbers(resolution, "resolutions")
+            steps = [float(step) for step in (np.full(len(names), given) if given.ndim == 0 else given.ravel())]
+        start = whole(start, "start")
+        before = start if samples_before is None else whole(samples_before, "samples_before")
         self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, start, before)
-        self._width = len(names)
+        self._names = names
 
     def push(self, rows: ArrayLike) -> None:
         """Adds rows in time order: shape ``(n, channels)``, or ``(n,)`` for one channel.
 
-        NaN is a missing number; a row of NaN is a missing sample.
+        NaN is a missing number, as is what a masked array masks; a row of NaN is a missing
+        sample, and none before the first that is there. Raises :exc:`ValueError` for other
+        shapes and for numbers beyond 32 bits of the resolution, :exc:`TypeError` for what
+        is no number; then none of the rows is taken.
         """
-        values = np.ascontiguousarray(rows, dtype=np.float64)
+        values = numbers(rows, "rows")
         if values.ndim == 1:
             values = values.reshape(-1, 1)
         if values.ndim != 2:
@@ -67,7 +71,7 @@ class Analyzer:
     def gap(self, missing: int | None) -> None:
         """So many rows are missing here; ``None`` for an unknown number, across which no
         window reaches."""
-        self._sums.gap(missing)
+        self._sums.gap(None if missing is None else whole(missing, "missing"))
 
     @property
     def samples(self) -> int:
@@ -79,12 +83,21 @@ class Analyzer:
         return Result(self.to_dict())
 
     def curve(self, channel: str) -> Curve:
-        """The deviation of a channel."""
-        return self.result().channels[channel].curve
+        """The deviation of a channel. :exc:`KeyError` for one that is not there,
+        :exc:`ValueError` before the first row."""
+        return self._channel(channel).curve
 
     def noise(self, channel: str) -> Noise | None:
-        """The noise model of a channel; ``None`` for a neutral series."""
-        return self.result().channels[channel].noise
+        """The noise model of a channel; ``None`` for a neutral series. Raises as
+        :meth:`curve`."""
+        return self._channel(channel).noise
+
+    def _channel(self, name: str) -> Channel:
+        if name not in self._names:
+            raise KeyError(f"{name} is none of the channels {', '.join(self._names)}")
+        if self.samples == 0:
+            raise ValueError("no row was pushed yet")
+        return self.result().channels[name]
 
     def to_dict(self) -> dict[str, Any]:
         """The document ``vn100.analysis/1``."""
