@@ -91,6 +91,29 @@ fn the_pages_are_whole_for_a_reader_without_eyes() {
     }
 }
 
+/// The texts of the cells of every table, without its caption, which has a number in the report.
+fn tables(html: &str) -> Vec<Vec<String>> {
+    let cells = |table: &str| {
+        let table = table.split("</caption>").last().unwrap_or_default();
+        let texts = table.split('<').filter_map(|piece| Some(piece.split_once('>')?.1.to_owned()));
+        texts.filter(|text| !text.is_empty()).collect()
+    };
+    elements(html, "table").into_iter().map(|(_, table)| cells(table)).collect()
+}
+
+#[test]
+fn the_tables_of_the_page_are_those_of_the_report() {
+    let folder = TempDir::new().unwrap();
+    let file = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "-d", "5min"]);
+    let mut served = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]);
+    served.wait_for_the_end();
+    let (page, report) = (tables(&served.get("/").1), tables(&served.get("/report.html").1));
+    assert!(page.len() > 8 && page.iter().all(|table| !table.is_empty()), "{page:?}");
+    for table in page {
+        assert!(report.contains(&table), "{table:?}");
+    }
+}
+
 #[test]
 fn letters_and_lines_stand_out_by_day_and_in_the_dark() {
     let folder = TempDir::new().unwrap();
