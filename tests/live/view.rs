@@ -139,7 +139,13 @@ fn the_settings_of_the_user_are_those_of_the_view() {
     session.assert_left_well();
     fs::write(&file, "theme = \"light\"\ncolour = 1\n").unwrap();
     let mut session = Session::shell(&format!("{home} exec \"$VN100\" attach sim"));
-    assert_eq!(session.wait().code(), Some(1));
+    session.wait_for("line 2");
+    session.wait_for("Allan deviation");
+    session.press("q");
+    session.assert_left_well();
+    // one that is named is refused
+    let mut session = Session::start(&format!("attach sim --config {}", file.display()));
+    assert_eq!(session.wait().code(), Some(2));
     session.wait_for("line 2");
     assert_eq!(Modes::of(&session.line), session.before);
 }
