@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use numpy::PyReadonlyArray1;
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 /// Windows of all factors that begin in as many places are summed before the next ones: the places
@@ -11,6 +11,9 @@ const TILE: usize = 1 << 14;
 
 /// Independent partial sums, so that additions neither wait for each other nor stay scalar.
 const LANES: usize = 8;
+
+/// Values of each of the four parts that are summed at a time.
+const PART: usize = 512;
 
 /// Integers below are exact as floats, and so are the differences of windows.
 const EXACT: f64 = (1_u64 << 51) as f64;
@@ -23,7 +26,8 @@ const SHIFTER: f64 = 6_755_399_441_055_744.0;
 const DIGITS: i32 = 36;
 
 /// Root of the mean square of the differences of windows over m, and their number, at each factor
-/// m; 0 where there is no window. Phase, or rates that are summed here.
+/// m; 0 where there is no window. Phase, or rates that are summed in `work`, which has a place more
+/// than the data: an array of NumPy, as that asks the system for large pages.
 ///
 /// Values are taken as integers of a power of two, for rates at most 2^-36 of the largest: phases
 /// and integers are exact up to 2^51. Only the sums of squares are rounded, by less than 1e-13.
@@ -31,28 +35,32 @@ const DIGITS: i32 = 36;
 pub(crate) fn deviations(
     py: Python<'_>,
     data: PyReadonlyArray1<'_, f64>,
+    mut work: PyReadwriteArray1<'_, f64>,
     is_phase: bool,
     hadamard: bool,
     overlapping: bool,
     factors: Vec<usize>,
 ) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let data = data.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let is_finite = py.detach(|| lanes(data, |sum, value| sum + 0.0 * value).iter().sum::<f64>() == 0.0);
-    if !is_finite {
-        return Err(PyValueError::new_err(
-            "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
-        ));
+    let work = work.as_slice_mut().map_err(|error| PyValueError::new_err(error.to_string()))?;
+    if work.len() <= data.len() {
+        return Err(PyValueError::new_err("the phases need a number more than there are data"));
     }
-    let (phase, step) = py.detach(|| if is_phase { of_phase(data) } else { of_rates(data) }).ok_or_else(|| {
-        PyValueError::new_err("the data leave the range of floats when they are summed or divided: scale them")
+    let counted = py.detach(|| if is_phase { of_phase(data, work) } else { of_rates(data, work) });
+    let (phase, step) = counted.ok_or_else(|| {
+        let is_finite = data.iter().all(|value| value.is_finite());
+        PyValueError::new_err(match is_finite {
+            true => "the data leave the range of floats when they are summed or divided: scale them",
+            false => "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
+        })
     })?;
     py.check_signals()?;
     let order = if hadamard { 3 } else { 2 };
     let sums = py.detach(|| {
         if overlapping {
-            overlapped(&phase, order, &factors)
+            overlapped(phase, order, &factors)
         } else {
-            factors.iter().map(|m| adjacent(&phase, order, *m)).collect()
+            factors.iter().map(|m| adjacent(phase, order, *m)).collect()
         }
     });
     py.check_signals()?;
@@ -92,23 +100,34 @@ fn is_in_range(most: f64) -> bool {
     most == 0.0 || (1e-290..1e290).contains(&most)
 }
 
-/// In whole steps, and the step; `None` beyond the range of floats.
-fn of_phase(data: &[f64]) -> Option<(Vec<f64>, f64)> {
+/// In whole steps, and the step; `None` beyond the range of floats, and for what is no number.
+fn of_phase<'a>(data: &'a [f64], work: &'a mut [f64]) -> Option<(&'a [f64], f64)> {
     let first = data.first().copied().unwrap_or(0.0);
+    // not below the limit, or no number
+    let is_other = |sum: f64, value: f64| sum + if rounded(value) == value && value.abs() < EXACT { 0.0 } else { 1.0 };
+    if lanes(data, is_other).iter().sum::<f64>() == 0.0 {
+        return Some((data, 1.0));
+    }
+    let is_finite = lanes(data, |sum, value| sum + 0.0 * value).iter().sum::<f64>() == 0.0;
     let farther = |most: f64, value: f64| if (value - first).abs() > most { (value - first).abs() } else { most };
     let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
-    if !is_in_range(most) {
+    if !is_finite || !is_in_range(most) {
         return None;
     }
     // whole numbers stay whole
     let step = step(most, EXACT.log2() as i32).min(1.0);
     let step = if most / step < EXACT { step } else { self::step(most, EXACT.log2() as i32) };
     let scale = 1.0 / step;
-    Some((data.iter().map(|value| rounded((value - first) * scale)).collect(), step))
+    let phase = &mut work[..data.len()];
+    phase.iter_mut().zip(data).for_each(|(place, value)| *place = rounded((value - first) * scale));
+    Some((phase, step))
 }
 
 /// The sums of the rates less the integer nearest their mean: as short as they can be.
-fn of_rates(data: &[f64]) -> Option<(Vec<f64>, f64)> {
+fn of_rates<'a>(data: &[f64], work: &'a mut [f64]) -> Option<(&'a [f64], f64)> {
+    let phase = &mut work[..=data.len()];
+    phase[0] = 0.0;
+    // no number if any value is none
     let mean = lanes(data, |sum, value| sum + value).iter().sum::<f64>() / data.len().max(1) as f64;
     let farther = |most: f64, value: f64| if (value - mean).abs() > most { (value - mean).abs() } else { most };
     let most = lanes(data, farther).into_iter().fold(0.0_f64, f64::max);
@@ -122,18 +141,41 @@ fn of_rates(data: &[f64]) -> Option<(Vec<f64>, f64)> {
         if offset.abs() + most * scale >= EXACT {
             continue;
         }
-        let mut phase = vec![0.0; data.len() + 1];
-        let mut sum = 0.0_f64;
-        for (place, rate) in phase[1..].iter_mut().zip(data) {
-            sum += rounded(rate * scale) - offset;
-            *place = sum;
-        }
-        let farther = |most: f64, value: f64| if value.abs() > most { value.abs() } else { most };
-        if lanes(&phase, farther).into_iter().fold(0.0_f64, f64::max) < EXACT / 4.0 {
+        if add_up(data, |rate| rounded(rate * scale) - offset, &mut phase[1..]) < EXACT / 4.0 {
             return Some((phase, step));
         }
     }
     None
+}
+
+/// The sums of whole numbers up to each place, and the largest magnitude of them. Four parts of a
+/// block are summed at a time, so that additions do not wait for each other: no sum is rounded, and
+/// so what is added first makes no difference.
+fn add_up(values: &[f64], number: impl Fn(f64) -> f64, sums: &mut [f64]) -> f64 {
+    let (mut before, mut longest) = (0.0, 0.0_f64);
+    let farther = |most: f64, sum: f64| if sum.abs() > most { sum.abs() } else { most };
+    let (blocks, rest) = values.as_chunks::<{ 4 * PART }>();
+    let (sum_blocks, sums_of_rest) = sums.as_chunks_mut::<{ 4 * PART }>();
+    for (block, sums) in blocks.iter().zip(sum_blocks) {
+        let mut parts = [0.0; 4];
+        for place in 0..PART {
+            for (part, sum) in parts.iter_mut().enumerate() {
+                *sum += number(block[part * PART + place]);
+                sums[part * PART + place] = *sum;
+            }
+        }
+        for (sums, part) in sums.as_chunks_mut::<PART>().0.iter_mut().zip(parts) {
+            sums.iter_mut().for_each(|sum| *sum += before);
+            before += part;
+        }
+        longest = lanes(sums, farther).into_iter().fold(longest, f64::max);
+    }
+    for (value, sum) in rest.iter().zip(sums_of_rest) {
+        before += number(*value);
+        *sum = before;
+        longest = farther(longest, before);
+    }
+    longest
 }
 
 /// Sums of squares over all windows, and their number.
@@ -176,10 +218,22 @@ fn squares(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) 
         return 0.0;
     }
     #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx512f") {
+        // SAFETY: the processor has what the function is compiled for.
+        return unsafe { squares_in_avx512(phase, order, m, begin, windows) };
+    }
+    #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has what the function is compiled for.
         return unsafe { squares_in_avx2(phase, order, m, begin, windows) };
     }
+    squares_in_lanes(phase, order, m, begin, windows)
+}
+
+/// The same bits, faster.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn squares_in_avx512(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
     squares_in_lanes(phase, order, m, begin, windows)
 }
 

@@ -77,7 +77,8 @@ def _four(
     if not is_phase:
         values = _trimmed(values)
     factors = _factors(len(values) + (not is_phase), hz, taus)
-    deviations, windows = _vn100.deviations(values, is_phase, hadamard, overlapping, factors.tolist())
+    work = np.empty(len(values) + 1)
+    deviations, windows = _vn100.deviations(values, work, is_phase, hadamard, overlapping, factors.tolist())
     ns = np.array(windows, np.float64)
     found = np.array(deviations, np.float64) * (hz if is_phase else 1.0)
     kept = ns > 1

@@ -14,6 +14,7 @@ def captures(*paths: str | os.PathLike[str]) -> list[list[os.PathLike[str]]]: ..
 def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> list[str]: ...
 def deviations(
     data: NDArray[np.float64],
+    work: NDArray[np.float64],
     is_phase: bool,
     hadamard: bool,
     overlapping: bool,
