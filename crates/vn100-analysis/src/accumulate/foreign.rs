@@ -2,7 +2,7 @@
 
 use imu_noise::{BadEncoding, Decoder, Encoded, check_encoded};
 use vn100_protocol::stream::{MessageName, RejectedRow, RejectedRowCounts, StreamCounts};
-use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, RejectedCounts, Tally};
+use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, PacketHeader, Quantity, RejectedCounts, Tally};
 
 const QUANTITIES: [Quantity; 8] = [
     Quantity::Angle,
@@ -65,6 +65,7 @@ fn numbers(counts: &mut StreamCounts) -> [&mut u64; 26] {
         connects,
         unsolicited_errors: _,
         other_message: _,
+        other_packet: _,
         rejected_rows: _,
     } = counts;
     let Tally {
@@ -98,6 +99,7 @@ pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
     let errors: Vec<(u8, u64)> = counts.unsolicited_errors.iter().map(|(error, times)| (error.code(), times)).collect();
     errors.encode(out);
     counts.other_message.map(|name| name.to_string()).encode(out);
+    counts.other_packet.map(|header| header.parts()).encode(out);
     let rows = |rows: RejectedRowCounts| {
         RejectedRow::ALL.map(|reason| rows.iter().find(|(other, _)| *other == reason).map_or(0, |(_, count)| count))
     };
@@ -114,6 +116,8 @@ pub(crate) fn decode_counts(input: &mut Decoder<'_>) -> Result<StreamCounts, Bad
     check_encoded(errors.is_sorted_by(|one, other| one.0 != other.0) && errors.len() <= 14)?;
     errors.into_iter().for_each(|(code, times)| counts.unsolicited_errors.add(DeviceError::from_code(code), times));
     counts.other_message = Option::<String>::decode(input)?.map(|name| MessageName::new(name.as_bytes()));
+    counts.other_packet =
+        Option::<(u8, Vec<u16>)>::decode(input)?.map(|(groups, words)| PacketHeader::new(groups, &words));
     counts.rejected_rows = Option::<[u64; RejectedRow::ALL.len()]>::decode(input)?.map(|rows| {
         let mut counts = RejectedRowCounts::default();
         RejectedRow::ALL.into_iter().zip(rows).for_each(|(reason, times)| counts.add(reason, times));

@@ -75,8 +75,8 @@ impl Magnitude {
         column.clear();
         column.extend(counts.chunks_exact(width).map(|row| {
             let [x, y, z] = [0, 1, 2].map(|axis| factors[axis] * f64::from(row[self.first + axis]));
-            // magnitudes beyond the range of a count saturate
-            (factor * (x * x + y * y + z * z).sqrt()).round() as i32
+            // rounded, as none is negative; magnitudes beyond the range of a count saturate
+            (factor * (x * x + y * y + z * z).sqrt() + 0.5) as i32
         }));
         self.moments.push(column);
     }

@@ -80,8 +80,9 @@ impl Advice {
         if let (1.., 1.., Some(layout)) = (link.samples(), unmeasured, &snapshot.layout) {
             let is_beside_sentences = layout.message != BINARY;
             let of = if is_beside_sentences { "" } else { " of another form" };
-            let headline =
-                format!("{}{of} excluded, {} measured", counted(unmeasured, "binary packet"), layout.message);
+            let fields = link.other_packet.map_or_else(String::new, |header| format!(" ({header})"));
+            let packets = counted(unmeasured, "binary packet");
+            let headline = format!("{packets}{of}{fields} excluded, {} measured", layout.message);
             let details = match is_beside_sentences {
                 true => Text::default().remedy(Remedy::MeasurePackets).then(" measures the packets, if they have angular rates or accelerations."),
                 false => "The first packets with angular rates and accelerations decide; no packet with other fields is measured.".into(),

@@ -1,7 +1,7 @@
 //! The form of a packet: which fields it has, and where in it stands what is measured.
 
 use alloc::{borrow::Cow, sync::Arc, vec::Vec};
-use core::ops::Range;
+use core::{fmt, ops::Range};
 
 use thiserror::Error;
 
@@ -38,6 +38,12 @@ impl PacketHeader {
         Self(header)
     }
 
+    /// The groups, and the words of those it has.
+    pub fn parts(&self) -> (u8, Vec<u16>) {
+        let words = self.0[2..].chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]]));
+        (self.0[1], words.take(self.0[1].count_ones() as usize).collect())
+    }
+
     /// Of a packet.
     #[must_use]
     pub fn of(packet: &Packet<'_>) -> Self {
@@ -46,6 +52,15 @@ impl PacketHeader {
         let length = (2 + 2 * groups).min(packet.raw.len()).min(MAX_HEADER);
         header[..length].copy_from_slice(&packet.raw[..length]);
         Self(header)
+    }
+}
+
+/// The known fields by their names in the manual, in the order of the wire.
+impl fmt::Display for PacketHeader {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (groups, words) = self.parts();
+        let names: Vec<_> = present(groups, &words).map(|field| field.name).filter(|name| !name.is_empty()).collect();
+        f.write_str(&names.join(", "))
     }
 }
 

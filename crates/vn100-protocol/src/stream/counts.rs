@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::RejectedRowCounts;
-use crate::{DeviceError, Tally};
+use crate::{DeviceError, PacketHeader, Tally};
 
 /// What a stream has carried so far, byte by byte and frame by frame.
 ///
@@ -33,6 +33,8 @@ pub struct StreamCounts {
     pub connects: u64,
     /// The first valid sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
+    /// What the first packet begins with that has another form than those measured.
+    pub other_packet: Option<PacketHeader>,
     /// Rejected rows of a CSV file; they are among the rejected sentences. `None` where the
     /// source is none.
     pub rejected_rows: Option<RejectedRowCounts>,
@@ -68,6 +70,7 @@ impl StreamCounts {
         self.outputs_resumed += next.outputs_resumed;
         self.connects += next.connects;
         self.other_message = self.other_message.or(next.other_message);
+        self.other_packet = self.other_packet.or(next.other_packet);
         self.rejected_rows = match (self.rejected_rows, next.rejected_rows) {
             (Some(ours), Some(theirs)) => Some(ours.plus(&theirs)),
             (ours, theirs) => ours.or(theirs),

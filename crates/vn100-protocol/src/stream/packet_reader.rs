@@ -14,6 +14,8 @@ pub(super) struct PacketReader {
     pub(super) counts: MeasuredPackets,
     /// Packets of other forms.
     others: BTreeMap<PacketHeader, u64>,
+    /// The form of the first of them.
+    pub(super) first_other: Option<PacketHeader>,
     last_device_ns: Option<u64>,
     /// Where a packet is tried, to know whether it is a row.
     tried: Vec<i32>,
@@ -57,6 +59,7 @@ impl PacketReader {
     #[cold]
     fn count_other(&mut self, packet: &Packet<'_>) {
         let header = PacketHeader::of(packet);
+        self.first_other.get_or_insert(header);
         if self.others.len() < MOST_OTHER_HEADERS || self.others.contains_key(&header) {
             *self.others.entry(header).or_default() += 1;
         }

@@ -423,7 +423,7 @@ impl Stream {
     fn seal(&mut self, tally: Tally) {
         let mut batch = mem::take(&mut self.open);
         batch.layout = self.layout.clone();
-        batch.link = StreamCounts { tally, ..self.link };
+        batch.link = StreamCounts { tally, other_packet: self.packets.first_other, ..self.link };
         self.sealed.push(batch);
     }
 }
