@@ -119,6 +119,12 @@ def test_a_plot_is_drawn_where_there_is_matplotlib(log):
     assert "accel_x (m/s^2)" in labels and all_of_them.get_ylabel() == "Allan deviation in the unit of each channel"
 
 
+def test_without_matplotlib_a_plot_says_what_to_install(log, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(ImportError, match=r"pip install vn100\[plot\]"):
+        vn100.replay(log, rate=40).plot("gyro_x")
+
+
 def test_captures_are_those_of_a_folder(tmp_path):
     for name in ["b/two.VNYMR", "b/one.csv.gz", "a.bin", "notes.md", ".hidden/x.bin"]:
         (tmp_path / name).parent.mkdir(exist_ok=True)

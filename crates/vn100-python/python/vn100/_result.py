@@ -133,8 +133,10 @@ class Curve:
         Needs matplotlib: ``pip install vn100[plot]``.
         """
         if ax is None:
-            import matplotlib.pyplot as plt
-
+            try:
+                import matplotlib.pyplot as plt
+            except ImportError as error:
+                raise ImportError(f"plot() needs matplotlib: pip install vn100[plot] ({error})") from None
             _, ax = plt.subplots()
         (line,) = ax.loglog(self.tau, self.deviation, marker=".", label=label)
         ax.fill_between(self.tau, self.lower, self.upper, color=line.get_color(), alpha=0.25, linewidth=0)
