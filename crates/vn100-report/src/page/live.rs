@@ -300,8 +300,11 @@ const SECTIONS: [(&str, &str); 9] = [
     ("marks", "Marks"),
 ];
 
+/// Of more sources than these the details are closed at first.
+const OPEN_AT_ONCE: usize = 4;
+
 /// The whole page with these parts; `version` is where its events continue. `sources` are the
-/// prefixes and names of the sources. The details of several wait until they are opened.
+/// prefixes and names of the sources. The details of many wait until they are opened.
 #[must_use]
 pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &str, program: &str) -> String {
     let content = |id: &str| {
@@ -346,7 +349,7 @@ pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &st
                             @let (brief, details) = SECTIONS.split_at(if sources.len() > 1 { 1 } else { SECTIONS.len() });
                             @for named in brief { (section(prefix, *named)) }
                             @if !details.is_empty() {
-                                details.source data-source=(prefix) {
+                                details.source data-source=(prefix) open[sources.len() <= OPEN_AT_ONCE] {
                                     summary { "Figures and tables of " (name) }
                                     @for named in details { (section(prefix, *named)) }
                                 }
