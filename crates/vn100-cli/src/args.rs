@@ -1,9 +1,13 @@
 //! The command line.
 
+mod choices;
 mod duration;
+mod files;
 mod help;
 mod link;
 mod measure;
+mod report;
+mod result;
 mod serve;
 mod view;
 
@@ -23,15 +27,14 @@ use vn100_protocol::{AsyncType, BaudRate, MESSAGES, PACKET_MESSAGES, PacketMessa
 use vn100_sim::Message;
 
 use duration::{duration, length};
+pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
+pub(crate) use measure::MeasureArgs;
 use measure::confidence;
-pub(crate) use measure::{
-    ArchiveArgs, CompareArgs, ExportForm, FileArgs, MeasureArgs, Ndjson, OutputFormat, ReplayArgs, ReportArgs,
-    ResultArgs, Section, is_page,
-};
-
+pub(crate) use report::{ExportForm, ReportArgs, is_page};
+pub(crate) use result::{Ndjson, OutputFormat, ResultArgs, Section};
 pub(crate) use serve::ServeArgs;
 use view::ViewArgs;
 

@@ -1,0 +1,146 @@
+//! Options of the command that writes reports.
+
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use clap::ValueEnum;
+use vn100_report::{RosFrame, Stamps};
+
+use super::{FileArgs, choices::one_of, duration::length};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ReportArgs {
+    #[command(flatten)]
+    pub(crate) files: FileArgs,
+
+    /// The page to write, ending in .html; another name begins the names of what is exported, and
+    /// no page is written [default: NAME.html in the working folder, of the capture NAME]
+    #[arg(short, long, help_heading = "Output", value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Open the page with the program that shows such pages; without one the page is written all
+    /// the same
+    #[arg(long, help_heading = "Output")]
+    pub(crate) open: bool,
+
+    /// Replace existing files
+    #[arg(long, help_heading = "Output")]
+    pub(crate) force: bool,
+
+    /// Write the numbers for other programs beside it: once for each form, or with commas between
+    /// them
+    #[arg(long, help_heading = "Exports", value_name = "FORM", value_enum, value_delimiter = ',')]
+    pub(crate) export: Vec<ExportForm>,
+
+    /// Also give the models for filters, in the export as JSON
+    #[arg(long, help_heading = "Exports")]
+    pub(crate) filter_models: bool,
+
+    /// Figures of the exports svg and png, by kind, channel or name: allan, graphical, gyro_y,
+    /// spectrum-accel [default: all]
+    #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
+    pub(crate) figures: Vec<String>,
+
+    /// Axes of the export mcap
+    #[arg(long, help_heading = "Exports", value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
+    pub(crate) ros_frame: RosFrame,
+
+    /// Times of the messages of the export mcap
+    #[arg(long, help_heading = "Exports", value_parser = one_of(&STAMPS), default_value = "fitted")]
+    pub(crate) stamps: Stamps,
+
+    /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
+    /// does
+    #[arg(long, help_heading = "Exports", value_name = "T", value_parser = length, default_value = "60s")]
+    pub(crate) kalibr_span: Duration,
+
+    /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
+    #[arg(long, help_heading = "Exports")]
+    pub(crate) require_estimated: bool,
+}
+
+impl ExportForm {
+    /// A folder of figures.
+    pub(crate) const fn is_figures(self) -> bool {
+        matches!(self, Self::Svg | Self::Png)
+    }
+}
+
+impl ReportArgs {
+    /// The page, or the beginning of the names where no page is wanted.
+    pub(crate) fn output(&self) -> PathBuf {
+        self.output.clone().unwrap_or_else(|| match &self.files.files[..] {
+            [only] if only == Path::new("-") => "stdin.html".into(),
+            [only] => page_of(only),
+            _ => "report.html".into(),
+        })
+    }
+
+    /// What the options ask for together, and cannot have.
+    pub(super) fn refused(&self) -> Option<String> {
+        let output = self.output();
+        let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
+        let has_figures = self.export.iter().any(|form| form.is_figures());
+        if !self.figures.is_empty() && !has_figures {
+            return Some("--figures selects what --export svg or png writes: add one of them".into());
+        }
+        if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
+            return self.files.refused_taus();
+        }
+        let advice = match is_pdf {
+            true => "name a page, and print it as PDF in a browser",
+            false if self.open => "name a page to open",
+            false => "and nothing is exported: name a page, or --export something",
+        };
+        Some(format!("{} does not end in .html, {advice}", output.display()))
+    }
+}
+
+/// Whether that is the name of a page.
+pub(crate) fn is_page(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"))
+}
+
+/// The page of a capture: its name, in the working folder.
+fn page_of(capture: &Path) -> PathBuf {
+    const COMPRESSED: [&str; 5] = ["gz", "zst", "bz2", "xz", "zip"];
+    let name = Path::new(capture.file_name().unwrap_or("report".as_ref()));
+    let is_compressed =
+        name.extension().is_some_and(|end| COMPRESSED.iter().any(|form| end.eq_ignore_ascii_case(form)));
+    let name = if is_compressed { name.with_extension("") } else { name.to_owned() };
+    name.with_extension("html")
+}
+
+/// What a report is exported as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportForm {
+    /// Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum,
+    /// segments and histograms as tables
+    Csv,
+    /// One table of all captures for incoming inspection: a row each with identity, N, B and K in
+    /// the units of data sheets, verdicts and warnings
+    Lot,
+    /// The document of `vn100 replay --json`
+    Json,
+    /// imu.yaml for Kalibr: N as estimated, and the larger of K and 1.15 B/√span as random walk;
+    /// an upper bound, marked in a comment, where there is no estimate
+    Kalibr,
+    /// Each figure as SVG, in a folder
+    Svg,
+    /// Each figure as PNG, in a folder
+    Png,
+    /// The samples as ROS 2 messages: Imu, MagneticField, Temperature and FluidPressure
+    Mcap,
+}
+
+const ROS_FRAMES: [(&str, &str, RosFrame); 2] = [
+    ("ned", "The sensor's own: forwards, right, down, against north, east, down", RosFrame::Ned),
+    ("enu", "As ROS assumes them: forwards, left, up, against east, north, up", RosFrame::Enu),
+];
+
+const STAMPS: [(&str, &str, Stamps); 2] = [
+    ("fitted", "On the even grid of the measured rate, where no sample is missing", Stamps::Fitted),
+    ("arrival", "When each line arrived", Stamps::Arrival),
+];
