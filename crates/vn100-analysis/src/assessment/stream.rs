@@ -6,7 +6,7 @@ use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, R
 
 use super::{ChannelAssessment, noise::LongTauValidity};
 use crate::{
-    accumulate::rate_authority::rates_hz,
+    accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Setting, Text},
     sensor::{sensor_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},

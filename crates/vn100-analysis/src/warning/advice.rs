@@ -13,7 +13,7 @@ use vn100_protocol::{
 
 use self::link::{no_valid_lines, refused, shared_port, unsolicited};
 use crate::{
-    accumulate::rate_authority::rates_hz,
+    accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Setting, Text},
     sensor::{sensor_of, uncompensated_message},
     snapshot::{ChannelSnapshot, FalseRate, FalseReport, MissingFrom, RateChange, RateFrom, Snapshot},
