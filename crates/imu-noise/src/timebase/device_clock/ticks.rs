@@ -1,0 +1,39 @@
+//! The ticks of the sensor's clock, and the period of its samples in them.
+
+/// The sensor measures 800 times a second, and sends every so many of these measurements (VN-100
+/// User Manual, register 75).
+const TICK_NS: f64 = 1_250_000.0;
+
+/// Part of a tick by which an interval may differ from whole ticks, and relative error of the mean
+/// tick. Chosen: four times that of 31 times with the jitter of a real sensor, a fortieth of a
+/// tick.
+const TICK_TOLERANCE: f64 = 0.1;
+const MEAN_TICK_TOLERANCE: f64 = 0.005;
+
+/// The ticks of an interval, at least one; `None` if they are no whole number.
+pub(super) fn whole_ticks(interval_ns: u64) -> Option<u64> {
+    let ticks = interval_ns as f64 / TICK_NS;
+    let whole = ticks.round();
+    ((ticks - whole).abs() <= TICK_TOLERANCE && whole >= 1.0).then_some(whole as u64)
+}
+
+/// The nearest whole number of ticks, in nanoseconds.
+pub(super) fn round_to_ticks(period_ns: f64) -> f64 {
+    (period_ns / TICK_NS).round() * TICK_NS
+}
+
+/// The period in nanoseconds that these intervals show, none of them zero; `None` without any.
+/// Whole ticks where the intervals together are.
+pub(super) fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
+    let least = intervals.clone().min()? as f64;
+    let single: Vec<f64> = intervals.clone().map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
+    let mean_ns = single.iter().sum::<f64>() / single.len() as f64;
+    let ticks_of = |ns: f64| (ns / TICK_NS).round();
+    let (all_ns, all_ticks) =
+        intervals.fold((0.0, 0.0), |(all_ns, ticks), ns| (all_ns + ns as f64, ticks + ticks_of(ns as f64)));
+    let ticks = ticks_of(mean_ns);
+    let is_whole = ticks >= 1.0
+        && (mean_ns / TICK_NS - ticks).abs() <= TICK_TOLERANCE
+        && (all_ns / (all_ticks * TICK_NS) - 1.0).abs() <= MEAN_TICK_TOLERANCE;
+    Some(if is_whole { ticks * TICK_NS } else { mean_ns })
+}
