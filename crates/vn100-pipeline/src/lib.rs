@@ -23,6 +23,7 @@
 //! ```
 
 mod assessor;
+mod channels;
 mod command;
 mod end_reason;
 mod excluded;
@@ -41,11 +42,11 @@ mod wall_limits;
 mod watchdog;
 
 pub use assessor::Assessor;
+pub use channels::EventObserver;
 pub use command::{Command, CommandRefusal};
 pub use end_reason::{EndReason, SessionResult, Shortfall, StartError};
 pub use live::LiveSpec;
 pub use live_source::{LiveError, LiveSource};
-pub use measure::EventObserver;
 pub use pace::{Playback, Speed};
 pub use recording::{RecordingSpec, is_reserved};
 pub use replay::ReplaySpec;

@@ -9,10 +9,11 @@ use vn100_capture::Recorder;
 use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
 use crate::{
+    channels::{Channels, EventObserver},
     end_reason::{SessionResult, StartError},
     excluded::Excluded,
     live_source::LiveSource,
-    measure::{Channels, EventObserver, Measurement, MeasurementEnd, Origin, measure},
+    measure::{Measurement, MeasurementEnd, Origin, measure},
     recording::{RecordingSpec, metadata},
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,

@@ -12,7 +12,7 @@ use vn100_analysis::protocol::stream::StreamInput;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
 use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
 
-use crate::measure::EventObserver;
+use crate::channels::EventObserver;
 
 /// A source that can be opened, more than once if it is a link.
 pub struct LiveSource {

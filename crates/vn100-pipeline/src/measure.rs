@@ -10,6 +10,9 @@
 //! every second, and only with what can wait: captures and streams. Who looks at the state sees the
 //! latest one and misses those between.
 
+mod commands;
+mod ending;
+
 use std::{
     collections::VecDeque,
     future, io,
@@ -24,58 +27,25 @@ use tokio::{
     sync::{mpsc, watch},
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
-use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
-use vn100_driver::{LinkHandle, LinkState};
+use vn100_driver::LinkHandle;
+
+pub(crate) use ending::Ending;
 
 use crate::{
     assessor::GoalCheck,
-    command::{Command, CommandRefusal},
-    end_reason::{EndReason, Shortfall},
+    channels::Channels,
+    end_reason::EndReason,
     excluded::Excluded,
     pace::{Due, Pace, PaceStart},
-    sample_tap::{SampleEvent, SampleTap},
+    sample_tap::SampleEvent,
     session_event::SessionEvent,
-    state::{SourceState, Stage},
+    state::Stage,
     wall_limits::Deadlines,
     watchdog::StreamWatchdog,
 };
-
-/// Called with every event of a source before it is measured, as by a log. It must not block.
-pub type EventObserver = Arc<dyn Fn(&Event) + Send + Sync>;
-
-/// The session's ends of its channels.
-pub(crate) struct Channels {
-    pub(crate) state: watch::Sender<SourceState>,
-    pub(crate) commands: mpsc::Receiver<Command>,
-    pub(crate) events: mpsc::Sender<SessionEvent>,
-    /// The states of every second of data time; when it is full the measurement waits.
-    pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
-    /// Takes the samples as well; of what can wait the measurement waits until they are taken.
-    pub(crate) samples: Option<SampleTap>,
-    pub(crate) observer: Option<EventObserver>,
-    /// Ends the session.
-    pub(crate) stop: CancellationToken,
-}
-
-impl Channels {
-    /// Dropped where the last 64 are not taken: events change no result.
-    pub(crate) fn report(&self, event: SessionEvent) {
-        let _ = self.events.try_send(event);
-    }
-
-    pub(crate) fn stage(&self, stage: Stage) {
-        self.state.send_modify(|state| state.stage = stage);
-    }
-
-    pub(crate) fn observe(&self, event: &Event) {
-        if let Some(observer) = &self.observer {
-            observer(event);
-        }
-    }
-}
 
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
@@ -107,15 +77,6 @@ pub(crate) enum MeasurementEnd {
         start: PaceStart,
         excluded: Excluded,
     },
-}
-
-pub(crate) struct Ending {
-    pub(crate) snapshot: Arc<Snapshot>,
-    pub(crate) analysis: Option<Box<Analysis>>,
-    pub(crate) reason: EndReason,
-    pub(crate) report: Option<FileReport>,
-    pub(crate) excluded: Excluded,
-    pub(crate) shortfall: Option<Shortfall>,
 }
 
 pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
@@ -408,93 +369,6 @@ impl Measuring {
         }
     }
 
-    /// Does what is asked; the replay that takes the place of this one, if one does.
-    fn handle(&mut self, command: Command, channels: &Channels) -> Option<MeasurementEnd> {
-        let is_over = self.end.is_some();
-        let now = Instant::now();
-        match (command, &mut self.pace) {
-            (Command::Stop, _) => channels.stop.cancel(),
-            (Command::Mark(text), _) => {
-                if !self.link.as_ref().is_some_and(|link| link.mark(text)) {
-                    channels.report(SessionEvent::Refused(CommandRefusal::NoMark));
-                }
-                return None;
-            }
-            (Command::EndWarmUp | Command::StartOver, _) if is_over => {
-                channels.report(SessionEvent::Refused(CommandRefusal::Over));
-            }
-            (Command::EndWarmUp, _) => {
-                let warm_up = self.analysis.end_warm_up();
-                self.excluded.end_warm_up(warm_up);
-                self.begin_anew();
-                channels.report(SessionEvent::WarmUpEnded { warm_up, excluded: self.excluded.total() });
-            }
-            (Command::StartOver, _) => {
-                let after = self.analysis.start_over();
-                if self.excluded.start_over(after) {
-                    self.excluded.end_warm_up(self.analysis.end_warm_up());
-                }
-                self.begin_anew();
-                channels.report(SessionEvent::StartedOver { after });
-            }
-            (_, None) => {}
-            (Command::TogglePause | Command::Step, Some(_)) if is_over => {
-                channels.report(SessionEvent::Refused(CommandRefusal::AtEnd));
-            }
-            (command @ (Command::GoTo(_) | Command::Seek(_)), Some(pace)) => {
-                let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
-                    channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
-                    return None;
-                };
-                let part = match command {
-                    Command::Seek(part) => part + pace.destination() as f64 / total.max(1) as f64,
-                    Command::GoTo(part) => part,
-                    _ => return None,
-                };
-                let place = (part.clamp(0.0, 1.0) * total as f64).round() as u64;
-                if place < pace.playback(None).samples {
-                    let start = pace.back_to(place);
-                    return Some(self.replay_again(start, channels));
-                }
-                if !is_over {
-                    pace.run_to(place, now);
-                }
-            }
-            (Command::Select(from, to), Some(pace)) => {
-                let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
-                    channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
-                    return None;
-                };
-                let place = |part: f64| (part.clamp(0.0, 1.0) * total as f64).round();
-                let begin_s = place(from.min(to)) / self.rate_hz;
-                let begin = Duration::try_from_secs_f64(begin_s).unwrap_or(Duration::MAX);
-                let excluded = if begin.is_zero() { Excluded::default() } else { Excluded::until(begin) };
-                return Some(MeasurementEnd::Again { start: pace.part_to(place(from.max(to)) as u64), excluded });
-            }
-            (command, Some(pace)) => pace.handle(command, now),
-        }
-        self.show_playback(channels);
-        None
-    }
-
-    /// What counts seconds and looks for goals begins with the record.
-    fn begin_anew(&mut self) {
-        (self.seconds, self.goals) = (self.analysis.seconds(), GoalCheck::default());
-        self.has_changed = true;
-    }
-
-    fn replay_again(&self, start: PaceStart, channels: &Channels) -> MeasurementEnd {
-        let place_s = start.run_to as f64 / channels.state.borrow().snapshot.timing.rate_hz;
-        let place = Duration::try_from_secs_f64(place_s).unwrap_or(Duration::MAX);
-        let excluded = self.excluded.carried_to(place);
-        match (self.excluded.total(), excluded.total()) {
-            (Duration::ZERO, _) => {}
-            (until, Duration::ZERO) => channels.report(SessionEvent::NoLongerExcluded { until }),
-            (_, first) => channels.report(SessionEvent::StillExcluded { first }),
-        }
-        MeasurementEnd::Again { start, excluded }
-    }
-
     /// Whether anybody sees the snapshots, or the pace is kept by them.
     fn is_watched(&self, channels: &Channels) -> bool {
         self.pace.is_some() || channels.state.receiver_count() > 0
@@ -527,102 +401,22 @@ impl Measuring {
             });
         }
     }
-
-    fn note_link(&mut self, state: Option<&LinkState>) {
-        if let Some(deadlines) = &mut self.deadlines
-            && state.and_then(LinkState::up).is_some()
-        {
-            deadlines.note_connected(Instant::now());
-        }
-    }
-
-    fn wall_at(&self) -> Option<Instant> {
-        self.deadlines.as_ref()?.wall_at()
-    }
-
-    fn give_up_at(&self) -> Option<Instant> {
-        self.deadlines.as_ref()?.give_up_at()
-    }
-
-    fn end_by_wall_time(&mut self, channels: &Channels) {
-        let wall = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.wall);
-        self.end_stream(EndReason::WallTime(wall.unwrap_or_default()), channels);
-    }
-
-    fn give_up(&mut self, channels: &Channels) {
-        let after = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.give_up).unwrap_or_default();
-        let cause = match &channels.state.borrow().link {
-            Some(LinkState::Down { cause, .. }) => Some(cause.clone()),
-            _ => None,
-        };
-        self.end_stream(EndReason::GaveUp { after, cause }, channels);
-    }
-
-    fn end_stream(&mut self, reason: EndReason, channels: &Channels) {
-        self.stream_ended = Some(reason);
-        channels.stop.cancel();
-    }
-
-    fn watch(&mut self, channels: &Channels) {
-        let Some(watchdog) = &mut self.watchdog else { return };
-        let state = channels.state.borrow().clone();
-        let is_up = matches!(state.link, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
-        if let Some(event) = watchdog.rate_event(&state.snapshot) {
-            channels.report(SessionEvent::Rate(event));
-        }
-        let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
-        if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
-            self.end_stream(ended.reason(&state.snapshot), channels);
-        }
-    }
-
-    /// A paced replay is at its end; it can still seek back.
-    fn stand_at_end(&mut self, channels: &Channels) {
-        if let Some(pace) = &mut self.pace {
-            pace.end();
-        }
-        self.analysis.finish();
-        self.publish(channels);
-    }
-
-    async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
-        // rows whose rate was not known have their seconds, too
-        while self.analysis.finish_to_second() {
-            self.hand_out_second(channels).await;
-        }
-        let snapshot = Arc::new(self.analysis.final_snapshot());
-        self.show(Arc::clone(&snapshot), channels);
-        let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
-        let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
-        let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
-        let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
-        // what came before the link was closed may have been enough
-        let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
-        let reason = match (reason, stream_ended, snapshot.rate_change) {
-            (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
-            (_, Some(ended), _) => ended,
-            (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
-                EndReason::OtherRate(change)
-            }
-            (reason, ..) => reason,
-        };
-        let has_all =
-            self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
-        let wanted = self.analysis.settings().duration.filter(|_| !has_all);
-        let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
-        MeasurementEnd::Ended(Ending { snapshot, analysis, reason, report, excluded, shortfall })
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use tokio_util::sync::CancellationToken;
     use vn100_analysis::SourceFacts;
     use vn100_analysis::protocol::{VNYMR, stream::Batch};
     use vn100_capture::End;
 
     use super::*;
-    use crate::{pace::Speed, session::open};
+    use crate::{
+        channels::open,
+        command::{Command, CommandRefusal},
+        pace::Speed,
+        state::SourceState,
+    };
 
     fn row() -> Event {
         let layout = Arc::new(VNYMR.clone());
@@ -649,18 +443,5 @@ mod tests {
         stop.cancel();
         let MeasurementEnd::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
         assert!(matches!(ending.reason, EndReason::SourceEnded) && ending.snapshot.timing.samples == 1);
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn events_of_a_session_that_are_not_taken_are_dropped() {
-        let state = SourceState::new(SourceFacts::default(), &Settings::default());
-        let (channels, mut face) = open(state, None, CancellationToken::new(), false);
-        (0..1000).for_each(|_| channels.report(SessionEvent::OutputPausedAgain));
-        drop(channels);
-        let mut taken = 0;
-        while face.events.recv().await.is_some() {
-            taken += 1;
-        }
-        assert_eq!(taken, 64);
     }
 }

@@ -13,9 +13,10 @@ use vn100_analysis::{RateFrom, Settings, SourceFacts};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
+    channels::{Channels, EventObserver},
     end_reason::{EndReason, SessionResult, StartError},
     excluded::Excluded,
-    measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
+    measure::{Ending, Measurement, MeasurementEnd, Origin, measure},
     pace::{PaceStart, Playback, Speed},
     recording::{conditions, recorded_frames, with_recorded_end},
     sample_tap::SampleTap,

@@ -5,8 +5,8 @@ use vn100_analysis::protocol::{Register, SensorCommand};
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
 
 use crate::{
+    channels::Channels,
     live_source::{LiveError, LiveSource},
-    measure::Channels,
     session_event::{OutputLeft, SessionEvent},
 };
 

@@ -12,24 +12,16 @@ use vn100_analysis::{Goal, RecordingEndFacts, RecordingFacts, Settings, SourceFa
 use vn100_capture::Event;
 
 use crate::{
+    channels::{Channels, Face, open},
     command::Command,
     end_reason::{EndReason, SessionResult, StartError},
     excluded::Excluded,
     live::{LiveSpec, run_live},
-    measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
+    measure::{Ending, Measurement, MeasurementEnd, Origin, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
     state::{SourceState, Stage},
 };
-
-/// Commands that may wait; behind them `try_send` refuses and `send` waits.
-const WAITING_COMMANDS: usize = 8;
-
-/// Session events that may wait to be taken; further ones are dropped.
-const WAITING_EVENTS: usize = 64;
-
-/// States of every second that may wait to be taken; then the measurement waits.
-const WAITING_SECONDS: usize = 4;
 
 /// A session under way, in a task of its own. Dropping the handle does not end it: cancel its token
 /// or send [`Command::Stop`].
@@ -104,42 +96,11 @@ async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut chann
     }
 }
 
-/// The handle of a session before its task.
-pub(crate) struct Face {
-    pub(crate) state: watch::Receiver<SourceState>,
-    pub(crate) commands: mpsc::Sender<Command>,
-    pub(crate) events: mpsc::Receiver<SessionEvent>,
-    seconds: mpsc::Receiver<SourceState>,
-}
-
 impl Face {
     fn run(self, session: impl Future<Output = SessionResult> + Send + 'static) -> Session {
         let Self { state, commands, events, seconds } = self;
         Session { state, commands, events, seconds, result: tokio::spawn(session) }
     }
-}
-
-pub(crate) fn open(
-    state: SourceState,
-    observer: Option<EventObserver>,
-    stop: CancellationToken,
-    each_second: bool,
-) -> (Channels, Face) {
-    let (publisher, state) = watch::channel(state);
-    let (commands, inbox) = mpsc::channel(WAITING_COMMANDS);
-    let (reporter, events) = mpsc::channel(WAITING_EVENTS);
-    let (sender, seconds) = mpsc::channel(WAITING_SECONDS);
-    let sender = each_second.then_some(sender);
-    let channels = Channels {
-        state: publisher,
-        commands: inbox,
-        events: reporter,
-        seconds: sender,
-        samples: None,
-        observer,
-        stop,
-    };
-    (channels, Face { state, commands, events, seconds })
 }
 
 impl Channels {

@@ -1,0 +1,112 @@
+//! Why a measurement ends: limits of time, the watchdog of its stream, the reason in its result.
+
+use std::sync::Arc;
+
+use tokio::time::Instant;
+use vn100_analysis::{Analysis, Snapshot, protocol::stream::FileReport};
+use vn100_driver::LinkState;
+
+use super::{MeasurementEnd, Measuring};
+use crate::{
+    channels::Channels,
+    end_reason::{EndReason, Shortfall},
+    excluded::Excluded,
+    session_event::SessionEvent,
+};
+
+pub(crate) struct Ending {
+    pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) analysis: Option<Box<Analysis>>,
+    pub(crate) reason: EndReason,
+    pub(crate) report: Option<FileReport>,
+    pub(crate) excluded: Excluded,
+    pub(crate) shortfall: Option<Shortfall>,
+}
+
+impl Measuring {
+    pub(super) fn note_link(&mut self, state: Option<&LinkState>) {
+        if let Some(deadlines) = &mut self.deadlines
+            && state.and_then(LinkState::up).is_some()
+        {
+            deadlines.note_connected(Instant::now());
+        }
+    }
+
+    pub(super) fn wall_at(&self) -> Option<Instant> {
+        self.deadlines.as_ref()?.wall_at()
+    }
+
+    pub(super) fn give_up_at(&self) -> Option<Instant> {
+        self.deadlines.as_ref()?.give_up_at()
+    }
+
+    pub(super) fn end_by_wall_time(&mut self, channels: &Channels) {
+        let wall = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.wall);
+        self.end_stream(EndReason::WallTime(wall.unwrap_or_default()), channels);
+    }
+
+    pub(super) fn give_up(&mut self, channels: &Channels) {
+        let after = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.give_up).unwrap_or_default();
+        let cause = match &channels.state.borrow().link {
+            Some(LinkState::Down { cause, .. }) => Some(cause.clone()),
+            _ => None,
+        };
+        self.end_stream(EndReason::GaveUp { after, cause }, channels);
+    }
+
+    fn end_stream(&mut self, reason: EndReason, channels: &Channels) {
+        self.stream_ended = Some(reason);
+        channels.stop.cancel();
+    }
+
+    pub(super) fn watch(&mut self, channels: &Channels) {
+        let Some(watchdog) = &mut self.watchdog else { return };
+        let state = channels.state.borrow().clone();
+        let is_up = matches!(state.link, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
+        if let Some(event) = watchdog.rate_event(&state.snapshot) {
+            channels.report(SessionEvent::Rate(event));
+        }
+        let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
+        if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
+            self.end_stream(ended.reason(&state.snapshot), channels);
+        }
+    }
+
+    /// A paced replay is at its end; it can still seek back.
+    pub(super) fn stand_at_end(&mut self, channels: &Channels) {
+        if let Some(pace) = &mut self.pace {
+            pace.end();
+        }
+        self.analysis.finish();
+        self.publish(channels);
+    }
+
+    pub(super) async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
+        // rows whose rate was not known have their seconds, too
+        while self.analysis.finish_to_second() {
+            self.hand_out_second(channels).await;
+        }
+        let snapshot = Arc::new(self.analysis.final_snapshot());
+        self.show(Arc::clone(&snapshot), channels);
+        let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
+        let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
+        let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
+        let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
+        // what came before the link was closed may have been enough
+        let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
+        let reason = match (reason, stream_ended, snapshot.rate_change) {
+            (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
+            (_, Some(ended), _) => ended,
+            (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
+                EndReason::OtherRate(change)
+            }
+            (reason, ..) => reason,
+        };
+        let has_all =
+            self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
+        let wanted = self.analysis.settings().duration.filter(|_| !has_all);
+        let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
+        let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
+        MeasurementEnd::Ended(Ending { snapshot, analysis, reason, report, excluded, shortfall })
+    }
+}
