@@ -90,7 +90,7 @@ mod timebase;
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::channel::ChannelAccumulator;
 pub use accumulate::counts::counts_to_unit;
-pub use accumulate::encoding::{BadEncoding, Decoder, Encoded, check as check_encoded, encode_hash};
+pub use accumulate::encoding::{BadEncoding, ByteReader, Encoded, check as check_encoded, encode_hash};
 pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
 pub use accumulate::layout_of_sums;
 pub use accumulate::moments::Moments;

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::{BadEncoding, Decoder, Deviation, Encoded, RecordShape, check_encoded};
+use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, RecordShape, check_encoded};
 use thiserror::Error;
 
 /// The averaging times at which the deviation is given. The noise model rests on the octaves,
@@ -167,7 +167,7 @@ impl Encoded for AveragingTimes {
         list.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (kind, list) = (u8::decode(input)?, Vec::<f64>::decode(input)?);
         check_encoded((kind == 3 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
         [Self::Octave, Self::Decade, Self::All, Self::List(list)]

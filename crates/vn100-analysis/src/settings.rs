@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::{BadEncoding, Decoder, Deviation, Encoded, Estimator, check_encoded};
+use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, Estimator, check_encoded};
 
 use crate::{averaging_times::AveragingTimes, goal::Goal};
 
@@ -104,7 +104,7 @@ impl Settings {
         self.confidence.encode(out);
     }
 
-    pub(crate) fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let settings = Self {
             rate_hz: Encoded::decode(input)?,
             estimator: Encoded::decode(input)?,

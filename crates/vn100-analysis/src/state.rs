@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-use imu_noise::{BadEncoding, Decoder, Encoded};
+use imu_noise::{BadEncoding, ByteReader, Encoded};
 use thiserror::Error;
 use vn100_protocol::Layout;
 
@@ -263,7 +263,7 @@ impl State {
         if found != computed {
             return Err(StateError::Damaged { found, computed });
         }
-        let mut input = Decoder::new(content);
+        let mut input = ByteReader::new(content);
         let recordings = BTreeMap::decode(&mut input)?;
         imu_noise::check_encoded(input.left() == 0)?;
         Ok(Self { recordings })
@@ -275,11 +275,11 @@ impl Piece {
     fn of(analysis: &Analysis) -> Option<Self> {
         let mut bytes = Vec::new();
         analysis.encode(&mut bytes);
-        Self::decode(&mut Decoder::new(&bytes)).ok()
+        Self::decode(&mut ByteReader::new(&bytes)).ok()
     }
 
     fn analysis(&self) -> Result<Analysis, BadEncoding> {
-        Analysis::decode(&mut Decoder::new(&self.bytes))
+        Analysis::decode(&mut ByteReader::new(&self.bytes))
     }
 
     /// Both as one; `None` where the other is no neighbour, or cannot be appended.
@@ -295,7 +295,7 @@ impl Encoded for Piece {
         out.extend_from_slice(&self.bytes);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let mut behind = *input;
         let analysis = Analysis::decode(&mut behind)?;
         let bytes = input.take(input.left() - behind.left())?.into();

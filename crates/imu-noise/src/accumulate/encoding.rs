@@ -1,8 +1,9 @@
 //! Sums as bytes: little endian, integers as short as their value, so that what is read is what was
 //! written, to the bit.
 //!
-//! A [`Decoder`] takes bytes of any origin: each value is checked against the range that sums have,
-//! each list against its longest, and none allocates for more elements than there are bytes left.
+//! A [`ByteReader`] takes bytes of any origin: each value is checked against the range that sums
+//! have, each list against its longest, and none allocates for more elements than there are bytes
+//! left.
 
 use std::{collections::BTreeMap, fmt, ops::Range, time::Duration};
 
@@ -37,16 +38,16 @@ pub trait Encoded: Sized {
     ///
     /// # Errors
     /// Where the bytes end too early, or hold what no value of this type is.
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding>;
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding>;
 }
 
 /// Bytes that are read from their front.
 #[derive(Clone, Copy, Debug)]
-pub struct Decoder<'a> {
+pub struct ByteReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Decoder<'a> {
+impl<'a> ByteReader<'a> {
     /// Of these bytes.
     #[must_use]
     pub const fn new(bytes: &'a [u8]) -> Self {
@@ -117,7 +118,7 @@ macro_rules! encoded {
                 $($crate::Encoded::encode($field, out);)+
             }
 
-            fn decode(input: &mut $crate::Decoder<'_>) -> Result<Self, $crate::BadEncoding> {
+            fn decode(input: &mut $crate::ByteReader<'_>) -> Result<Self, $crate::BadEncoding> {
                 $(let $field = $crate::Encoded::decode(input)?;)+
                 let decoded = Self { $($field),+ };
                 $(let $value = &decoded; $crate::check_encoded($holds)?;)?
@@ -133,7 +134,7 @@ macro_rules! encoded {
                 out.push(place as u8);
             }
 
-            fn decode(input: &mut $crate::Decoder<'_>) -> Result<Self, $crate::BadEncoding> {
+            fn decode(input: &mut $crate::ByteReader<'_>) -> Result<Self, $crate::BadEncoding> {
                 let place = usize::from(input.take(1)?[0]);
                 [$($case),+].get(place).copied().ok_or($crate::BadEncoding::Contradictory)
             }
@@ -157,7 +158,7 @@ macro_rules! unsigned {
                 encode_varint(*self as u128, out);
             }
 
-            fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+            fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
                 let value = input.varint()?;
                 check(value <= $most as u128)?;
                 Ok(value as Self)
@@ -175,7 +176,7 @@ macro_rules! signed {
                 encode_varint((wide << 1 ^ wide >> 127) as u128, out);
             }
 
-            fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+            fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
                 let folded = input.varint()?;
                 let value = (folded >> 1) as i128 ^ -((folded & 1) as i128);
                 check(value.unsigned_abs() <= $most as u128)?;
@@ -195,7 +196,7 @@ impl Encoded for I256 {
         (low as u128).encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let high = i128::decode(input)?;
         check(high.unsigned_abs() <= 1 << 60)?;
         Ok(Self::from_words(high, u128::decode(input)? as i128))
@@ -207,7 +208,7 @@ impl Encoded for f64 {
         encode_hash(self.to_bits(), out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let value = Self::from_bits(input.hash()?);
         check(value.is_finite())?;
         Ok(value)
@@ -219,7 +220,7 @@ impl Encoded for bool {
         out.push(u8::from(*self));
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         match input.take(1)?[0] {
             0 => Ok(false),
             1 => Ok(true),
@@ -233,7 +234,7 @@ impl Encoded for Duration {
         self.as_nanos().encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self::from_nanos(u64::decode(input)?))
     }
 }
@@ -244,7 +245,7 @@ impl Encoded for String {
         out.extend_from_slice(self.as_bytes());
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let length = usize::decode(input)?;
         let bytes = input.take(length)?;
         Ok(std::str::from_utf8(bytes).map_err(|_| BadEncoding::Contradictory)?.to_owned())
@@ -259,7 +260,7 @@ impl<T: Encoded> Encoded for Option<T> {
         }
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         bool::decode(input)?.then(|| T::decode(input)).transpose()
     }
 }
@@ -270,7 +271,7 @@ impl<T: Encoded> Encoded for Vec<T> {
         self.iter().for_each(|value| value.encode(out));
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let length = usize::decode(input)?;
         // no element has less than a byte
         if length > input.left() {
@@ -294,7 +295,7 @@ impl<K: Encoded + Ord, V: Encoded> Encoded for BTreeMap<K, V> {
         }
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let length = usize::decode(input)?;
         let mut map = Self::new();
         for _ in 0..length {
@@ -311,7 +312,7 @@ impl<T: Encoded, const N: usize> Encoded for [T; N] {
         self.iter().for_each(|value| value.encode(out));
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let values: Result<Vec<T>, _> = (0..N).map(|_| T::decode(input)).collect();
         values?.try_into().map_err(|_| BadEncoding::Contradictory)
     }
@@ -323,7 +324,7 @@ impl<T: Encoded> Encoded for Range<T> {
         self.end.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(T::decode(input)?..T::decode(input)?)
     }
 }
@@ -335,7 +336,7 @@ macro_rules! tuples {
                 $(self.$place.encode(out);)+
             }
 
-            fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+            fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
                 Ok(($($part::decode(input)?,)+))
             }
         }
@@ -353,7 +354,7 @@ mod tests {
     fn again<T: Encoded>(value: &T) -> Result<T, BadEncoding> {
         let mut bytes = Vec::new();
         value.encode(&mut bytes);
-        let mut input = Decoder::new(&bytes);
+        let mut input = ByteReader::new(&bytes);
         let decoded = T::decode(&mut input)?;
         assert_eq!(input.left(), 0);
         Ok(decoded)
@@ -378,17 +379,17 @@ mod tests {
 
         #[test]
         fn any_bytes_give_a_value_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..40)) {
-            let _ = Vec::<Vec<(u64, i128, I256)>>::decode(&mut Decoder::new(&bytes));
-            let _ = BTreeMap::<String, Option<f64>>::decode(&mut Decoder::new(&bytes));
-            let _ = u128::decode(&mut Decoder::new(&bytes));
+            let _ = Vec::<Vec<(u64, i128, I256)>>::decode(&mut ByteReader::new(&bytes));
+            let _ = BTreeMap::<String, Option<f64>>::decode(&mut ByteReader::new(&bytes));
+            let _ = u128::decode(&mut ByteReader::new(&bytes));
         }
     }
 
     #[test]
     fn a_number_has_one_form() {
-        assert_eq!(u64::decode(&mut Decoder::new(&[0x81, 0x00])), Err(BadEncoding::Contradictory));
-        assert_eq!(u64::decode(&mut Decoder::new(&[0x81])), Err(BadEncoding::Truncated));
-        assert_eq!(u8::decode(&mut Decoder::new(&[0x80, 0x02])), Err(BadEncoding::Contradictory));
-        assert_eq!(Vec::<u8>::decode(&mut Decoder::new(&[0xFF, 0xFF, 0x01])), Err(BadEncoding::Truncated));
+        assert_eq!(u64::decode(&mut ByteReader::new(&[0x81, 0x00])), Err(BadEncoding::Contradictory));
+        assert_eq!(u64::decode(&mut ByteReader::new(&[0x81])), Err(BadEncoding::Truncated));
+        assert_eq!(u8::decode(&mut ByteReader::new(&[0x80, 0x02])), Err(BadEncoding::Contradictory));
+        assert_eq!(Vec::<u8>::decode(&mut ByteReader::new(&[0xFF, 0xFF, 0x01])), Err(BadEncoding::Truncated));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::encoding::{BadEncoding, Decoder, Encoded, check};
+use super::encoding::{BadEncoding, ByteReader, Encoded, check};
 
 /// Most bins a histogram has.
 pub const MAX_BINS: usize = 16_384;
@@ -251,7 +251,7 @@ impl Encoded for Histogram {
         bins.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (width_log2, bins) = (u32::decode(input)?, Vec::<(i64, u64)>::decode(input)?);
         // a turn of an angle may lie beyond 32 bits
         let is_bin = |&(bin, frequency): &(i64, u64)| bin.unsigned_abs() <= 1 << 33 >> width_log2 && frequency > 0;

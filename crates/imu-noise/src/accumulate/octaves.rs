@@ -6,7 +6,7 @@ mod gapped;
 mod overlapping;
 mod squares;
 
-use super::encoding::{BadEncoding, Decoder, Encoded};
+use super::encoding::{BadEncoding, ByteReader, Encoded};
 use super::piece::{Piece, PieceNotAppended};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
@@ -260,7 +260,7 @@ impl Encoded for Octaves {
         }
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         match bool::decode(input)? {
             false => {
                 let cascade = Cascade::decode(input)?;

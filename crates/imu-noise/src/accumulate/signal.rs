@@ -3,7 +3,7 @@
 use std::mem;
 
 use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
-use super::encoding::{BadEncoding, Decoder, Encoded, check};
+use super::encoding::{BadEncoding, ByteReader, Encoded, check};
 use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
@@ -190,7 +190,7 @@ impl ChannelSignal {
     ///
     /// # Errors
     /// As of [`Encoded::decode`].
-    pub fn decode(plan: &SpectrumPlan, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub fn decode(plan: &SpectrumPlan, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let signal = Self {
             spectrum: Spectrum::decode(plan, input)?,
             slow_spectrum: Spectrum::decode(plan, input)?,

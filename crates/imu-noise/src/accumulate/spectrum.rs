@@ -8,7 +8,7 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
-use super::encoding::{BadEncoding, Decoder, Encoded};
+use super::encoding::{BadEncoding, ByteReader, Encoded};
 use power_sums::{SegmentPowerSums, Transform};
 use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
@@ -114,7 +114,7 @@ impl<T: Count> Spectrum<T> {
         self.sums.encode(out);
     }
 
-    pub(crate) fn decode(plan: &SpectrumPlan, input: &mut Decoder<'_>) -> Result<Self, BadEncoding>
+    pub(crate) fn decode(plan: &SpectrumPlan, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding>
     where
         T: Encoded,
     {

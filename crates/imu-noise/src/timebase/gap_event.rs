@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::accumulate::encoding::{BadEncoding, Decoder, Encoded};
+use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded};
 
 use super::interval_statistics::Arrivals;
 
@@ -166,7 +166,7 @@ impl Encoded for NominalRate {
         hz.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let of = match u8::decode(input)? {
             0 => Self::Known,
             1 => Self::Snapped,
@@ -187,7 +187,7 @@ impl Encoded for Refusal {
         }
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(match u8::decode(input)? {
             0 => Self::Backwards { times: Encoded::decode(input)?, samples: Encoded::decode(input)? },
             1 => Self::TooFast { measured_hz: Encoded::decode(input)?, fastest_hz: Encoded::decode(input)? },

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::accumulate::encoding::{BadEncoding, Decoder, Encoded, encode_hash};
+use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded, encode_hash};
 
 use thiserror::Error;
 
@@ -198,7 +198,7 @@ impl Encoded for CounterSummary {
         self.is_device_time.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self {
             first: input.hash()?,
             last: input.hash()?,

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{BadEncoding, Decoder, Encoded, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
+use imu_noise::{BadEncoding, ByteReader, Encoded, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
@@ -319,7 +319,7 @@ impl Accumulators {
         settled.printed.encode(out);
     }
 
-    pub(crate) fn decode(settings: &Settings, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(settings: &Settings, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         if !bool::decode(input)? {
             return Ok(Self::default());
         }

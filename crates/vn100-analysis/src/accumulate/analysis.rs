@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use imu_noise::{
-    BadEncoding, ClockAfterOutage, CounterSummary, Decoder, Encoded, GapDetector, NominalRate, TimebaseSummary,
+    BadEncoding, ByteReader, ClockAfterOutage, CounterSummary, Encoded, GapDetector, NominalRate, TimebaseSummary,
 };
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
@@ -504,7 +504,7 @@ impl Encoded for Analysis {
         self.last_row_ns.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self {
             record: DataRecord::decode(input)?,
             pending: None,

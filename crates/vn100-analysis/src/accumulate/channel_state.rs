@@ -1,7 +1,7 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
 use imu_noise::{
-    BadEncoding, ChannelAccumulator, ChannelSignal, Decoder, Encoded, OctaveSum, Octaves, RecordShape, SpectrumPlan,
+    BadEncoding, ByteReader, ChannelAccumulator, ChannelSignal, Encoded, OctaveSum, Octaves, RecordShape, SpectrumPlan,
     TemperatureRemoval, Unwrap, check_encoded,
 };
 use vn100_protocol::{Channel, Quantity};
@@ -241,7 +241,7 @@ impl ChannelState {
         channel: &Channel,
         settings: &Settings,
         plan: &SpectrumPlan,
-        input: &mut Decoder<'_>,
+        input: &mut ByteReader<'_>,
     ) -> Result<Self, BadEncoding> {
         let state = Self {
             accumulator: Encoded::decode(input)?,

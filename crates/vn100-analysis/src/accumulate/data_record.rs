@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{BadEncoding, Decoder, Encoded, GapEvent, TimebaseSummary};
+use imu_noise::{BadEncoding, ByteReader, Encoded, GapEvent, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
@@ -343,7 +343,7 @@ impl DataRecord {
         has_readings.encode(out);
     }
 
-    pub(crate) fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let settings = Settings::decode(input)?;
         let accumulators = Accumulators::decode(&settings, input)?;
         Ok(Self {

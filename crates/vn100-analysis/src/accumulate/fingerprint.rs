@@ -1,7 +1,7 @@
 //! Which rows a record holds, by a sample of their hashes: so that two records of the same samples
 //! are distinguished from two of the same sensor.
 
-use imu_noise::{BadEncoding, Decoder, Encoded, check_encoded, encode_hash};
+use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded, encode_hash};
 
 /// Hashes that are kept at most.
 const MOST: usize = 4096;
@@ -92,7 +92,7 @@ impl Encoded for Fingerprint {
         self.hashes.iter().for_each(|hash| encode_hash(*hash, out));
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
         // with one more than a hash has bits, no row is kept, not even one whose hash is 0
         check_encoded(zeros <= u64::BITS + 1 && length <= MOST)?;

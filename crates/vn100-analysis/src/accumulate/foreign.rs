@@ -1,6 +1,6 @@
 //! The form in bytes of what is the protocol's: layouts, and what a stream carried.
 
-use imu_noise::{BadEncoding, Decoder, Encoded, check_encoded};
+use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded};
 use vn100_protocol::stream::{MessageName, RejectedRow, RejectedRowCounts, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, PacketHeader, Quantity, RejectedCounts, Tally};
 
@@ -31,7 +31,7 @@ pub(crate) fn encode_layout(layout: &Layout, out: &mut Vec<u8>) {
     }
 }
 
-pub(crate) fn decode_layout(input: &mut Decoder<'_>) -> Result<Layout, BadEncoding> {
+pub(crate) fn decode_layout(input: &mut ByteReader<'_>) -> Result<Layout, BadEncoding> {
     let (message, compensated) = (String::decode(input)?, Encoded::decode(input)?);
     let length = usize::decode(input)?;
     let mut channels = Vec::new();
@@ -106,7 +106,7 @@ pub(crate) fn encode_counts(counts: &StreamCounts, out: &mut Vec<u8>) {
     counts.rejected_rows.map(rows).encode(out);
 }
 
-pub(crate) fn decode_counts(input: &mut Decoder<'_>) -> Result<StreamCounts, BadEncoding> {
+pub(crate) fn decode_counts(input: &mut ByteReader<'_>) -> Result<StreamCounts, BadEncoding> {
     let mut counts = StreamCounts::default();
     for number in numbers(&mut counts) {
         *number = Encoded::decode(input)?;

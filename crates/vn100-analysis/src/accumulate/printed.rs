@@ -1,6 +1,6 @@
 //! How the sensor printed its numbers.
 
-use imu_noise::{BadEncoding, Decoder, Encoded};
+use imu_noise::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::PrintFormat;
 
 /// The formats of a stream: one stands before its first row, and wherever it changes.
@@ -58,7 +58,7 @@ impl Encoded for Printed {
         self.changes.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self {
             formats: Option::<(bool, bool)>::decode(input)?.map(|(first, last)| (format(first), format(last))),
             coarsest: format(Encoded::decode(input)?),

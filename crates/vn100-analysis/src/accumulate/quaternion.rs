@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use imu_noise::{BadEncoding, Decoder, Encoded};
+use imu_noise::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, Quantity};
 
 use super::piece::NotAppended;
@@ -73,7 +73,7 @@ impl QuaternionSign {
         self.previous.encode(out);
     }
 
-    pub(crate) fn decode(self, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(self, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self { begins: Encoded::decode(input)?, previous: Encoded::decode(input)?, ..self })
     }
 }

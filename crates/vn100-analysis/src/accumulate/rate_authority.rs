@@ -1,6 +1,6 @@
 //! Which source decides the sample rate, and what a change of it does.
 
-use imu_noise::{BadEncoding, Decoder, Encoded, GapDetector, NominalRate, Refusal, TimebaseSummary};
+use imu_noise::{BadEncoding, ByteReader, Encoded, GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
@@ -369,7 +369,7 @@ impl RateAuthority {
         false_report.encode(out);
     }
 
-    pub(crate) fn decode(layout: Option<&Layout>, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(layout: Option<&Layout>, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         Ok(Self {
             rates_hz: layout.map_or(&[], |layout| rates_hz(Some(layout))),
             rate: Encoded::decode(input)?,

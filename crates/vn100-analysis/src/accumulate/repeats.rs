@@ -1,6 +1,6 @@
 //! Rows that come again: a recording played in a loop, or rows stored twice.
 
-use imu_noise::{BadEncoding, Decoder, Encoded, encode_hash};
+use imu_noise::{BadEncoding, ByteReader, Encoded, encode_hash};
 
 /// Rows that mark the beginning of the record.
 const BEGINNING: usize = 16;
@@ -201,7 +201,7 @@ impl Encoded for Repeats {
         self.like_one_before.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let mut row = || bool::decode(input)?.then(|| input.hash()).transpose();
         let (first, last) = ([row()?, row()?], [row()?, row()?]);
         Ok(Self {

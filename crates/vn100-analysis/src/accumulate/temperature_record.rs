@@ -1,7 +1,7 @@
 //! The axes of a sensor beside its temperature, as the stream has it or as it was asked for.
 
 use imu_noise::{
-    BadEncoding, Decoder, Encoded, NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch,
+    BadEncoding, ByteReader, Encoded, NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch,
     check_encoded,
 };
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
@@ -128,7 +128,7 @@ impl TemperatureRecord {
         self.blocks.encode(out);
     }
 
-    pub(crate) fn decode(layout: &Layout, input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(layout: &Layout, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let of = if bool::decode(input)? { Self::polled } else { Self::of_stream };
         let record = of(layout).ok_or(BadEncoding::Contradictory)?;
         let blocks = TemperatureBlocks::decode(input)?;

@@ -14,7 +14,7 @@ use core::{mem, ops::Add};
 
 use super::{gapped::Gapped, squares::SquareSum};
 use crate::accumulate::{
-    encoding::{BadEncoding, Decoder, Encoded, check},
+    encoding::{BadEncoding, ByteReader, Encoded, check},
     piece::Piece,
     record::Deviation,
 };
@@ -492,7 +492,7 @@ impl Encoded for Remembered {
         (if self.whole { Vec::new() } else { missing.to_vec() }).encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
         let whole = missing.is_empty();
         check(sums.len() <= MAX_LAG && (whole || missing.len() == sums.len()))?;
@@ -514,7 +514,7 @@ impl Encoded for Head {
         (if missing.iter().all(|lack| *lack == 0) { Vec::new() } else { missing.to_vec() }).encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
         check(sums.len() <= MAX_HEAD && (missing.is_empty() || missing.len() == sums.len()))?;
         let mut head = Self { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: sums.len() };

@@ -5,7 +5,7 @@ use std::mem;
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
 use crate::accumulate::{
-    encoding::{BadEncoding, Decoder, Encoded, check},
+    encoding::{BadEncoding, ByteReader, Encoded, check},
     piece::Piece,
     record::Deviation,
 };
@@ -193,7 +193,7 @@ impl Encoded for Run {
         self.0.windows(2).for_each(|sums| sums[1].wrapping_sub(sums[0]).encode(out));
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let sums = usize::decode(input)?;
         check(sums <= input.left() + 1)?;
         let mut run: Vec<i64> = (0..sums.min(1)).map(|_| 0).collect();
@@ -217,7 +217,7 @@ impl Encoded for Overlapping {
         terms.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let decoded = Self {
             deviation: Encoded::decode(input)?,
             prefix: Run::decode(input)?.0,

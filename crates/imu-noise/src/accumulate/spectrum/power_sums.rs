@@ -5,7 +5,7 @@ use std::{fmt, iter, mem, sync::Arc};
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
 use super::{Count, Powers};
-use crate::accumulate::encoding::{BadEncoding, Decoder, Encoded, check};
+use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded, check};
 
 /// Bits of the fraction of summed powers.
 const FRACTION_BITS: u32 = 12;
@@ -147,7 +147,7 @@ impl<const N: usize> Encoded for SegmentPowerSums<N> {
         self.weight_squares.encode(out);
     }
 
-    fn decode(input: &mut Decoder<'_>) -> Result<Self, BadEncoding> {
+    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let mut sums = Self::new();
         for _ in 0..sums.low.len() {
             sums.high.push(Encoded::decode(input)?);
