@@ -43,17 +43,17 @@ struct Shared {
     stop: AtomicBool,
     /// Wakes the thread.
     waker: OwnedFd,
-    state: Mutex<State>,
+    state: Mutex<SharedState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct SharedState {
     path: PathBuf,
     stats: PtyStats,
 }
 
 impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, SharedState> {
         // numbers and a path are never half changed
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
