@@ -19,14 +19,14 @@ use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 /// How a capture is read and measured.
 #[derive(Debug, Default)]
-pub(crate) struct Options {
+pub(crate) struct ReplayOptions {
     pub(crate) settings: Settings,
     pub(crate) read: ReadOptions,
     pub(crate) capture: CaptureOptions,
     pub(crate) filter_models: bool,
 }
 
-impl Options {
+impl ReplayOptions {
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
         let mut options = Self::default();
         let Self { settings, read, capture, filter_models } = &mut options;

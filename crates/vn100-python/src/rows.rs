@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event, OpenError};
 use vn100_protocol::stream::Batch;
 
-use crate::{measured::CaptureError, options::Options, sessions::runtime};
+use crate::{measured::CaptureError, options::ReplayOptions, sessions::runtime};
 
 /// A row without a time.
 const NO_TIME: i64 = i64::MIN;
@@ -39,8 +39,8 @@ impl Rows {
     #[new]
     #[pyo3(signature = (path, *parts, **options))]
     fn new(py: Python<'_>, path: PathBuf, parts: Vec<PathBuf>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(Options::default()), Options::of)?;
-        let Options { read, capture, .. } = options.with_parts(parts);
+        let options = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?;
+        let ReplayOptions { read, capture, .. } = options.with_parts(parts);
         let runtime = runtime()?;
         let opened = py.detach(|| {
             let capture = Capture::open(&path, &capture).map_err(failed)?;

@@ -6,7 +6,7 @@ use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, time};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult};
 
-use crate::{measured, options::Options};
+use crate::{measured, options::ReplayOptions};
 
 /// How often signals are checked.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -28,7 +28,7 @@ pub(crate) fn replay(
     parts: Vec<PathBuf>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
-    let given = options.map_or_else(|| Ok(Options::default()), Options::of)?.with_parts(parts);
+    let given = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?.with_parts(parts);
     let evaluation = measured::evaluation(given.filter_models)?;
     let mut documents = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {

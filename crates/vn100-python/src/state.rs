@@ -9,7 +9,7 @@ use pyo3::{
 };
 use vn100_analysis::StateError;
 
-use crate::{measured, options::Options, sessions::session};
+use crate::{measured, options::ReplayOptions, sessions::session};
 
 /// The mergeable state of recordings: exact sums as bytes.
 #[pyclass(module = "vn100", frozen, name = "State")]
@@ -50,7 +50,7 @@ impl State {
         name: Option<String>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(Options::default()), Options::of)?.with_parts(parts);
+        let options = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?.with_parts(parts);
         let specs = py.detach(|| options.specs(&path));
         let mut all = vn100_analysis::State::default();
         for spec in specs {
