@@ -16,7 +16,7 @@ pub(crate) const WINDOW: usize = 32;
 pub(crate) struct Blocks {
     length_log2: u32,
     /// The blocks from absolute index 0 on; those without a sample are empty.
-    sums: Vec<Sums>,
+    sums: Vec<BlockSums>,
 }
 
 /// One block of a record and its statistics in counts.
@@ -38,9 +38,10 @@ pub struct Block {
     pub max_counts: i32,
 }
 
-/// Exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`] blocks.
+/// The sums of one block, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in
+/// [`MAX_BLOCKS`] blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Sums {
+pub(crate) struct BlockSums {
     squares: u128,
     pub(crate) sum: i64,
     count: u64,
@@ -67,13 +68,13 @@ impl Blocks {
     }
 
     /// Adds samples of one window, that is of one block of the shortest length.
-    pub(crate) fn add(&mut self, sample: u64, sums: &Sums) {
+    pub(crate) fn add(&mut self, sample: u64, sums: &BlockSums) {
         while sample >> self.length_log2 >= MAX_BLOCKS as u64 {
             self.merge_pairs();
         }
         let block = (sample >> self.length_log2) as usize;
         if self.sums.len() <= block {
-            self.sums.resize(block + 1, Sums::EMPTY);
+            self.sums.resize(block + 1, BlockSums::EMPTY);
         }
         self.sums[block].add(sums);
     }
@@ -87,13 +88,13 @@ impl Blocks {
         while other.length_log2 < self.length_log2 {
             other.merge_pairs();
         }
-        self.sums.resize(self.sums.len().max(other.sums.len()), Sums::EMPTY);
+        self.sums.resize(self.sums.len().max(other.sums.len()), BlockSums::EMPTY);
         self.sums.iter_mut().zip(&other.sums).for_each(|(sums, more)| sums.add(more));
     }
 
     /// As if each sample were so many counts larger.
     pub(crate) fn shift(&mut self, by: i64) {
-        for Sums { squares, sum, count, min, max, .. } in self.sums.iter_mut().filter(|sums| sums.count > 0) {
+        for BlockSums { squares, sum, count, min, max, .. } in self.sums.iter_mut().filter(|sums| sums.count > 0) {
             let (wide, n) = (i128::from(by), i128::from(*count));
             // Not negative: a sum of squares.
             *squares = (*squares as i128 + wide * (2 * i128::from(*sum) + n * wide)) as u128;
@@ -128,7 +129,7 @@ impl Blocks {
     }
 }
 
-impl Sums {
+impl BlockSums {
     const EMPTY: Self = Self {
         squares: 0,
         sum: 0,
@@ -286,7 +287,7 @@ fn squares_about(window: &[i32], pivot: i32) -> i128 {
 }
 
 crate::encoded!(Spreads { windows, constant, logs, log_squares });
-crate::encoded!(Sums { squares, sum, count, min, max, spreads } if |sums| {
+crate::encoded!(BlockSums { squares, sum, count, min, max, spreads } if |sums| {
     let most = I256::from(sums.count) * I256::from(sums.squares);
     sums.squares <= 1 << 120 && I256::from(sums.sum) * I256::from(sums.sum) <= most
 });
@@ -317,7 +318,7 @@ mod tests {
         let noisy: Vec<i32> = (0..32).map(|i| i * 7919 % 13).collect();
         let mut blocks = Blocks::new();
         for (window, samples) in [&noisy[..], &[5; 32], &noisy[..31]].into_iter().enumerate() {
-            blocks.add(32 * window as u64, &Sums::of(samples).0);
+            blocks.add(32 * window as u64, &BlockSums::of(samples).0);
         }
         let of: Vec<_> =
             blocks.spreads().map(|(first, _, spreads)| (first, spreads.windows, spreads.constant)).collect();
@@ -347,9 +348,9 @@ mod tests {
     fn the_farthest_sample_is_excluded_from_the_spread() {
         let mut window: Vec<i32> = (0..32).map(|i| i * 7919 % 13).collect();
         window[9] = 1000;
-        let (sums, spread) = Sums::of(&window);
+        let (sums, spread) = BlockSums::of(&window);
         window.remove(9);
-        let (_, rest) = Sums::of(&window);
+        let (_, rest) = BlockSums::of(&window);
         let without = sums.spread_without_farthest(spread);
         // n of them are in the one, n - 1 in the other
         assert!((without - rest * 32.0 / 31.0).abs() < 1e-6 * spread, "{without} {rest}");

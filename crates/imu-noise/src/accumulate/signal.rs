@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
+use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
 use super::encoding::{BadEncoding, ByteReader, Encoded, check};
 use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
@@ -225,10 +225,10 @@ impl ChannelSignal {
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();
         if let Some(head) = &self.head {
-            blocks.add(self.piece.start, &Sums::of(head).0);
+            blocks.add(self.piece.start, &BlockSums::of(head).0);
         }
         if let (Some(place), false) = (self.piece.end.checked_sub(1), self.window.is_empty()) {
-            blocks.add(place, &Sums::of(&self.window).0);
+            blocks.add(place, &BlockSums::of(&self.window).0);
         }
         blocks.iter().collect()
     }
@@ -262,7 +262,7 @@ impl ChannelSignal {
 
     /// The samples of the window of the place behind the last one.
     fn add_window(&mut self, window: &[i32]) {
-        let (sums, spread) = Sums::of(window);
+        let (sums, spread) = BlockSums::of(window);
         self.blocks.add(self.piece.end, &sums);
         if window.len() == WINDOW {
             let number = self.piece.end / WINDOW as u64;

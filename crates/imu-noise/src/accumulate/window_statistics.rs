@@ -1,6 +1,6 @@
 //! Change of mean from window to window, spread within windows, and when either was large.
 
-use super::blocks::{Sums, WINDOW};
+use super::blocks::{BlockSums, WINDOW};
 
 /// Bits of the fraction of a float that count: 8 bins an octave.
 const FRACTION_BITS: u32 = 3;
@@ -42,7 +42,7 @@ impl WindowStatistics {
         Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), first: None, last: None, parted: false }
     }
 
-    pub(crate) fn push(&mut self, number: u64, sums: &Sums, spread: f64) {
+    pub(crate) fn push(&mut self, number: u64, sums: &BlockSums, spread: f64) {
         let window = Window { number, sum: sums.sum, spread };
         if let Some(last) = self.last.replace(window) {
             self.add_change(&last, &window);
