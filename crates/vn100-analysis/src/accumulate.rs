@@ -18,7 +18,7 @@ mod quaternion;
 mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
-mod rows;
+mod row_slice;
 pub(crate) mod saturation;
 pub(crate) mod sensor_rates;
 mod sensor_replies;

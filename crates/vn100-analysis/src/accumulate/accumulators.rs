@@ -15,7 +15,7 @@ use super::{
     quaternion::QuaternionSign,
     recent::Recent,
     repeats::{self, Repeats},
-    rows::Rows,
+    row_slice::RowSlice,
     temperature_record::TemperatureRecord,
 };
 use crate::{
@@ -85,7 +85,7 @@ impl Accumulators {
     }
 
     /// Rows without a gap between them, the first with this absolute index.
-    pub(crate) fn push(&mut self, rows: Rows<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
+    pub(crate) fn push(&mut self, rows: RowSlice<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
         let place = RowPlace { first_index, rate_hz, keep_recent };
         let width = self.width();
         self.end = first_index + rows.len() as u64;
@@ -112,7 +112,7 @@ impl Accumulators {
     fn settle(&mut self) {
         let mut buffered = mem::take(&mut self.buffered);
         if !buffered.is_empty() {
-            self.add(Rows::new(&buffered, self.width(), &[]), self.buffered_at);
+            self.add(RowSlice::new(&buffered, self.width(), &[]), self.buffered_at);
             buffered.clear();
         }
         self.buffered = buffered;
@@ -128,7 +128,7 @@ impl Accumulators {
         Cow::Owned(settled)
     }
 
-    fn add(&mut self, rows: Rows<'_>, RowPlace { first_index, rate_hz, keep_recent }: RowPlace) {
+    fn add(&mut self, rows: RowSlice<'_>, RowPlace { first_index, rate_hz, keep_recent }: RowPlace) {
         if self.end_of_sums == 0 {
             self.set_strides(rate_hz);
         }
@@ -153,7 +153,7 @@ impl Accumulators {
             }
             None => rows.counts,
         };
-        let rows = Rows::new(counts, width, &absent);
+        let rows = RowSlice::new(counts, width, &absent);
         if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz != rate_hz) {
             self.recent = Some(Recent::new(width, rate_hz));
         }
@@ -197,7 +197,7 @@ impl Accumulators {
     }
 
     /// The absent cells of these rows, by place: all of a quaternion that lacks an element.
-    fn without_broken_quaternions(&self, rows: &Rows<'_>) -> Vec<AbsentCell> {
+    fn without_broken_quaternions(&self, rows: &RowSlice<'_>) -> Vec<AbsentCell> {
         if rows.is_full() {
             return Vec::new();
         }
@@ -376,7 +376,7 @@ mod tests {
     fn columns_become_channels() {
         assert_eq!(Accumulators::default().width(), 0);
         let mut accumulators = of(3);
-        accumulators.push(Rows::new(&[1, 20, 300, 3, 40, 500], accumulators.width(), &[]), 0, 40.0, false);
+        accumulators.push(RowSlice::new(&[1, 20, 300, 3, 40, 500], accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);
         let channels = accumulators.settled().snapshot(&shape(), &[]);
         let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
@@ -388,9 +388,9 @@ mod tests {
     fn rows_that_come_one_by_one_are_as_those_that_come_together() {
         let counts: Vec<i32> = (0..500).map(|i: i32| i.wrapping_mul(7919) % 1000).collect();
         let (mut together, mut alone) = (of(2), of(2));
-        together.push(Rows::new(&counts, together.width(), &[]), 0, 40.0, true);
+        together.push(RowSlice::new(&counts, together.width(), &[]), 0, 40.0, true);
         for (row, index) in counts.chunks_exact(2).zip(0..) {
-            alone.push(Rows::new(row, alone.width(), &[]), index, 40.0, true);
+            alone.push(RowSlice::new(row, alone.width(), &[]), index, 40.0, true);
             let so_far = alone.settled().snapshot(&shape(), &[]);
             assert_eq!(so_far[0].moments.count(), index + 1);
         }
@@ -398,21 +398,21 @@ mod tests {
         assert_eq!(format!("{:?}", one.snapshot(&shape(), &[])), format!("{:?}", other.snapshot(&shape(), &[])));
         assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
         // another place or another rate is no continuation
-        alone.push(Rows::new(&[1, 2], alone.width(), &[]), 300, 40.0, true);
-        alone.push(Rows::new(&[1, 2], alone.width(), &[]), 301, 20.0, true);
+        alone.push(RowSlice::new(&[1, 2], alone.width(), &[]), 300, 40.0, true);
+        alone.push(RowSlice::new(&[1, 2], alone.width(), &[]), 301, 20.0, true);
         assert!(alone.settled().recent(40.0).is_none() && alone.settled().recent(20.0).is_some());
     }
 
     #[test]
     fn no_window_spans_a_gap() {
         let mut accumulators = of(2);
-        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, false);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(octaves(&accumulators), [3, 3]);
         accumulators.gap(Some(5));
-        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 9, 40.0, false);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 9, 40.0, false);
         assert_eq!(octaves(&accumulators), [6, 6]);
         accumulators.gap(None);
-        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 13, 40.0, false);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 13, 40.0, false);
         assert_eq!(octaves(&accumulators), [9, 9]);
     }
 
@@ -420,7 +420,7 @@ mod tests {
     fn repeated_rows_count_from_nine_channels_on() {
         for (channels, expected) in [(8, 0), (9, 1), (12, 1)] {
             let mut accumulators = of(channels);
-            accumulators.push(Rows::new(&vec![7; 2 * channels], accumulators.width(), &[]), 0, 40.0, false);
+            accumulators.push(RowSlice::new(&vec![7; 2 * channels], accumulators.width(), &[]), 0, 40.0, false);
             assert_eq!(accumulators.settled().findings().repeated_lines, expected, "{channels}");
         }
     }
@@ -428,14 +428,14 @@ mod tests {
     #[test]
     fn the_last_minutes_are_those_at_the_present_rate() {
         let mut accumulators = of(2);
-        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, true);
-        accumulators.push(Rows::new(&[1; 8], accumulators.width(), &[]), 4, 40.0, true);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, true);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 4, 40.0, true);
         let count = |accumulators: &Accumulators, rate_hz| {
             let slots = accumulators.settled().recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
             Some(slots)
         };
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
-        accumulators.push(Rows::new(&[1; 4], accumulators.width(), &[]), 8, 20.0, true);
+        accumulators.push(RowSlice::new(&[1; 4], accumulators.width(), &[]), 8, 20.0, true);
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
         accumulators.settle();
         accumulators.recent = None;
@@ -455,7 +455,7 @@ mod tests {
     fn a_channel_that_started_anew_is_named() {
         let mut accumulators = of(4);
         let turning = (0..18_000).flat_map(|row| [[0, 120_000, -120_000][row % 3], 0, 0, 0]);
-        accumulators.push(Rows::new(&turning.collect::<Vec<_>>(), accumulators.width(), &[]), 0, 40.0, false);
+        accumulators.push(RowSlice::new(&turning.collect::<Vec<_>>(), accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
         let layout = accumulators.layout.clone().into_iter();
         layout.for_each(|layout| accumulators.begin(layout, &Settings::default(), PieceStart::default()));
@@ -484,14 +484,14 @@ mod tests {
         let counts = packet_rows(401);
         let mut accumulators = of_packets();
         for (rows, index) in counts.chunks(2 * 37).zip((0..).step_by(37)) {
-            accumulators.push(Rows::new(rows, 2, &[]), index, 800.0, false);
+            accumulators.push(RowSlice::new(rows, 2, &[]), index, 800.0, false);
         }
         let channels = accumulators.settled().snapshot(&shape(), &[]);
         let counted: Vec<_> = channels.iter().map(|channel| (channel.stride, channel.moments.count())).collect();
         assert_eq!(counted, [(4, 101), (1, 401)]);
         let mut alone = of(1);
         let every_fourth: Vec<i32> = counts.iter().copied().step_by(8).collect();
-        alone.push(Rows::new(&every_fourth, 1, &[]), 0, 200.0, false);
+        alone.push(RowSlice::new(&every_fourth, 1, &[]), 0, 200.0, false);
         let expected = &alone.settled().snapshot(&shape(), &[])[0];
         assert_eq!(channels[0].octaves, expected.octaves, "the numbers of a record at a quarter of the rate");
     }
@@ -499,20 +499,20 @@ mod tests {
     #[test]
     fn a_gap_takes_from_a_slower_channel_only_the_samples_in_it() {
         let mut accumulators = of_packets();
-        accumulators.push(Rows::new(&packet_rows(10), 2, &[]), 0, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(10), 2, &[]), 0, 800.0, false);
         // rows 10 and 11 hold no sample of every fourth, rows 12 to 20 three
         accumulators.gap(Some(2));
-        accumulators.push(Rows::new(&packet_rows(1), 2, &[]), 12, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(1), 2, &[]), 12, 800.0, false);
         let terms = |accumulators: &Accumulators| {
             let channels = accumulators.settled().snapshot(&shape(), &[]);
             channels.iter().map(|channel| channel.octaves[0].terms).collect::<Vec<_>>()
         };
         assert_eq!(terms(&accumulators), [3, 9]);
         accumulators.gap(Some(8));
-        accumulators.push(Rows::new(&packet_rows(9), 2, &[]), 21, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(9), 2, &[]), 21, 800.0, false);
         assert_eq!(terms(&accumulators), [4, 17]);
         accumulators.gap(None);
-        accumulators.push(Rows::new(&packet_rows(8), 2, &[]), 30, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(8), 2, &[]), 30, 800.0, false);
         assert_eq!(terms(&accumulators), [5, 24]);
     }
 }

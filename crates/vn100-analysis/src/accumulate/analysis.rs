@@ -14,7 +14,7 @@ use super::{
     pending_rows::PendingRows,
     piece::{NotAppended, PieceStart},
     rate_authority::{Rate, RateEffect},
-    rows::Rows,
+    row_slice::RowSlice,
 };
 use crate::{
     assessment::temperature,
@@ -212,7 +212,7 @@ impl Analysis {
             };
             self.pending.get_or_insert_with(new).push(batch);
         } else {
-            let rows = Rows::new(&batch.counts, width, &batch.absent);
+            let rows = RowSlice::new(&batch.counts, width, &batch.absent);
             let mut row = 0;
             for mark in &batch.marks {
                 self.record.push_rows(rows.at(row..mark.before_row));

@@ -12,7 +12,7 @@ use super::{
     pending_rows::Resolved,
     piece::NotAppended,
     rate_authority::{RateAuthority, RateEffect},
-    rows::Rows,
+    row_slice::RowSlice,
     saturation::Saturation,
     sensor_replies::SensorReplies,
     temperature_record::TemperatureRecord,
@@ -128,7 +128,7 @@ impl DataRecord {
     }
 
     /// Adds frame-major rows without a gap between them.
-    pub(crate) fn push_rows(&mut self, rows: Rows<'_>) {
+    pub(crate) fn push_rows(&mut self, rows: RowSlice<'_>) {
         if rows.counts.is_empty() {
             return;
         }
@@ -376,7 +376,7 @@ mod tests {
     }
 
     fn rows(record: &mut DataRecord, rows: usize) {
-        record.push(Resolved::Rows(Rows::new(&vec![1; rows * WIDTH], WIDTH, &[])));
+        record.push(Resolved::Rows(RowSlice::new(&vec![1; rows * WIDTH], WIDTH, &[])));
     }
 
     fn event(record: &mut DataRecord, event: GapEvent) {

@@ -5,7 +5,7 @@ use std::{collections::VecDeque, time::Duration};
 use imu_noise::{ClockAfterOutage, GapDetector, GapEvent};
 use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
-use super::rows::Rows;
+use super::row_slice::RowSlice;
 
 /// The first stamp: long after zero, as later ones may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
@@ -33,7 +33,7 @@ pub(crate) struct PendingRows {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Resolved<'a> {
     /// Rows without a gap before or between them, frame-major.
-    Rows(Rows<'a>),
+    Rows(RowSlice<'a>),
     /// A mark between the rows.
     Mark(MarkKind),
     /// What the detector reports of this place; never [`GapEvent::Samples`].
@@ -117,7 +117,7 @@ impl PendingRows {
         self.resolved_in_all += rows;
         // rows that are certain are held, so that the number fits
         self.resolved += rows as usize;
-        Some(Resolved::Rows(Rows::new(&self.counts, self.width, &self.absent).at(from..self.resolved)))
+        Some(Resolved::Rows(RowSlice::new(&self.counts, self.width, &self.absent).at(from..self.resolved)))
     }
 
     /// The marks that no row follows.

@@ -6,7 +6,7 @@ use vn100_protocol::stream::AbsentCell;
 
 /// Frame-major rows without a gap between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rows<'a> {
+pub(crate) struct RowSlice<'a> {
     pub(crate) counts: &'a [i32],
     /// Counts of a row.
     width: usize,
@@ -16,7 +16,7 @@ pub(crate) struct Rows<'a> {
     first_row: usize,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RowSlice<'a> {
     /// All rows of a batch.
     pub(crate) const fn new(counts: &'a [i32], width: usize, absent: &'a [AbsentCell]) -> Self {
         Self { counts, width, absent, first_row: 0 }
@@ -79,8 +79,8 @@ mod tests {
     fn absent_cells_go_with_their_rows() {
         let counts: Vec<i32> = (0..12).collect();
         let absent = [(0, 1), (2, 0), (2, 1), (5, 0)].map(|(row, channel)| AbsentCell { row, channel });
-        let rows = Rows::new(&counts, 2, &absent);
-        let lacking = |rows: Rows<'_>, channel| rows.lacking(channel).collect::<Vec<_>>();
+        let rows = RowSlice::new(&counts, 2, &absent);
+        let lacking = |rows: RowSlice<'_>, channel| rows.lacking(channel).collect::<Vec<_>>();
         assert_eq!((lacking(rows, 0), lacking(rows, 1), rows.len()), (vec![2, 5], vec![0, 2], 6));
         let some = rows.at(1..5).at(1..4);
         assert_eq!((some.counts, lacking(some, 0), lacking(some, 1)), (&counts[4..10], vec![0], vec![0]));
