@@ -132,15 +132,20 @@ fn a_page_that_is_open_survives_a_restart_of_the_program() {
 }
 
 #[test]
-fn the_details_of_several_sources_come_when_they_are_opened() {
+fn the_details_of_many_sources_come_when_they_are_opened() {
     let folder = TempDir::new().unwrap();
-    let files = ["a.mcap", "b.mcap"].map(|name| {
+    let files = ["a.mcap", "b.mcap", "c.mcap", "d.mcap", "e.mcap"].map(|name| {
         let file = capture(folder.path(), name, &["--message", "VNIMU", "-d", "1min"]);
         file.to_str().unwrap().to_owned()
     });
-    let served = Served::start(&["replay", &files[0], &files[1], "--speed", "max"]);
+    // of a few they are open
+    let few = Served::start(&["replay", &files[0], &files[1], "--speed", "max"]);
+    let Some(mut browser) = Browser::open(&format!("http://{}/", few.address)) else { return };
+    browser.until("document.querySelectorAll('#run1-allan figure, #run2-allan figure').length === 6");
+    let [a, b, c, d, e] = &files;
+    let served = Served::start(&["replay", a, b, c, d, e, "--speed", "max"]);
     let Some(mut browser) = Browser::open(&format!("http://{}/", served.address)) else { return };
-    browser.until("document.querySelectorAll('.tile').length === 6");
+    browser.until("document.querySelectorAll('.tile').length === 15");
     browser.until(UP_TO_DATE);
     assert_eq!(browser.value("document.querySelectorAll('figure').length"), 0);
     browser.value("document.querySelectorAll('details.source')[1].open = true");

@@ -60,6 +60,7 @@
   for (const one of details) one.addEventListener('toggle', () => { source.close(); connect(''); });
   for (const element of document.querySelectorAll('main [id]')) if (!element.closest('svg')) if (element.querySelector(':scope > script.readings')) vn100.enliven(JSON.parse(element.querySelector(':scope > script.readings').textContent));
   vn100.tables(document);
-  connect(page.dataset.version);
+  // the page came without the details
+  connect(details.some((one) => one.open) ? '' : page.dataset.version);
   page.dataset.ready = 'true';
 }
