@@ -23,7 +23,7 @@ impl Assessor {
     /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
     #[must_use]
     pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
-        // one that was left half-made by a panic elsewhere was not kept
+        // an assessment that panicked was not kept
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let samples = snapshot.timing.samples;
         if let Some(latest) = &*latest

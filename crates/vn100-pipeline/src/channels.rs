@@ -32,7 +32,7 @@ pub(crate) struct Channels {
     pub(crate) events: mpsc::Sender<SessionEvent>,
     /// The states of every second of data time; when it is full the measurement waits.
     pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
-    /// Takes the samples as well; of what can wait the measurement waits until they are taken.
+    /// Also receives the samples. A capture or a stream waits until they are taken.
     pub(crate) samples: Option<SampleTap>,
     pub(crate) observer: Option<EventObserver>,
     /// Ends the session.
@@ -40,7 +40,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Dropped where the last 64 are not taken: events change no result.
+    /// Reports an event. It is dropped where the last 64 are not taken: events change no result.
     pub(crate) fn report(&self, event: SessionEvent) {
         let _ = self.events.try_send(event);
     }
@@ -56,7 +56,7 @@ impl Channels {
     }
 }
 
-/// The handle of a session before its task.
+/// The faces' ends of the channels, before the session has its task.
 pub(crate) struct Face {
     pub(crate) state: watch::Receiver<SourceState>,
     pub(crate) commands: mpsc::Sender<Command>,

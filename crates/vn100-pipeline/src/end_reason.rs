@@ -14,7 +14,7 @@ use crate::{live_source::LiveError, sensor_setup::SetupError};
 pub enum EndReason {
     /// The source could not be opened: nothing was measured.
     NotStarted(StartError),
-    /// All was read.
+    /// The source was read to its end.
     SourceEnded,
     /// The data time asked for has passed.
     DurationReached,
@@ -37,14 +37,14 @@ pub enum EndReason {
     OtherRate(RateChange),
     /// The sensor sends, and never sent a measurement.
     NoMeasurement,
-    /// No sample has come for as long as one was to be waited for.
+    /// No sample has arrived for the longest time allowed.
     GaveUp {
         /// How long that was.
         after: Duration,
         /// Why the link is down, where it is and that is known.
         cause: Option<String>,
     },
-    /// The session has taken as long by the clock as it was allowed to.
+    /// The session has lasted as long by the clock as it was allowed to.
     WallTime(Duration),
 }
 
@@ -86,13 +86,13 @@ pub enum StartError {
     /// No recording could be made.
     #[error(transparent)]
     Recording(#[from] RecordError),
-    /// The sensor could not be set as asked.
+    /// The sensor could not be set as requested.
     #[error(transparent)]
     Setup(#[from] SetupError),
     /// The live source could not be opened.
     #[error(transparent)]
     Live(#[from] LiveError),
-    /// The input that was handed in was none.
+    /// The [`LiveSource`](crate::LiveSource) had failed before the session began.
     #[error(transparent)]
     StreamInput(Box<dyn Error + Send + Sync>),
     /// It holds values of any sensor, nothing in it shows their rate, and none was given.

@@ -1,4 +1,4 @@
-//! The session of a live sensor: recorded, set, measured, and set back.
+//! The session of a live sensor: it is recorded, configured, measured and restored.
 
 use std::{collections::BTreeMap, error::Error, time::Duration};
 
@@ -44,8 +44,8 @@ pub struct LiveSpec {
     pub conditions: BTreeMap<String, String>,
     /// The recording; `None` for none.
     pub recording: Option<RecordingSpec>,
-    /// Whether the states of every second are handed out: all of a stream, which waits until they
-    /// are taken; of a link those that are taken in time.
+    /// Whether the state of every second is sent to [`Session::seconds`](crate::Session::seconds).
+    /// A stream waits until each is taken; of a link those are dropped that are not taken in time.
     pub each_second: bool,
     /// Takes the samples as well.
     pub samples: Option<SampleTap>,

@@ -82,8 +82,8 @@ impl LiveSource {
     }
 
     /// Opens it for commands: waits until the sensor is connected or until `stop`, does `work`, and
-    /// closes it again. Once begun, `work` looks after `stop` itself: it may have something to set
-    /// back. Where there is a serial number, another sensor counts as not there.
+    /// closes it again. Once begun, `work` handles `stop` itself: it may have settings to restore.
+    /// Where a serial number is given, a sensor with another one counts as not connected.
     ///
     /// # Errors
     /// [`LiveError`] when no sensor is connected; else the error of the work.

@@ -1,14 +1,14 @@
 //! The one loop that measures a source: events and commands in, the published state out.
 //!
 //! ```text
-//! reading task --4 batches--> measure --state--> who looks
+//! reading task --4 batches--> measure --state--> every face
 //!             commands --8--/   \--4 states--> every second, if asked
 //! ```
 //!
 //! Every channel is bounded; of batches of one line 256 may wait. The loop takes events as fast as
-//! it can, or as fast as a paced replay says; it waits for none but the receiver of the states of
-//! every second, and only with what can wait: captures and streams. Who looks at the state sees the
-//! latest one and misses those between.
+//! it can, or as fast as a paced replay says; it waits only for the receiver of the states of
+//! every second, and only while it reads a capture or a stream: these can wait. A face that looks
+//! at the state sees the latest one and misses those between.
 
 mod commands;
 mod ending;
@@ -59,13 +59,15 @@ pub(crate) struct Measurement {
 }
 
 pub(crate) enum Origin {
-    /// Its stream is watched; its end follows the stop.
+    /// A live sensor, whose stream is watched. A stop ends its reading; the measurement ends with
+    /// the last event that was read.
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
-    /// Its end follows the stop.
+    /// A capture, read as fast as possible. A stop ends it as it does a live sensor.
     Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// Its samples are delayed. It lasts until the stop: it can go back from its end.
+    /// A capture whose samples are delayed. It lasts until the stop, as it can seek back from its
+    /// end.
     Paced(PaceStart),
-    /// The stop alone ends it, or its own end.
+    /// Events of any source, until their end or the stop.
     Events,
 }
 
@@ -149,7 +151,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             event = next_due(&mut events, &mut pending, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
-                    // else what is still on its way is of no use
+                    // the remaining events are read only where the end of the recording matters
                     while ends_as_recorded && events.recv().await.is_some() {}
                     events.close();
                     if source.pace.is_none() {
@@ -158,7 +160,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                     source.stand_at_end(channels);
                 }
             }
-            // behind the events: a sample that waits was not late
+            // after the events: a sample that waits to be measured was not late
             () = passed(source.give_up_at()), if !stop.is_cancelled() => source.give_up(channels),
         }
     }
@@ -228,11 +230,11 @@ struct Measuring {
     stored_bytes_read: Option<Arc<AtomicU64>>,
     /// Of the latest snapshot.
     rate_hz: f64,
-    /// Seconds of data time whose states were handed out.
+    /// Seconds of data time whose states were sent.
     seconds: u64,
     /// The latest snapshot is outdated.
     has_changed: bool,
-    /// Why the stream is given up although it still brings lines.
+    /// Why the stream is given up although the sensor still sends.
     stream_ended: Option<EndReason>,
     end: Option<(EndReason, Option<FileReport>)>,
 }
@@ -241,7 +243,7 @@ impl Measuring {
     /// Takes an event; `None` when the reading task has ended.
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
-            // what it delivered is valid
+            // the samples before that are valid
             let error = io::Error::other("the task that reads the source stopped");
             self.end = Some((EndReason::SourceFailed(error), None));
             return;
@@ -267,7 +269,7 @@ impl Measuring {
                 self.tap(&batch, channels).await;
                 self.absorb(&batch, channels).await;
             }
-            // a lost link releases the lines that waited for others
+            // with a lost link the pending rows are resolved
             Event::Link(event) => {
                 self.analysis.take_link_event(&event);
                 if let (true, LinkEventKind::PortShared { program }) = (self.watchdog.is_some(), event.kind) {
@@ -293,7 +295,7 @@ impl Measuring {
         self.look(channels).await;
     }
 
-    /// The first sample comes once more; the states of the seconds that have passed do not.
+    /// Measures from the first sample again; the states of past seconds are not sent again.
     fn measure_again(&mut self) {
         let settings = self.analysis.settings().clone();
         let settings = match self.excluded.total() {
@@ -308,7 +310,7 @@ impl Measuring {
         }
     }
 
-    /// Hands a copy of the samples to who writes them.
+    /// Sends a copy of the samples to the writer of samples, where there is one.
     async fn tap(&self, batch: &Batch, channels: &Channels) {
         if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
             samples.send(SampleEvent::Batch(batch.clone().into()), self.link.is_none(), &channels.stop).await;
@@ -319,7 +321,7 @@ impl Measuring {
         if channels.seconds.is_some() {
             let mut has_more = self.analysis.absorb_to_second(batch);
             while has_more {
-                self.hand_out_second(channels).await;
+                self.send_second(channels).await;
                 has_more = self.analysis.continue_to_second();
             }
         } else {
@@ -335,7 +337,7 @@ impl Measuring {
         }
     }
 
-    /// Whether an event ends the measurement, or a second of it.
+    /// After an event: whether it ends the measurement, or completes a second.
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
@@ -343,12 +345,12 @@ impl Measuring {
         } else if self.goals.is_decided(&self.analysis) {
             self.end = Some((EndReason::GoalsDecided, None));
         } else {
-            self.hand_out_second(channels).await;
+            self.send_second(channels).await;
         }
     }
 
-    /// Hands out the state where a second has passed and the measurement continues.
-    async fn hand_out_second(&mut self, channels: &Channels) {
+    /// Sends the state where a second has passed and the measurement continues.
+    async fn send_second(&mut self, channels: &Channels) {
         let Some(seconds) = channels.seconds.as_ref().filter(|_| self.analysis.seconds() > self.seconds) else {
             return;
         };
@@ -358,7 +360,7 @@ impl Measuring {
         self.seconds = self.analysis.seconds();
         self.publish(channels);
         let state = channels.state.borrow().clone();
-        // who asked for them may have left; the measurement continues
+        // without a receiver the measurement continues
         if self.link.is_some() {
             let _ = seconds.try_send(state);
         } else {
@@ -369,7 +371,7 @@ impl Measuring {
         }
     }
 
-    /// Whether anybody sees the snapshots, or the pace is kept by them.
+    /// Whether a face sees the snapshots, or the pace depends on their rate.
     fn is_watched(&self, channels: &Channels) -> bool {
         self.pace.is_some() || channels.state.receiver_count() > 0
     }

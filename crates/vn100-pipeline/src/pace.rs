@@ -6,7 +6,7 @@ use tokio::time::Instant;
 
 use crate::command::Command;
 
-/// In seconds of data a second; above the last one as fast as possible.
+/// Speeds in seconds of data a second; above the last one is as fast as possible.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
@@ -80,7 +80,7 @@ pub(crate) struct Pace {
     run_to: u64,
 }
 
-/// What is to be waited for before the next sample.
+/// What the next sample waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Due {
     Now,

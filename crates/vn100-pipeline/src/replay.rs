@@ -1,4 +1,4 @@
-//! The session of a capture, opened again whenever a paced replay seeks back.
+//! The session of a capture, which is opened again whenever a paced replay seeks back.
 
 use std::{
     io,
@@ -39,7 +39,7 @@ pub struct ReplaySpec {
     pub read: ReadOptions,
     /// The pace of the replay; `None` for a measurement as fast as the machine can.
     pub speed: Option<Speed>,
-    /// Whether the states of every second are handed out.
+    /// Whether the state of every second is sent to [`Session::seconds`](crate::Session::seconds).
     pub each_second: bool,
     /// Takes the samples as well.
     pub samples: Option<SampleTap>,
@@ -98,7 +98,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     let mut is_counted = false;
     loop {
         let opened = tokio::select! {
-            // checked first: once it is stopped no file more is begun
+            // checked first: after a stop no further file is begun
             biased;
             () = channels.stop.cancelled() => Err(StartError::Stopped),
             opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {

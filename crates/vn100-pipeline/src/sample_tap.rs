@@ -17,12 +17,12 @@ const WAITING_BATCHES: usize = 1024;
 pub enum SampleEvent {
     /// The next samples.
     Batch(Box<Batch>),
-    /// The capture is read from its start again: what came before counts no more.
+    /// The capture is read from its start again: the samples so far are to be discarded.
     Again,
 }
 
-/// Hands the samples of a session to a writer. A link never waits for it: what does not fit is
-/// dropped and counted. What can wait does.
+/// Sends the samples of a session to a writer. A link never waits for the writer: what does not fit
+/// is dropped and counted. A capture or a stream waits.
 #[derive(Debug, Clone)]
 pub struct SampleTap {
     batches: mpsc::Sender<SampleEvent>,
@@ -43,7 +43,7 @@ impl SampleTap {
         Arc::clone(&self.dropped)
     }
 
-    /// A writer that has ended takes nothing more, and that is no loss: it says why.
+    /// A writer that has ended takes no more samples. That is no loss: it reports why itself.
     pub(crate) async fn send(&self, event: SampleEvent, can_wait: bool, stop: &CancellationToken) {
         if can_wait {
             tokio::select! {

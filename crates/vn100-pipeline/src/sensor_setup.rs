@@ -1,4 +1,4 @@
-//! What is set on a sensor before it is measured, and undone after.
+//! The settings of a sensor for its measurement, and their restoration after it.
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::{Register, SensorCommand};
@@ -10,13 +10,13 @@ use crate::{
     session_event::{OutputLeft, SessionEvent},
 };
 
-/// Why a sensor is not set as asked, or not set back.
+/// Why a sensor is not set as requested, or its settings are not restored.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     /// It is not connected.
     #[error(transparent)]
     Live(#[from] LiveError),
-    /// It cannot be set so, or back.
+    /// Its settings cannot be written or restored.
     #[error(transparent)]
     Configure(#[from] ConfigureError),
     /// Its output could not be paused again.
@@ -66,7 +66,7 @@ impl SensorSetup {
                 }
                 Ok(Self::default())
             }
-            // to be set back once more, on a link of its own
+            // restored once more, on a link of its own
             Err(SetupError::Configure(ConfigureError::Left { cause, changes, may_be_paused, .. }))
                 if matches!(*cause, ConfigureError::Interrupted { .. }) =>
             {

@@ -1,4 +1,4 @@
-//! A session: what its faces hold of it.
+//! A session, as its faces see it.
 
 use std::sync::Arc;
 
@@ -33,16 +33,16 @@ pub struct Session {
     pub commands: mpsc::Sender<Command>,
     /// Events besides the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
-    /// At every second of data time, if asked for. Taken too late they hold back the measurement of
-    /// what can wait; a link cannot, and those of some seconds are then dropped.
+    /// The state at every second of data time, if asked for. Until they are taken, a capture or a
+    /// stream waits; a link cannot wait, and the states of some seconds are then dropped.
     pub seconds: mpsc::Receiver<SourceState>,
-    /// The result. It fails only by a fault of the program.
+    /// The result. It fails only where the task panics, or the runtime ends before.
     pub result: JoinHandle<SessionResult>,
 }
 
 impl Session {
-    /// Measures a live sensor until it is stopped, its goals are decided or its stream ceases:
-    /// begins the recording, sets the sensor, measures, ends the recording, sets the sensor back.
+    /// Measures a live sensor until it is stopped, its goals are decided or its stream ends: begins
+    /// the recording, configures the sensor, measures, ends the recording, restores the settings.
     ///
     /// # Panics
     /// Outside a tokio runtime with time enabled.
@@ -164,7 +164,7 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
     Some(RecordingFacts { program: None, started_ns: Some(first_ns), end })
 }
 
-/// The result of a source that could not be opened: that of no samples.
+/// The result of a source that could not be opened: one without samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());

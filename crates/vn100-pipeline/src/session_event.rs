@@ -9,14 +9,14 @@ use crate::{command::CommandRefusal, sensor_setup::SetupError, watchdog::RateEve
 /// Something that happened in a session; the result of it is in the [state](crate::SourceState).
 #[derive(Debug)]
 pub enum SessionEvent {
-    /// The sensor was set as asked before it is measured.
+    /// The sensor was set as requested, before its measurement.
     SensorConfigured(Configured),
-    /// The sensor was set back to what it was before.
+    /// The settings of the sensor were restored.
     SettingsRestored {
         /// Its output is paused again, as it was found.
         output_paused: bool,
     },
-    /// The sensor could not be set back to what it was before.
+    /// The settings of the sensor could not be restored.
     SettingsNotRestored {
         /// Why.
         error: SetupError,
@@ -62,7 +62,7 @@ pub enum SessionEvent {
     Refused(CommandRefusal),
 }
 
-/// The output of a sensor that could not be set back.
+/// The output of a sensor whose settings could not be restored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputLeft {
     /// It is on, and was found paused.

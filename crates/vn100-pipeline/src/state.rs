@@ -40,16 +40,17 @@ pub struct SourceState {
 pub enum Stage {
     /// Before the measurement: the source is opened, the sensor set.
     Preparing,
-    /// Samples are taken. Behind the end of a paced replay still, because it can go back.
+    /// Samples are measured. A paced replay stays in this stage at its end, because it can seek
+    /// back.
     Measuring,
-    /// The measurement is over: its recording is ended and the sensor set back.
+    /// The measurement is over: its recording is ended and the settings of the sensor restored.
     Finishing,
     /// It is over.
     Ended(Arc<EndReason>),
 }
 
 impl SourceState {
-    /// A source of which nothing is known but what it is.
+    /// A source of which only the facts are known.
     #[must_use]
     pub fn new(source: SourceFacts, settings: &Settings) -> Self {
         Self {

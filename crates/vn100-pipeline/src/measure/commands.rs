@@ -15,7 +15,7 @@ use crate::{
 };
 
 impl Measuring {
-    /// Does what is asked; the replay that takes the place of this one, if one does.
+    /// Executes a command. Gives the replay that takes the place of this one, if one does.
     pub(super) fn handle(&mut self, command: Command, channels: &Channels) -> Option<MeasurementEnd> {
         let is_over = self.end.is_some();
         let now = Instant::now();
@@ -84,7 +84,7 @@ impl Measuring {
         None
     }
 
-    /// What counts seconds and looks for goals begins with the record.
+    /// The record begins anew, and with it the count of seconds and the check of the goals.
     fn begin_anew(&mut self) {
         (self.seconds, self.goals) = (self.analysis.seconds(), GoalCheck::default());
         self.has_changed = true;

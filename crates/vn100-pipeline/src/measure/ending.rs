@@ -84,7 +84,7 @@ impl Measuring {
     pub(super) async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
         // rows whose rate was not known have their seconds, too
         while self.analysis.finish_to_second() {
-            self.hand_out_second(channels).await;
+            self.send_second(channels).await;
         }
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
