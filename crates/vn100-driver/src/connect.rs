@@ -35,7 +35,7 @@ pub trait Connection: Source {
     /// The name it was opened by, such as `/dev/ttyUSB0`.
     fn name(&self) -> &str;
 
-    /// Changes the baud rate. Bytes that were received at the old one may still be handed out.
+    /// Changes the baud rate. Bytes that were received at the old one may still come from it.
     ///
     /// # Errors
     /// When the port does not support it.
@@ -70,7 +70,7 @@ pub enum ConnectError {
     Port {
         /// The port by its name.
         port: String,
-        /// The speed it was to have.
+        /// The baud rate requested.
         baud: u32,
         /// Why not.
         problem: PortProblem,

@@ -1,7 +1,7 @@
 //! The live link to a VN-100: opening a port, finding its baud rate, commands, reconnection.
 //!
 //! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), scans the baud rates,
-//! hands out [`Event`](vn100_capture::Event)s, and reconnects when the link is lost. [`LinkHandle`]
+//! sends [`Event`](vn100_capture::Event)s, and reconnects when the link is lost. [`LinkHandle`]
 //! sends commands to the sensor meanwhile; [`configure`](configure()) changes its output.
 //!
 //! The link itself is a state machine without I/O (`link_machine`) and a task that performs what it

@@ -34,9 +34,9 @@ pub struct LinkOptions {
     /// Read register 54, with the temperature, this often, where the line has room for it. The
     /// answers are in [`Batch::registers`](vn100_protocol::stream::Batch::registers).
     pub poll_temperature: Option<Duration>,
-    /// What [`configure`](crate::configure()) has changed: written again after a reconnect, before
-    /// the link is up, as the sensor may have lost its power; but for the baud rate, as it is found
-    /// at the one it has. Ignored where the link only listens.
+    /// What [`configure`](crate::configure()) has changed. It is written again after a reconnect,
+    /// before the link is up, because the sensor may have lost its power; except for the baud rate,
+    /// which the baud scan finds. Ignored where the link only listens.
     pub desired_settings: Vec<Change>,
     /// The serial number of the sensor, where it is known: another sensor ends the link, as it does
     /// after a reconnect. Ignored where the link only listens.
@@ -64,7 +64,7 @@ pub enum LinkState {
     Silent(Up),
     /// The link is lost, or cannot be connected, and is tried again.
     Down {
-        /// Whether the sensor was connected before: else it is not lost, but was never there.
+        /// Whether the sensor was connected before: else the link is not lost, it never was up.
         was_up: bool,
         /// Why, in words.
         cause: String,
@@ -113,7 +113,7 @@ pub struct Up {
     pub output_resumed: bool,
 }
 
-/// Why a command has no good answer.
+/// Why a command failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum CommandError {
@@ -189,14 +189,14 @@ impl LinkHandle {
         }
     }
 
-    /// Marks this place of the stream, and of the recording, with a text. Whether the link takes
-    /// it: not once it is closed, nor where four of them wait.
+    /// Marks this place of the stream, and of the recording, with a text. `false` where the link
+    /// does not accept it: it is closed, or four marks wait.
     #[must_use]
     pub fn mark(&self, text: String) -> bool {
         self.marks.try_send(text).is_ok()
     }
 
-    /// Good frames of this kind that the sensor has sent by itself so far; for a message without a
+    /// Valid frames of this kind that the sensor has sent by itself so far; for a message without a
     /// name all that have none.
     #[must_use]
     pub fn frames(&self, kind: FrameKind) -> u64 {
@@ -207,7 +207,7 @@ impl LinkHandle {
         self.counters.frames().get(&kind).copied().unwrap_or_default()
     }
 
-    /// Good frames that the sensor has sent by itself so far.
+    /// Valid frames that the sensor has sent by itself so far.
     pub(crate) fn frames_of_all(&self) -> u64 {
         self.counters.frames().values().sum()
     }
@@ -240,7 +240,7 @@ pub(crate) struct Counters {
 }
 
 impl Counters {
-    /// Good frames so far, by their kind.
+    /// Valid frames so far, by their kind.
     pub(crate) fn frames(&self) -> MutexGuard<'_, BTreeMap<FrameKind, u64>> {
         // a panic leaves whole counts behind
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)

@@ -31,8 +31,8 @@ const LAST_EVENTS: Duration = Duration::from_secs(1);
 /// Commands that may wait to be taken by the link; then the callers wait.
 const WAITING_COMMANDS: usize = 16;
 
-/// Opens a link and keeps it: scans the baud rates for the sensor, hands out what it sends, and
-/// reconnects when the link is lost.
+/// Opens a link and keeps it: scans the baud rates for the sensor, forwards what the sensor sends,
+/// and reconnects when the link is lost.
 ///
 /// The events are those of [`read_samples`](vn100_capture::read_samples), with one
 /// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and
@@ -107,7 +107,7 @@ impl<C: Connect> LinkTask<C> {
     }
 
     async fn drive(&mut self) {
-        // kept from input to input: to begin to wait costs more than to check
+        // one timer for all inputs: starting a wait costs more than checking it
         let stop = self.stop.clone();
         let mut stopped = pin!(stop.cancelled());
         let stream = self.stream.clone();
@@ -121,7 +121,7 @@ impl<C: Connect> LinkTask<C> {
             }
             if let Some(due) = self.machine.poll_timeout() {
                 let due = Instant::now() + due.saturating_sub(self.now());
-                // to wake once too early now and then costs less than to set the timer for each input
+                // an early wake-up now and then costs less than setting the timer at each input
                 if due < timer.deadline() || timer.is_elapsed() {
                     timer.as_mut().reset(due);
                 }
@@ -236,7 +236,7 @@ impl<C: Connect> LinkTask<C> {
                     let device_file = self.connection.as_ref().and_then(Connection::device_file);
                     self.shared_port.handle_event(&event, device_file);
                     self.counters.frames().extend(self.machine.frames());
-                    // the machine learns of a receiver that was dropped when it waits for inputs
+                    // that the receiver was dropped is noticed where the loop waits for inputs
                     let _ = self.stream.send(event).await;
                 }
                 LinkOutput::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),

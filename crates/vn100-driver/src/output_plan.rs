@@ -58,7 +58,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// Why a sensor cannot be set as asked.
+/// Why a sensor cannot be set as requested.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PlanError {
@@ -127,7 +127,7 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
     }
 }
 
-/// The sensor measures so often; every `800 / rate`th measurement is sent.
+/// Measurements of the sensor a second; every `800 / rate`th one is sent.
 const SAMPLES_PER_S: u16 = MEASUREMENTS_PER_S as u16;
 
 /// How many packets a second are sent where no rate is asked for: the most that the baud rate as
@@ -219,9 +219,9 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
-/// What brings a register back to `fields`, as it held them: firmware 2 holds no group of fields
-/// where packets are off, and does not take that. Off is the time on request then, as firmware 3 is
-/// sold.
+/// The fields to write to restore a register to `fields`. Where packets are off, firmware 2 reports
+/// no group of fields, and refuses that when written: off is then the time on request, the factory
+/// default of firmware 3.
 pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterFields {
     let output = RegisterContents { register, fields: fields.clone() }.value::<BinaryOutput>();
     match output {
@@ -336,7 +336,7 @@ impl Output {
     fn set_count(&mut self, count: Option<bool>, counted_lines: bool) -> Result<(), PlanError> {
         let Some(count) = count.or(counted_lines.then_some(true)) else { return Ok(()) };
         if !count && !counted_lines {
-            // an output pulse for something else, as for a camera, is none of ours; that lines carry its count is
+            // an output pulse for something else, as for a camera, is left alone; that lines carry its count is
             if self.protocol.serial_count == COUNT_OF_SYNC_OUT {
                 self.protocol.serial_count = 0;
             }

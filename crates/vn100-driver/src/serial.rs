@@ -110,7 +110,7 @@ impl Connect for SerialPorts {
 
     async fn open(&mut self, baud: u32) -> Result<SerialConnection, ConnectError> {
         let ports = self.clone();
-        // looking through the system's ports and opening one can take its time
+        // listing the ports of the system and opening one may block
         let opening = tokio::task::spawn_blocking(move || ports.open_now(baud));
         opening.await.unwrap_or_else(|error| {
             let problem = PortProblem::Other(error.into());
@@ -143,7 +143,7 @@ pub struct SerialConnection {
 impl SerialConnection {
     fn open(name: &str, baud: u32, clock: Clock) -> serialport::Result<Self> {
         let port = serialport::new(name, baud).timeout(READ_TIMEOUT).open()?;
-        // what came before the speed was set is not what the sensor sent
+        // bytes from before the baud rate was set are garbled
         port.clear(ClearBuffer::Input)?;
         let latency_timer = shorten_latency(Path::new(name));
         let reading = port.try_clone()?;
@@ -186,7 +186,7 @@ impl Connection for SerialConnection {
         let Self { port, mut inputs, stop, .. } = self;
         drop((port, stop));
         let mut left = Vec::new();
-        // the reading thread lets go of the port before it lets go of the channel
+        // the reading thread closes the port before the channel
         let drain = async {
             while let Some(input) = inputs.recv().await {
                 left.push(input);
@@ -214,8 +214,8 @@ struct Reader {
 }
 
 impl Reader {
-    /// Reads until it is stopped or the port is gone. The port is closed before the channel is, by
-    /// which the receiver knows that it is closed.
+    /// Reads until it is stopped or the port is unplugged. The port is closed before the channel:
+    /// when the channel ends, the receiver knows that the port is closed.
     ///
     /// An adapter gives a line in up to a dozen pieces, and to wake the reading task costs far
     /// more than their use. So pieces are kept until a line ends, which is when the first of them
@@ -229,7 +229,7 @@ impl Reader {
                 break None;
             }
             match port.read(&mut buffer[length..]) {
-                // what was readable and has no byte is gone
+                // readable without a byte: the port was unplugged
                 Ok(0) => break Some(ErrorKind::BrokenPipe.into()),
                 Ok(n) => {
                     at_ns = self.clock.now_ns();

@@ -22,7 +22,7 @@ const READ_BYTES: usize = 4096;
 /// How long a server may take to answer: the system alone would wait for minutes.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 
-/// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.
+/// A byte stream at `tcp://host:port`. The serial server sets the baud rate of its port.
 #[derive(Debug, Clone)]
 pub struct TcpServer {
     host_and_port: String,
@@ -79,7 +79,7 @@ impl Connect for TcpServer {
     }
 }
 
-/// What `connecting` comes to, if the server answers in time.
+/// The result of `connecting`; an error if the server does not answer in time.
 async fn in_answer_time<T>(connecting: impl Future<Output = io::Result<T>>) -> io::Result<T> {
     timeout(ANSWER_TIME, connecting).await.unwrap_or_else(|_| Err(ErrorKind::TimedOut.into()))
 }
@@ -122,7 +122,7 @@ impl Connection for TcpConnection {
     async fn close(mut self) -> Vec<StreamInput> {
         // it is closed either way when it is dropped
         let _ = self.stream.shutdown().await;
-        // what was read is handed out at once
+        // nothing waits: each read is forwarded at once
         Vec::new()
     }
 }

@@ -20,7 +20,8 @@ pub(crate) const QUESTION_BYTES: u64 = 14;
 /// How long to listen before asking: three frames of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// The same where nothing is asked: a period of the slowest output, besides the frame itself.
+/// How long to listen where no question is sent: a period of the slowest output, besides the frame
+/// itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
 /// How long the sensor may take to answer, besides the time on the line.
@@ -32,7 +33,7 @@ const NETWORK: Duration = Duration::from_millis(500);
 /// The longest frame that is on the line when the question arrives, and the answer behind it.
 const BYTES_BEFORE_ANSWER: u32 = 256;
 
-/// How long a silent sensor is waited for at the first baud rate: longer than its boot of 1.25 s.
+/// How long to wait for a silent sensor at the first baud rate: longer than its boot of 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
 /// How long bytes are discarded before a baud rate is tried again: longer than an adapter holds
@@ -70,17 +71,17 @@ enum AttemptStage {
     Doubting,
 }
 
-/// Tries baud rates one after the other until a good frame arrives. At the first rate a silent
+/// Tries baud rates one after the other until a valid frame arrives. At the first rate a silent
 /// sensor is waited for: it may be booting.
 ///
-/// What arrives at a wrong rate comes from a device that sends by itself, and that may be no sensor
-/// where none was connected before: then nothing more is asked, and every rate is listened to for
-/// as long as the slowest output needs. Every second scan asks all the same.
+/// Bytes at a wrong rate come from a device that sends by itself. Where no sensor was connected
+/// before, it may be another device: then no further question is sent, and each rate is listened to
+/// for as long as the slowest output needs. Every second scan sends the question all the same.
 ///
-/// A sensor that is silent at the rate it had before may be stalled: its adapter holds back the
-/// bytes, answers too, and delivers them all at once, perhaps while another rate is tried. So the
-/// first good frame after such a silence is discarded, and the rate it had before is tried next:
-/// only what arrives behind a delayed burst shows the baud rate.
+/// Where a sensor is silent at the rate it had before, its adapter may be stalled: it delays all
+/// bytes, answers too, and delivers them at once, perhaps while another rate is tried. So the first
+/// valid frame after such a silence is discarded, and the rate it had before is tried next: only
+/// what arrives after a delayed burst shows the baud rate.
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
@@ -223,7 +224,7 @@ impl BaudScan {
         (self.stage, self.until, self.listening_since) = (AttemptStage::Listening, until, now);
     }
 
-    /// Whether nothing is asked at this rate.
+    /// Whether no question is sent at this rate.
     fn only_listens(&self, context: &LinkContext) -> bool {
         let pending = &context.pending;
         let unframed = self.unframed + without_echoes(pending.bytes(), pending.echoes);
@@ -263,7 +264,7 @@ impl BaudScan {
             self.may_be_stalled |= context.last_baud.is_some();
             let booted = self.began + BOOT;
             if now < booted {
-                // what sends once a second is received before it is asked again
+                // a frame a second is received before the next question
                 let until = now + LISTEN_ONLY + self.line_time();
                 let until = match context.was_connected {
                     _ if self.only_listens(context) => until,

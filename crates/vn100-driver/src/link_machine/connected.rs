@@ -15,7 +15,8 @@ use crate::{
     link_error::LinkError,
 };
 
-/// When, after the last check, a silent sensor is asked again, or given up where nothing is asked.
+/// How long after the last check a silent sensor is asked again, or given up where no question may
+/// be sent.
 const SILENCE_CHECK: Duration = Duration::from_secs(10);
 
 /// How long a silence lasts, at least, before a sensor that does not answer counts as lost: a
@@ -79,8 +80,8 @@ impl Connected {
         connected
     }
 
-    /// Forwards what was pending while the sensor was verified. The replies in it are handled that
-    /// `is_open` gives: the others answered the baud scan and the verification.
+    /// Forwards what was pending while the sensor was verified. Of the replies in it those are
+    /// handled for which `is_open` holds: the others answered the baud scan and the verification.
     pub(super) fn forward_pending(
         &mut self,
         context: &mut LinkContext,
@@ -161,8 +162,8 @@ impl Connected {
         context.emit(now, LinkEventKind::Up { port: self.up.port.clone(), baud: self.up.baud });
     }
 
-    /// Forwards an input, judges the link by it and handles those replies in it that `is_open` says
-    /// are not handled yet.
+    /// Forwards an input, judges the link by it, and handles the replies in it for which `is_open`
+    /// holds: those that are not handled yet.
     fn forward(
         &mut self,
         context: &mut LinkContext,
@@ -189,7 +190,7 @@ impl Connected {
             self.last_output = now;
             if self.silence.take().is_some() {
                 context.publish(LinkState::Up(self.up.clone()));
-                // it may have been switched off and on
+                // its power may have been interrupted
                 context.requests.identify(now);
             }
         }
@@ -240,7 +241,7 @@ impl Connected {
                 self.up.since_ns = nanoseconds(now);
                 self.up.restarted = Some(error);
                 context.publish(LinkState::Up(self.up.clone()));
-                // it boots, and answers nothing: it is up again with its next frame
+                // it boots and does not answer: with its next frame it is connected again
                 self.is_restarting = true;
             }
             RequestEvent::BaudChanged(_) | RequestEvent::PhaseAnswered(_) => {}
@@ -269,7 +270,7 @@ const SILENT_UNKNOWN: Duration = Duration::from_secs(3);
 const LONGEST_PAUSE_S: f64 = 1.2;
 const SILENT_PAUSES: f64 = 2.0;
 
-/// In this time a pause that does not return is forgotten but for a third.
+/// Time constant with which the longest pause decays while no other one comes.
 const PAUSE_MEMORY_S: f64 = 4.0;
 
 /// Weight of a new period in the estimate: a read may bring one frame more or less.
@@ -289,7 +290,7 @@ pub(super) struct FrameCounts {
 struct StreamHealth {
     /// At the last read.
     counts: FrameCounts,
-    /// When the first byte arrived that no good frame followed; `None` right behind a good one.
+    /// When the first byte arrived after the last valid frame; `None` right after one.
     bad_since_ns: Option<i64>,
     bad_bytes: u64,
     last_output_ns: Option<i64>,

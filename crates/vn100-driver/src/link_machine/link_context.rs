@@ -25,7 +25,7 @@ pub(super) struct LinkContext {
     /// The baud rate at which the sensor was connected last, or to which it was set before.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
-    /// How often the port was to be opened since the sensor was connected last.
+    /// Attempts to open the port since the sensor was connected last.
     pub(super) attempts: u32,
     /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
     pub(super) reconnect_delay: Duration,
@@ -42,7 +42,7 @@ pub(super) struct LinkContext {
     unconfirmed_serial: Option<String>,
 }
 
-/// The one to which a sensor with these settings was set.
+/// The baud rate to which a sensor with these settings was set.
 fn baud_set(settings: &[Change]) -> Option<u32> {
     let baud = settings.iter().find(|change| change.register == Register::BAUD_RATE)?;
     baud.after.as_str().split(',').next()?.parse().ok()

@@ -142,7 +142,7 @@ impl Requests {
         }
     }
 
-    /// Gives up what the link itself has asked a sensor that was silent since then.
+    /// Cancels the commands of the link itself, for a sensor that has been silent since.
     pub(super) fn cancel_own(&mut self) {
         self.to_read.clear();
         self.open.retain(|id, (_, requester)| {
@@ -291,11 +291,11 @@ impl Requests {
             (Ok(id), requester) => _ = self.open.insert(id, (command, requester)),
             (Err(full), Requester::User(id)) => self.answers.push_back((id, Err(full.into()))),
             (Err(_), Requester::Phase) => {
-                // to be taken as one that the sensor has not answered
+                // handled as a command that the sensor has not answered
                 let failure = RequestFailure::LinkDown { line: String::new(), attempts: 0 };
                 self.events.push_back(RequestEvent::PhaseAnswered(Err(failure)));
             }
-            // the results of the 64 open commands show that
+            // the 64 open commands will show whether the sensor answers
             (Err(_), Requester::Identification | Requester::Presence) => {}
         }
     }
