@@ -1,4 +1,4 @@
-//! Missing samples by the time at which the sensor says that it measured each.
+//! Missing samples by the device time of each sample.
 
 mod doubtful_run;
 mod ticks;
@@ -20,11 +20,11 @@ const TOLERANCE: f64 = 0.25;
 /// Above, an interval is no gap but another clock: at 800 Hz such a gap takes two months.
 const MAX_PERIODS: f64 = 4_294_967_296.0;
 
-/// Below, arrival times say nothing of the offset of two clocks.
+/// Records shorter than this show no offset between the clocks of sensor and host.
 const MIN_COMPARED: Duration = Duration::from_secs(60);
 
-/// So far the time that passes over an outage may differ by the clocks of sensor and host: samples
-/// may wait that long in the host, and the clocks may differ by that part.
+/// How far the duration of an outage may differ between the clocks of sensor and host: samples may
+/// wait that long in the host, and the rates of the clocks may differ by that part.
 const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 const CLOCK_DIFFERENCE: f64 = 1e-3;
 
@@ -32,15 +32,18 @@ const CLOCK_DIFFERENCE: f64 = 1e-3;
 ///
 /// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
 /// intervals shows one, else that mean: it is right as long as two samples follow each other
-/// anywhere among them. An interval of n periods is n - 1 missing samples. A time that goes back is
-/// a restart of the sensor, [`GapEvent::Restart`], one before which the sample would have had to
-/// arrive earlier than it was sent a step of its clock, [`GapEvent::TimeStep`], and any other
-/// interval another clock, [`GapEvent::UnknownGap`]. As many equal intervals of another length are
-/// another rate.
+/// anywhere among them. An interval of n periods, n a whole number, is n - 1 missing samples. Other
+/// intervals break the record:
 ///
-/// A sample after any other interval than one period is in doubt until the next one: if that
-/// follows the sample before by two periods, the time in between was false,
-/// [`GapEvent::FalseTime`]; if its interval is the same, both are in doubt.
+/// - a time that goes back is a restart of the sensor, [`GapEvent::Restart`];
+/// - a time by which the sample would have arrived before it was sent is a step of the sensor's
+///   clock, [`GapEvent::TimeStep`];
+/// - any other interval is of another clock, [`GapEvent::UnknownGap`];
+/// - 31 equal intervals of another length are another rate.
+///
+/// A sample that does not follow by one period is in doubt until the next one arrives. If that
+/// follows the sample before the doubtful one by two periods, the doubtful time was false,
+/// [`GapEvent::FalseTime`]. If its interval is the same, both are in doubt.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
     first_ns: u64,
@@ -52,14 +55,14 @@ pub(super) struct DeviceClock {
     in_doubt: DoubtfulRun,
     /// Whether the next sample is the first one after an outage: its arrival shows no interval.
     after_outage: bool,
-    /// Of the last sample, in periods since the sensor started to send.
+    /// Of the last sample, in periods since the time base began anew.
     index: u64,
     /// The least time in nanoseconds from a device time to its arrival, in the origins of both; it
     /// rises as clocks may drift.
     least_lag_ns: Option<f64>,
     envelope: Option<Envelope>,
     intervals: IntervalStatistics,
-    /// Where the offset of the clocks begins to count.
+    /// The arrival from which the offset of the clocks is measured.
     compared_from: Option<Duration>,
     samples: u64,
     backwards: u64,
@@ -124,14 +127,14 @@ impl DeviceClock {
         self.intervals.restart();
     }
 
-    /// No sample follows: decides on those held.
+    /// Ends the stream: decides on the samples that are held.
     pub(super) fn finish(&mut self) {
         self.learn_period();
         self.decide();
     }
 
-    /// Whether the clock runs on over an outage, after which this sample is the first. To be asked
-    /// of a clock that has finished.
+    /// Whether the clock of the sensor ran on over an outage, after which this sample is the first.
+    /// Call [`finish`](Self::finish) before.
     pub(super) fn after_outage(&mut self, device_ns: u64, at: Duration) -> ClockAfterOutage {
         let Some(interval_ns) = device_ns.checked_sub(self.last_ns) else { return ClockAfterOutage::Restarted };
         let known = self.period_ns.filter(|_| self.samples >= RUN as u64);
@@ -186,7 +189,7 @@ impl DeviceClock {
         for stamped in &held[1..] {
             match self.period_ns {
                 Some(period_ns) => self.take(*stamped, period_ns),
-                // no interval is one
+                // no interval shows a period
                 None => {
                     self.events.push_back(GapEvent::UnknownGap);
                     self.add_sample(*stamped);

@@ -11,11 +11,10 @@ use super::sample_counter::{CounterSummary, SampleCounter};
 /// its own.
 ///
 /// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`] or as a
-/// [`GapEvent::FalseTime`], once neither its
-/// counter nor its arrival leaves in doubt whether samples are missing before it. A counter that
-/// counts is exact, and decides; arrival times show the rate all the same. Where the counter ends
-/// arrival times decide from there on. Device times decide alone. No stamp is an error: stamps that
-/// are no time base are [refused](GapEvent::Refused).
+/// [`GapEvent::FalseTime`], as soon as it is certain whether samples are missing before it. Where
+/// samples carry device times, these alone decide. Else a counter decides, because it is exact, and
+/// arrival times only show the rate; from where the counter ends, or without one, arrival times
+/// decide. No stamp is an error: stamps that are no time base are [refused](GapEvent::Refused).
 ///
 /// ```
 /// use std::time::Duration;
@@ -36,7 +35,7 @@ pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
     counter_in_use: bool,
-    /// In place of both.
+    /// Instead of counter and arrival times.
     device_clock: Option<Box<DeviceClock>>,
     /// Samples pushed, and those of them that were returned.
     pushed: u64,
@@ -96,7 +95,7 @@ impl GapDetector {
 
     /// Adds the next sample of a stream whose samples all carry their device time, in nanoseconds
     /// since the sensor started: it alone decides, and arrivals show the offset of the clocks.
-    /// After the first sample the one or the other way of adding holds for the stream.
+    /// A stream keeps to the way of adding that its first sample used.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
         self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
     }

@@ -20,11 +20,11 @@ pub enum GapEvent {
     /// The clock of the sensor started anew here, and an unknown number of samples may have been
     /// dropped.
     Restart,
-    /// The time of the sensor stepped ahead here of what the host saw pass, and an unknown number
-    /// of samples may have been dropped.
+    /// The clock of the sensor stepped here: more time passed on it than on the clock of the host.
+    /// An unknown number of samples may have been dropped.
     TimeStep,
-    /// The next sample has a time that neither neighbour confirms: the packet was damaged in a way
-    /// that its checksum does not show. It is no sample; where it was, one is missing.
+    /// The next sample has a time that neither neighbour confirms: its packet was damaged in a way
+    /// that the checksum does not show. It does not count, and one sample is missing in its place.
     FalseTime,
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,

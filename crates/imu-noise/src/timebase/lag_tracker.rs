@@ -37,7 +37,8 @@ const STEADY_PERIODS: f64 = 0.3;
 /// Samples after which the due time follows the least lag among them. Chosen.
 const BLOCK_LEN: u64 = 16;
 
-/// Early by so many periods, all samples before were late: a jump of the phase is one period.
+/// A sample that is early by so many periods shows that all before it were late: a jump of the
+/// phase is one period only.
 const ALL_LATE_PERIODS: f64 = 4.0;
 
 /// Early by so much, a sample raises the suspicion of a higher rate: half of what each sample does
