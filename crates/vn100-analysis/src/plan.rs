@@ -15,10 +15,10 @@ use crate::{
     want::{Known, Want},
 };
 
-/// Of sentences: the rate a sensor is sold with.
+/// Of sentences: the factory default.
 const SENTENCES_HZ: u32 = 40;
 
-/// Of packets: the rate at which the window that a sensor is sold with leaves nothing aliased.
+/// Of packets: the rate at which the factory default of the averaging window aliases no noise.
 const PACKETS_HZ: u32 = 200;
 
 /// The fastest line of the sensor.

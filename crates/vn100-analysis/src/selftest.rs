@@ -13,11 +13,11 @@ use crate::{accumulate::analysis::Analysis, averaging_times::AveragingTimes, set
 pub struct SelfTestSuite {
     /// Where they stand, or how they were computed.
     pub source: &'static str,
-    /// Each with ours.
+    /// Each reference value with the computed one.
     pub checks: Vec<SelfTestCheck>,
 }
 
-/// A reference value and ours.
+/// A reference value, and the value that this program computes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfTestCheck {
     /// What was computed.
@@ -33,7 +33,7 @@ pub struct SelfTestCheck {
 }
 
 impl SelfTestCheck {
-    /// Ours less the reference, over the reference; `None` without ours.
+    /// Computed value less the reference, over the reference; `None` without a computed value.
     #[must_use]
     pub fn relative_difference(&self) -> Option<f64> {
         let reference: f64 = self.reference.parse().ok()?;

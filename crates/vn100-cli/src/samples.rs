@@ -82,7 +82,7 @@ impl SampleWriter {
             if result.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
                 stop.cancel();
             }
-            // who asked may have left
+            // the receiver may have been dropped
             let _ = sender.send(result);
         };
         // ends at an error, or with the session

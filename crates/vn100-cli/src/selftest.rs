@@ -1,4 +1,4 @@
-//! `vn100 selftest`: published values beside ours.
+//! `vn100 selftest`: published values beside those that this program computes.
 
 use std::fmt::{self, Write};
 

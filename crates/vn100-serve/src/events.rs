@@ -1,5 +1,5 @@
 //! The stream of what has changed: an event for each part of a new state of the page that the
-//! reader does not have. One who reads slowly skips states.
+//! reader does not have. A slow reader skips states.
 
 use std::{
     collections::VecDeque,
@@ -75,7 +75,7 @@ impl Shown {
 pub(crate) struct PageEvents {
     pages: WatchStream<Arc<PageState>>,
     over: Pin<Box<WaitForCancellationFutureOwned>>,
-    /// `None` for one who has nothing yet.
+    /// `None` for a reader that has received nothing yet.
     place: Option<EventPlace>,
     shown: Shown,
     /// Of the state that is being sent.

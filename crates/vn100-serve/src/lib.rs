@@ -189,7 +189,7 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
     Ok(())
 }
 
-/// Draws the page as long as anybody reads it, and once more at the end.
+/// Draws the page as long as it has readers, and once more at the end.
 async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
     let mut ticks = time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

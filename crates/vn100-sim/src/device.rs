@@ -186,7 +186,7 @@ impl Device {
         }
     }
 
-    /// The bytes that are on the line by `now` and were not handed out before.
+    /// The bytes that are on the line by `now` and were not taken before.
     #[must_use]
     pub fn poll_output(&mut self, now: Duration) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -19,7 +19,7 @@ pub enum Claim {
     },
 }
 
-/// What the stream does to a parameter of the sensor before anybody can measure it.
+/// How the stream changes a parameter of the sensor before it can be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamFactor {
     /// Factor by which the stream raises the parameter.

@@ -274,7 +274,7 @@ impl Analysis {
         }
     }
 
-    /// So many samples are missing here, `None` for an unknown number, as who reads them knows;
+    /// So many samples are missing here, `None` for an unknown number, as their reader knows;
     /// rows that are pending are decided first.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.finish();

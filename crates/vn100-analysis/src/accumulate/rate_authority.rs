@@ -211,7 +211,7 @@ impl RateAuthority {
             return RateEffect::Rescale { from_hz, to_hz };
         }
         match self.change {
-            // delayed bytes came as fast as the link carries them, or the sensor was set back
+            // delayed bytes came as fast as the link carries them, or the rate was restored
             Some(change) if to_hz == self.rate.hz => {
                 self.change = None;
                 self.other_rate_samples += span.excluded - change.excluded;

@@ -11,7 +11,7 @@ const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
 
-/// One read brings so many rows at most: those of the 16 ms that an adapter holds back, at 1000 Hz.
+/// Most rows of one read: those of the 16 ms for which an adapter delays bytes, at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The unit a stamp is written in.

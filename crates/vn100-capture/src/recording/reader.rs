@@ -19,7 +19,8 @@ use super::{
 use crate::mcap_records::{McapRecords, Next};
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
-/// How much of a file is searched for a topic of ours: a tool that merges may put much before it.
+/// How much of a file is searched for a topic of recordings: a tool that merges files may put much
+/// before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 
 /// The metadata of a recording.
@@ -162,7 +163,7 @@ impl<R: Read> RecordingReader<R> {
         Ok(None)
     }
 
-    /// Whether what was read has a topic of ours.
+    /// Whether a topic of recordings was read.
     pub(super) fn has_our_topics(&self) -> bool {
         !self.contents.carries.is_empty()
     }
@@ -245,7 +246,7 @@ impl Entry<'_> {
     }
 }
 
-/// What a channel of ours carries.
+/// What a channel of a recording carries.
 #[derive(Debug, Clone, Copy)]
 enum Carries {
     Bytes { stamped: bool },
@@ -258,7 +259,7 @@ enum Carries {
 struct Contents {
     carries: BTreeMap<u16, Carries>,
     other_topics: BTreeMap<u16, String>,
-    /// Bytes of records before the first topic of ours.
+    /// Bytes of records before the first topic of recordings.
     searched_bytes: usize,
     last_ns: Option<i64>,
     /// Of the end mark after the last input.

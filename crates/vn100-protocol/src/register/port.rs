@@ -1,4 +1,4 @@
-//! Registers 5 to 7: the speed of a port, the message that it sends of itself, and how often.
+//! Registers 5 to 7: the baud rate of a port, its asynchronous output, and the rate of that.
 
 use core::fmt;
 
@@ -28,7 +28,7 @@ impl BaudRate {
         Self(460_800),
         Self(921_600),
     ];
-    /// What a sensor is sold with: 115200.
+    /// The factory default: 115200.
     pub const DEFAULT: Self = Self(115_200);
 
     /// This many bits per second; `None` for a rate that the sensor does not have.

@@ -256,7 +256,7 @@ impl RequestQueue {
         self.complete(Err(failure), now);
     }
 
-    /// Ends all requests: the link is gone. Later ones wait for the next
+    /// Ends all requests: the link is lost. Later ones wait for the next
     /// [`poll_transmit`](Self::poll_transmit), on a new link.
     pub fn handle_link_down(&mut self) {
         let current = self.current.take().map(|current| (current.id, current.command, current.attempts));

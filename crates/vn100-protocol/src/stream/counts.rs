@@ -41,7 +41,7 @@ pub struct StreamCounts {
 }
 
 impl StreamCounts {
-    /// Samples handed out.
+    /// Samples in batches.
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.tally.samples - self.foreign_samples + self.tally.measured_packets.samples

@@ -172,7 +172,7 @@ pub(crate) struct Place {
 
 impl Place {
     pub(crate) fn of(&self, x: f64, y: f64) -> At {
-        // far outside is as far as anybody draws
+        // farther outside nothing is drawn
         let far = |share: f64| share.clamp(-20.0, 21.0);
         let Rectangle { left, top, width, height } = self.area;
         (left + width * far(self.x.share(x)), top + height * (1.0 - far(self.y.share(y))))

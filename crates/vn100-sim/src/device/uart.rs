@@ -30,7 +30,7 @@ struct Burst {
     start_ns: u64,
     baud: u32,
     bytes: Vec<u8>,
-    /// Already handed out.
+    /// Bytes already taken.
     taken: usize,
 }
 
@@ -82,7 +82,7 @@ impl Uart {
         self.bursts.back().map_or(0, |burst| burst.end_ns(burst.bytes.len()))
     }
 
-    /// Hands out the bytes that are on the line by `now_ns`, in order.
+    /// Takes the bytes that are on the line by `now_ns`, in order.
     pub(crate) fn take(&mut self, now_ns: u64, sink: &mut impl FnMut(SentByte)) {
         while let Some(burst) = self.bursts.front_mut() {
             let sent = burst.sent(now_ns);

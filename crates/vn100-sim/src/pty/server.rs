@@ -26,8 +26,8 @@ use crate::{device::Device, fault::PlugEvent, wire::Wire};
 /// How long a host that still reads is waited for at the end.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// How often it is looked whether it has read all, and how often in a row nothing must be left: the
-/// machine hands bytes over in steps, and late where it is busy.
+/// How often to check whether the host has read all, and how often in a row nothing must be left:
+/// the machine hands bytes over in steps, and late where it is busy.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
 
