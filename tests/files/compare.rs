@@ -395,7 +395,7 @@ fn a_record_of_the_planned_length_shows_what_was_wanted() {
     let document = plan(&["--want", "gyro N ±2%", "--rate", "200"]);
     let seconds = format!("{}s", document["wants"][0]["record_s"].as_f64().unwrap().ceil());
     let folder = tempfile::tempdir().unwrap();
-    // the window a sensor is sold with is the exact one at 200 Hz
+    // the factory default of the window is the exact one at 200 Hz
     let file = capture(folder.path(), "n", &["--duration", &seconds, "--rate", "200", "--message", "VNIMU"]);
     let output = vn100().arg("replay").arg(file).args(["--rate", "200", "--json"]).output().unwrap();
     let measured = crate::support::document(&output);

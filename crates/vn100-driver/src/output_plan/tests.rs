@@ -171,26 +171,26 @@ fn packets_take_their_part_of_the_line() {
 
 #[test]
 fn what_cannot_be_says_what_can() {
-    let sold = current(115_200, 14, 40);
+    let factory = current(115_200, 14, 40);
     assert_eq!(
-        error(&sold, &rate(100)),
+        error(&factory, &rate(100)),
         "VNYMR at 100 Hz needs 12200 bytes a second and 115200 baud carry 11520; at most 50 Hz fit, or take 128000 baud or more"
     );
     for hz in [0, 30] {
         let text = format!("the rate can be 1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200, not {hz}");
-        assert_eq!(error(&sold, &rate(hz)), text);
+        assert_eq!(error(&factory, &rate(hz)), text);
     }
     let settings = OutputSettings::default;
     let baud = OutputSettings { baud: Some(56_000), ..settings() };
-    assert!(error(&sold, &baud).starts_with("the baud rate can be 9600, 19200, "));
+    assert!(error(&factory, &baud).starts_with("the baud rate can be 9600, 19200, "));
     let message = OutputSettings { message: Some("VNXYZ".into()), ..settings() };
-    assert!(error(&sold, &message).starts_with("the message can be VNYPR, VNQTN, "));
+    assert!(error(&factory, &message).starts_with("the message can be VNYPR, VNQTN, "));
     for window in [0, 801, 65_540] {
         let window = OutputSettings { window: Some(window), ..settings() };
-        assert!(error(&sold, &window).starts_with("the window can be 1 to 800 samples, not "));
+        assert!(error(&factory, &window).starts_with("the window can be 1 to 800 samples, not "));
     }
     let without = |register| {
-        let mut current = sold.clone();
+        let mut current = factory.clone();
         current.retain(|contents| contents.register != register);
         current
     };
@@ -198,7 +198,7 @@ fn what_cannot_be_says_what_can() {
     let text = "this sensor lacks register 85, which the setting needs";
     assert_eq!(error(&without(Register::IMU_FILTER), &window), text);
     assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("lacks register 32"));
-    let damaged = with(sold.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
+    let damaged = with(factory.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
     assert!(error(&damaged, &count(true)).starts_with("register 32 lacks the field "));
     // and is passed over where it does not matter
     for passable in [without(Register::SYNC_CONTROL), without(Register::IMU_FILTER), damaged] {
@@ -208,16 +208,16 @@ fn what_cannot_be_says_what_can() {
 
 #[test]
 fn packets_come_behind_a_faster_line_and_without_sentences() {
-    let sold = current(115_200, 14, 40);
+    let factory = current(115_200, 14, 40);
     let packets =
         |name: &str, rate_hz| OutputSettings { message: Some(name.into()), rate_hz, ..OutputSettings::default() };
-    assert_eq!(planned(&sold, &packets("BINARY", None)), ["06,0", "75,1,4,05,0001,001C"]);
+    assert_eq!(planned(&factory, &packets("BINARY", None)), ["06,0", "75,1,4,05,0001,001C"]);
     let fast = packets("binary", Some(800));
-    assert_eq!(planned(&sold, &fast), ["05,460800", "06,0", "75,1,1,05,0001,001C"]);
+    assert_eq!(planned(&factory, &fast), ["05,460800", "06,0", "75,1,1,05,0001,001C"]);
     let with_mag = OutputSettings { window: Some(1), ..packets("BINARY+MAG", Some(800)) };
     let expected = ["05,921600", "06,0", "85,0,1,1,4,0,0,3,3,3,0", "75,1,1,05,0001,003E"];
-    assert_eq!(planned(&sold, &with_mag), expected);
-    let OutputPlan { frames, rate_hz, .. } = plan(&sold, &fast).unwrap();
+    assert_eq!(planned(&factory, &with_mag), expected);
+    let OutputPlan { frames, rate_hz, .. } = plan(&factory, &fast).unwrap();
     assert_eq!((frames, rate_hz), (FrameKind::Packet(PacketHeader::new(5, &[1, 0x1C])), 800.0));
 }
 
@@ -249,17 +249,17 @@ fn packets_that_do_not_come_go_to_the_second_port() {
 
 #[test]
 fn packets_that_do_not_fit_say_what_does() {
-    let sold = current(115_200, 14, 40);
+    let factory = current(115_200, 14, 40);
     let asked = OutputSettings { message: Some("BINARY".into()), baud: Some(115_200), ..rate(800) };
     assert_eq!(
-        error(&sold, &asked),
+        error(&factory, &asked),
         "800 packets a second need 35200 bytes a second, and 115200 baud carry 11520; take 460800 baud or more"
     );
     let thirds = OutputSettings { baud: None, ..OutputSettings { rate_hz: Some(300), ..asked } };
     assert!(
-        error(&sold, &thirds).starts_with("the rate of packets can be 1, 2, 4, 5, 8, 10, "),
+        error(&factory, &thirds).starts_with("the rate of packets can be 1, 2, 4, 5, 8, 10, "),
         "{}",
-        error(&sold, &thirds)
+        error(&factory, &thirds)
     );
 }
 

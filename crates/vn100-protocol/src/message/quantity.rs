@@ -10,7 +10,7 @@ use super::layout::{Channel, Quantity};
 pub(crate) struct QuantityRow {
     quantity: Quantity,
     unit: &'static str,
-    /// The largest magnitude in units: wider than any range the sensor is sold with, to catch
+    /// The largest magnitude in units: wider than any range the sensor is made with, to catch
     /// damage that the checksum let through.
     limit: i32,
     /// A count of sentences is 10^-`decimals` units.

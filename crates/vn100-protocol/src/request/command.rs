@@ -35,7 +35,7 @@ pub enum SensorCommand {
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
     WriteSettings,
-    /// `VNRFS`: puts all registers back to what they were when sold, saves them and restarts.
+    /// `VNRFS`: restores the factory default of all registers, saves them and restarts.
     RestoreFactorySettings,
     /// `VNRST`: restarts with the registers as saved.
     Reset,

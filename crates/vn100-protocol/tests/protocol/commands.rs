@@ -102,11 +102,11 @@ fn writes_are_the_published_lines() {
         let rate = published[10..published.len() - 3].parse().unwrap();
         check(&BaudRate::new(rate).unwrap(), published);
     }
-    let sold = ProtocolControl::default();
-    check(&sold, "$VNWRG,30,0,0,0,0,1,0,1*69");
-    check(&ProtocolControl { serial_count: 3, ..sold }, "$VNWRG,30,3,0,0,0,1,0,1*6A");
-    check(&ProtocolControl { serial_count: 3, serial_status: 1, ..sold }, "$VNWRG,30,3,1,0,0,1,0,1*6B");
-    check(&ProtocolControl { serial_checksum: 3, ..sold }, "$VNWRG,30,0,0,0,0,3,0,1*6B");
+    let factory = ProtocolControl::default();
+    check(&factory, "$VNWRG,30,0,0,0,0,1,0,1*69");
+    check(&ProtocolControl { serial_count: 3, ..factory }, "$VNWRG,30,3,0,0,0,1,0,1*6A");
+    check(&ProtocolControl { serial_count: 3, serial_status: 1, ..factory }, "$VNWRG,30,3,1,0,0,1,0,1*6B");
+    check(&ProtocolControl { serial_checksum: 3, ..factory }, "$VNWRG,30,0,0,0,0,3,0,1*6B");
     let sync = SyncControl { out_mode: 1, out_polarity: 1, out_pulse_ns: 500_000, ..SyncControl::default() };
     check(&sync, "$VNWRG,32,3,0,0,0,1,1,0,500000,0*5D");
     let filter = ImuFilter::default();

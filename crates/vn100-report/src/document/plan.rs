@@ -65,7 +65,7 @@ pub struct PlanCommands {
     pub configure: Option<String>,
     /// Measures.
     pub attach: String,
-    /// Sets the sensor back to what it is sold with, where the measurement does not restore it.
+    /// Sets the sensor to its factory default, where the measurement does not restore it.
     pub undo: Option<String>,
 }
 
