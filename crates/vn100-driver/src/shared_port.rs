@@ -9,7 +9,8 @@ use vn100_protocol::stream::LinkEventKind;
 
 use crate::connect::other_program_on;
 
-/// The search is repeated when frames are damaged, at most so often: it takes milliseconds.
+/// The shortest interval between two searches, as each takes milliseconds. A search is repeated
+/// when frames are damaged.
 const PERIOD: Duration = Duration::from_secs(60);
 
 /// Searches when the link is connected, and when frames are damaged.
@@ -24,7 +25,7 @@ pub(crate) struct SharedPort {
 }
 
 impl SharedPort {
-    /// Begins to search, where the event of the stream is a reason.
+    /// Begins a search, where the event of the stream is a reason for one.
     pub(crate) fn handle_event(&mut self, event: &Event, device_file: Option<&Path>) {
         let is_due = match event {
             Event::Link(event) => matches!(event.kind, LinkEventKind::Up { .. }),

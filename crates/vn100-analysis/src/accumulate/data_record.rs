@@ -22,7 +22,7 @@ use crate::{
     snapshot::{MissingFrom, Timing},
 };
 
-/// The parts of a record, each with one concern; here they meet.
+/// The parts of a record. Each row, gap and reply is given to all parts that it concerns.
 #[derive(Debug)]
 pub(crate) struct DataRecord {
     pub(crate) settings: Settings,
@@ -249,7 +249,7 @@ impl DataRecord {
         }
     }
 
-    /// Nothing of the time before an outage is known to hold after it. `ended` summarises the
+    /// After an outage nothing that was known before is sure to hold. `ended` summarises the
     /// arrival times before.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>, has_restarted: bool) {
         self.gaps.restarts += u64::from(has_restarted);

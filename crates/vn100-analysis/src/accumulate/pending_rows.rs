@@ -7,7 +7,7 @@ use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::row_slice::RowSlice;
 
-/// The first stamp: long after zero, as later ones may lie before it.
+/// The first stamp is set so long after zero, because later ones may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 
 #[derive(Debug)]
@@ -131,8 +131,8 @@ impl PendingRows {
         self.detector.after_outage(device_ns, at)
     }
 
-    /// How long rows have come by their stamps if none came out, else zero. The last stamp counts
-    /// for half of it at most: it alone may be wrong.
+    /// The time that the stamps of the pending rows span if no row has come out, else zero. The
+    /// last stamp adds half of it at most, because a single stamp may be wrong.
     pub(crate) fn pending_duration(&self) -> Duration {
         if self.resolved_in_all > 0 {
             return Duration::ZERO;

@@ -15,24 +15,25 @@ const SAME_RATE: f64 = 0.01;
 /// Above, a measured rate does not confirm the nominal one: no quartz is off by so much.
 const CLOCK_PPM: f64 = 1000.0;
 
-/// The source of the sample rate of a record, when it was wrong, and when it changed. Device times
-/// outrank the user, who outranks the sensor's setting, that arrival times, and these the default;
-/// but seconds of arrivals at exactly another rate show that the setting is not that of the stream.
+/// The source of the sample rate of a record, when it was wrong, and when it changed. The sources
+/// by rank: device times, the user, the sensor's setting, arrival times, the default. An exception:
+/// seconds of arrivals at exactly another rate show that the setting is not that of the stream.
+///
 /// A deviation has one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
     change: Option<DatedChange>,
-    /// Summary of the last connection that is over and had a rate.
+    /// Summary of the latest connection that has ended and had a rate.
     confirmed: Option<TimebaseSummary>,
     /// What the sensor reported last, in hertz.
     reported_hz: Option<f64>,
-    /// The first refusal of stamps in a connection that is over.
+    /// The first refusal of stamps in a connection that has ended.
     pub(super) refused_before: Option<Refusal>,
     pub(super) false_rate: Option<FalseRate>,
     pub(super) false_report: Option<FalseReport>,
-    /// Samples excluded at another rate, until it was the rate of the record again.
+    /// Samples excluded at another rate before the stream returned to the rate of the record.
     pub(super) other_rate_samples: u64,
 }
 
@@ -40,7 +41,7 @@ pub(crate) struct RateAuthority {
 pub(crate) struct Rate {
     pub(crate) hz: f64,
     pub(crate) from: RateFrom,
-    /// How many samples arrival times decided by, where these are too few to be sure.
+    /// The number of samples whose arrival times decided, where these are too few to be sure.
     pub(crate) by_few: Option<u64>,
 }
 
@@ -68,7 +69,8 @@ pub(crate) enum RateEffect {
     Resume,
     /// The samples so far were placed by a false rate: the record begins anew at this one.
     Replace(f64),
-    /// They were placed by a rate that the sensor reported falsely: the same.
+    /// The samples so far were placed by a rate that the sensor reported falsely: the record begins
+    /// anew at the other one.
     Discard { from_hz: f64, to_hz: f64 },
 }
 
@@ -116,7 +118,7 @@ impl RateAuthority {
         self.change.is_some()
     }
 
-    /// A detector for the stamps that come now. They must confirm a rate that is known.
+    /// A detector for the stamps of a new connection. They must confirm a rate that is known.
     pub(crate) fn detector(&self) -> GapDetector {
         let is_reported = self.rate.from == RateFrom::Device;
         let known_hz = (!self.is_open() && !is_reported).then_some(self.rate.hz);
@@ -127,7 +129,7 @@ impl RateAuthority {
         detector
     }
 
-    /// The detector has this nominal rate; the sensor reported that one.
+    /// Takes the nominal rate of the detector; `device_hz` is what the sensor reported.
     pub(crate) fn take_nominal(
         &mut self,
         nominal: NominalRate,
@@ -147,8 +149,8 @@ impl RateAuthority {
         RateEffect::None
     }
 
-    /// Arrivals show another rate than the sensor reports. If those of an earlier connection
-    /// confirmed that, it has changed since.
+    /// Arrivals show another rate than the sensor reports. Where the arrivals of an earlier
+    /// connection confirmed the reported rate, the rate has changed since.
     fn contradict_report(&mut self, arrival_hz: f64, span: &MeasuredSpan) -> RateEffect {
         let from_hz = self.rate.hz;
         if let Some(before) = self.at_the_rate(None) {
@@ -174,8 +176,8 @@ impl RateAuthority {
         if is_same { RateEffect::None } else { RateEffect::Rescale { from_hz: hz, to_hz: device_hz } }
     }
 
-    /// A connection is over after so few `samples` that their rate is not sure: it holds until a
-    /// later one decides, and more samples are better evidence than fewer.
+    /// A connection has ended after so few `samples` that their rate is not sure. The rate of the
+    /// connection with the most samples holds until a later connection decides.
     pub(crate) fn prefer_longer_evidence(&mut self, samples: u64, before: Rate) {
         if before.by_few.is_some_and(|more| more > samples) {
             self.rate = before;
@@ -184,8 +186,8 @@ impl RateAuthority {
         }
     }
 
-    /// The stream is over: where no list of rates says which one was meant, the rate of all samples
-    /// is that of the record, and not that of the first ones.
+    /// The stream has ended. Where no list of rates shows which one was meant, the rate of the
+    /// record is that of all samples, and not that of the first ones.
     pub(crate) fn take_whole_record(&mut self, summary: &TimebaseSummary) {
         if let (Some(NominalRate::Measured(first_hz)), Some(hz)) = (summary.nominal, summary.measured_hz)
             && self.rate.from == RateFrom::Arrival
@@ -227,8 +229,8 @@ impl RateAuthority {
         }
     }
 
-    /// If refused stamps show another rate after a reconnect, though those before confirmed the
-    /// known one, it has changed; a rate that the user gave is kept.
+    /// Takes a refusal of stamps after a reconnect. Where they show another rate, and stamps before
+    /// confirmed the known one, the rate has changed; a rate that the user gave is kept.
     pub(crate) fn take_refusal(&mut self, refusal: Refusal, span: &MeasuredSpan) -> RateEffect {
         match (refusal, self.confirmed.filter(|before| self.is_at_the_rate(before))) {
             (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) if self.rate.from != RateFrom::Option => {
@@ -276,14 +278,14 @@ impl RateAuthority {
         }
     }
 
-    /// `samples` were judged by a false rate.
+    /// Replaces a false rate, by which so many `samples` were placed.
     pub(crate) fn replace(&mut self, device_hz: f64, samples: u64) {
         self.refused_before = None;
         self.false_rate = (samples > 0).then_some(FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// Excluded samples are no evidence.
+    /// A connection has ended. What it shows of the rate is kept, unless its samples were excluded.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
@@ -337,7 +339,7 @@ impl RateAuthority {
     }
 }
 
-/// Then a sensor that reports another rate was set anew.
+/// Whether arrivals confirm the rate: then a sensor that reports another one was set anew.
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
 }

@@ -27,10 +27,10 @@ pub enum SensorCommand {
     /// `VNWRG`: writes a register; the value is lost without power unless
     /// [`WriteSettings`](Self::WriteSettings) follows.
     WriteRegister {
-        /// Where to.
+        /// The register.
         register: Register,
-        /// What, in the order of the register. Without a port behind them, registers 5 to 7 are
-        /// those of the port in use.
+        /// Its fields in their order. Registers 5 to 7 are those of the port in use, unless a field
+        /// more names a port.
         fields: RegisterFields,
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
@@ -73,8 +73,8 @@ impl SensorCommand {
         check.sentence(&self.body())
     }
 
-    /// Whether `reply` is what the sensor says when it has carried this out: the same command and,
-    /// where it has one, the same register.
+    /// Whether `reply` confirms this command: it names the same command and, where it has one, the
+    /// same register.
     ///
     /// The fields in the reply to a write are not compared; an error of the sensor does not
     /// name what it answers, and is no such reply.
@@ -88,7 +88,7 @@ impl SensorCommand {
         }
     }
 
-    /// Whether to send it twice does the same as to send it once.
+    /// Whether sending it twice has the same effect as sending it once.
     #[must_use]
     pub fn is_repeatable(&self) -> bool {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))

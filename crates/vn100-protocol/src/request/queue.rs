@@ -33,9 +33,9 @@ use crate::{
 /// A reply answers by its command and its register. `VNERR` names neither: it answers the request
 /// on the wire, unless it is always unsolicited. On a line that echoes, as a half-duplex one does,
 /// the echo of a command other than a read looks like its reply: once a read was echoed and
-/// answered, the first copy of any other command is the echo and the next one the answer. So that a
-/// late answer to a request that was sent twice is not taken for that of the next one, the next
-/// waits until it has come or could have.
+/// answered, the first copy of any other command is the echo and the next one the answer. After a
+/// request that was sent twice the next one waits until the second answer has arrived or is too
+/// late to arrive: otherwise it would be taken for the answer to the next request.
 #[derive(Debug, Default)]
 pub struct RequestQueue {
     check: Check,
@@ -44,14 +44,14 @@ pub struct RequestQueue {
     late: Option<Late>,
     /// Whether a read was echoed before its reply.
     line_echoes: bool,
-    /// The sensor receives nothing before this time.
+    /// The sensor takes no request before this time.
     busy_until: Duration,
     completions: VecDeque<(RequestId, Result<Response, RequestFailure>)>,
     notices: VecDeque<DeviceError>,
     submitted: u64,
 }
 
-/// A request of one session.
+/// A request in a queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct RequestId(u64);
 
@@ -64,18 +64,18 @@ pub enum Response {
     Done,
 }
 
-/// Whether a reply was the session's.
+/// What a reply means to the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handled {
     /// It answers a request, the present one or one that has ended.
     Mine,
-    /// It is what was sent: the line echoes.
+    /// It is the request itself: the line echoes.
     Echo,
-    /// It answers nothing that was asked here.
+    /// It answers no request of this queue.
     NotMine,
 }
 
-/// As many requests wait as a session takes.
+/// As many requests wait as the queue takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{} requests are pending: collect their replies before sending more", RequestQueue::CAPACITY)]
 pub struct QueueFull;
@@ -84,7 +84,7 @@ pub struct QueueFull;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum RequestFailure {
-    /// The sensor said nothing.
+    /// The sensor did not answer.
     #[error(
         "no reply to {line}, {} in {:.1} s: check the baud rate and the wire to the sensor; with error mode 0 (register 30) \
          the sensor does not report refused commands", sent(*.attempts), .after.as_secs_f64()
@@ -102,7 +102,7 @@ pub enum RequestFailure {
     Device {
         /// The command.
         line: String,
-        /// What it said.
+        /// The error that it reported.
         error: DeviceError,
     },
     /// The link went down before an answer came.
@@ -113,7 +113,7 @@ pub enum RequestFailure {
         /// How often it was sent; 0 for one that waited for others.
         attempts: u32,
     },
-    /// The sensor took a write, but not as it was asked.
+    /// The sensor carried out a write with other values than those sent.
     #[error(
         "the reply to {line} has other fields: requested {asked}, received {got}; read the register to see its value"
     )]
@@ -162,7 +162,7 @@ impl RequestQueue {
     /// The notices kept; the oldest go first.
     pub const NOTICES: usize = 16;
 
-    /// A session whose lines are protected by `check`. The sensor takes XOR-8 and CRC-16 at any
+    /// A queue whose sentences are protected by `check`. The sensor takes XOR-8 and CRC-16 at any
     /// time, and a line with [`Check::None`] at none.
     #[must_use]
     pub fn new(check: Check) -> Self {
@@ -189,9 +189,8 @@ impl RequestQueue {
         Ok(id)
     }
 
-    /// Gives a request up: it is not sent again, and does not end with a result. An answer that
-    /// still arrives is not the session's; an error may be taken for the answer to the next
-    /// request.
+    /// Cancels a request: it is not sent again, and ends without a result. An answer that still
+    /// arrives belongs to no request; an error may be taken for the answer to the next one.
     pub fn cancel(&mut self, id: RequestId) {
         self.queue.retain(|(queued, _)| *queued != id);
         self.current.take_if(|current| current.id == id);
@@ -372,7 +371,7 @@ impl RequestQueue {
         }
         let answer_time = match &result {
             Err(RequestFailure::Timeout { .. }) => current.command.answer_time(),
-            // the sensor may be as slow with the last line as it was with the first
+            // the sensor may be as slow with the last attempt as it was with the first
             _ => current.command.answer_time().max(now.saturating_sub(current.first_sent)),
         };
         self.late = (current.unanswered > 0).then(|| Late {

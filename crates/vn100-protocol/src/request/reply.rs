@@ -1,4 +1,4 @@
-//! What a sensor says to a command.
+//! The replies of a sensor to commands.
 
 use alloc::{borrow::ToOwned, string::String};
 
@@ -11,8 +11,7 @@ use crate::{
     request::device_error::DeviceError,
 };
 
-/// An answer of the sensor, an unsolicited device error, or a question that the line brings
-/// back.
+/// An answer of the sensor, an unsolicited device error, or the echo of a read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
     /// `VNRRG`: what a register holds.
@@ -23,8 +22,8 @@ pub enum Reply {
     Echo(String),
     /// `VNERR`.
     Error(DeviceError),
-    /// `VNRRG` with nothing behind the register number: a sensor says no such thing. It is the
-    /// host's own question, as a line that echoes brings it back.
+    /// `VNRRG` with nothing after the register number. A sensor sends no such sentence: it is the
+    /// host's own read, on a line that echoes.
     Question(Register),
 }
 
@@ -34,13 +33,13 @@ pub enum ReplyError {
     /// Its header is that of a measurement, or unknown.
     #[error("the sentence is not a reply to a command")]
     NotAReply,
-    /// Behind `VNRRG` or `VNWRG` stands no register number.
+    /// No register number follows `VNRRG` or `VNWRG`.
     #[error("the reply does not begin with a register number from 0 to 255")]
     RegisterNumber,
     /// Nothing follows the register number of a write.
     #[error("the reply has no value behind the register number")]
     NoValue,
-    /// Behind `VNERR` does not stand one code.
+    /// Not exactly one code follows `VNERR`.
     #[error("the error code is not one or two hexadecimal digits")]
     ErrorCode,
 }
@@ -49,7 +48,7 @@ impl Reply {
     /// Reads a sentence. A register number may be padded with zeros or not.
     ///
     /// # Errors
-    /// [`ReplyError`] says what keeps it from being a reply.
+    /// [`ReplyError`]: why it is no reply.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, ReplyError> {
         if !sentence.is_reply() {
             return Err(ReplyError::NotAReply);

@@ -91,8 +91,8 @@ impl SampleReader {
         Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
-    /// Takes what a source delivered, and hands back what is an event of the link: it follows the
-    /// [batches](Self::take_batches) that are complete now.
+    /// Takes an input of a source, and returns it where it is an event of the link: the event comes
+    /// after the [batches](Self::take_batches) that are complete now.
     pub fn take_input(&mut self, input: StreamInput) -> Option<LinkEvent> {
         match input {
             StreamInput::Chunk(chunk) => {
@@ -385,7 +385,7 @@ impl Stream {
     }
 
     fn mark(&mut self, kind: MarkKind) {
-        // its place is behind the rows that wait
+        // its place is after the pending rows
         if kind == MarkKind::Rejected && self.layout.is_none() {
             self.choose_packets();
         }
