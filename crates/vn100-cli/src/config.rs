@@ -25,8 +25,12 @@ pub(crate) struct Config {
 
 impl Config {
     /// From the file named on the command line.
-    pub(crate) fn named(path: &str) -> Result<Self, String> {
-        let read = || -> Result<Self> { Self::parse(&read_text(Path::new(path)).context("cannot be read")?) };
+    pub(crate) fn named(path: PathBuf) -> Result<Self, String> {
+        Self::of_file(&path)
+    }
+
+    fn of_file(path: &Path) -> Result<Self, String> {
+        let read = || -> Result<Self> { Self::parse(&read_text(path).context("cannot be read")?) };
         read().map_err(|error| format!("{error:#}"))
     }
 
@@ -34,10 +38,9 @@ impl Config {
     /// reported.
     pub(crate) fn of_user() -> Self {
         let path = user_file(|name| env::var_os(name).map(PathBuf::from)).filter(|path| path.exists());
-        let path = path.as_ref().and_then(|path| path.to_str());
         path.map_or_else(Self::default, |path| {
-            Self::named(path).unwrap_or_else(|error| {
-                report(&format!("the settings in {path} are not used: {error}"));
+            Self::of_file(&path).unwrap_or_else(|error| {
+                report(&format!("the settings in {} are not used: {error}", path.display()));
                 Self::default()
             })
         })
@@ -121,7 +124,7 @@ mod tests {
     fn a_file_that_cannot_be_used_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine.toml");
-        let read = || Config::named(path.to_str().unwrap()).unwrap_err();
+        let read = || Config::of_file(&path).unwrap_err();
         assert!(read().contains("cannot be read"), "{}", read());
         std::fs::write(&path, "x".repeat(1 << 21)).unwrap();
         assert!(read().contains("1 MiB"));

@@ -224,8 +224,11 @@ impl Holder {
             let number = process.file_name().to_str()?.parse().ok()?;
             let (port, process) = (port.as_ref()?, process.path());
             let files: Vec<_> = fs::read_dir(process.join("fd")).ok()?.flatten().collect();
-            let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == *port))
-                && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
+            let reads = |file: &fs::DirEntry| {
+                fs::read_link(file.path()).is_ok_and(|target| target == *port) && can_read(&process, &file.file_name())
+            };
+            let holds =
+                files.iter().any(reads) && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
             let name = holds.then(|| fs::read_to_string(process.join("comm")).ok()).flatten()?;
             Some(Self { process: number, name: name.trim().into() })
         })
@@ -241,6 +244,15 @@ impl Holder {
             false => format!("{} (process {})", self.name, self.process),
         }
     }
+}
+
+/// Whether this file of a process is open for reading.
+fn can_read(process: &Path, file: &OsStr) -> bool {
+    const ACCESS_MODE: u32 = 0o3;
+    const WRITE_ONLY: u32 = 0o1;
+    let info = fs::read_to_string(process.join("fdinfo").join(file)).unwrap_or_default();
+    let flags = info.lines().find_map(|line| u32::from_str_radix(line.strip_prefix("flags:")?.trim(), 8).ok());
+    flags.is_none_or(|flags| flags & ACCESS_MODE != WRITE_ONLY)
 }
 
 /// Whether this file of a process is the master of the pseudo-terminal `port`.

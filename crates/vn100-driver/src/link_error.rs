@@ -59,6 +59,8 @@ pub enum LinkHint {
     CheckBaudRate,
     /// Choose another port: this one is of another device.
     ChoosePort,
+    /// Choose another port of the server: this one is of another device.
+    ChooseServerPort,
 }
 
 impl LinkHint {
@@ -76,6 +78,7 @@ impl LinkHint {
             }
             Self::CheckBaudRate => "check the cable, the power of the sensor and the baud rate",
             Self::ChoosePort => "choose the port of the sensor",
+            Self::ChooseServerPort => "choose the port of the server behind which the sensor is",
         }
     }
 }
@@ -90,7 +93,8 @@ impl LinkError {
     /// What the user can do, where the error does not contain it.
     pub(crate) fn hint(&self) -> Option<LinkHint> {
         Some(match self {
-            Self::OtherDevice { .. } => LinkHint::ChoosePort,
+            Self::OtherDevice { baud: Some(_), .. } => LinkHint::ChoosePort,
+            Self::OtherDevice { baud: None, .. } => LinkHint::ChooseServerPort,
             Self::NoSensor { bytes: 0, asked: false, .. } => LinkHint::AskSensor,
             Self::NoSensor { echoes: 1.., .. } => LinkHint::FindEcho,
             Self::NoSensor { tried, .. } if tried.is_empty() => LinkHint::CheckServerBaudRate,

@@ -267,6 +267,7 @@ impl LinkMachine {
 
     /// Reports that another program has the port open too.
     pub(crate) fn report_shared_port(&mut self, now: Duration, program: String) {
+        self.context.port_shared_with = Some(program.clone());
         self.context.emit(now, LinkEventKind::PortShared { program });
     }
 
@@ -474,7 +475,7 @@ impl LinkMachine {
     fn may_reconnect(&self, error: &LinkError) -> bool {
         let was_connected = self.context.was_connected;
         match error {
-            LinkError::OtherSensor { .. } | LinkError::OtherDevice { .. } => false,
+            LinkError::OtherSensor { .. } => false,
             LinkError::Open(error) => was_connected && error.is_passing(),
             LinkError::NoSensor { tried, bytes, echoes: 0, .. } if tried.len() > 1 && *bytes > 0 => {
                 was_connected || self.context.attempts < FIRST_ATTEMPTS_GARBLED
@@ -486,9 +487,12 @@ impl LinkMachine {
 
     /// The error as its user reads it.
     fn text(&self, error: &LinkError) -> String {
-        match error.hint() {
-            Some(hint) => format!("{error}; {}", self.context.options.hint_text.unwrap_or(LinkHint::text)(hint)),
-            None => error.to_string(),
+        match (error.hint(), &self.context.port_shared_with) {
+            (Some(_), Some(program)) => format!("{error}; {program} has the port open too: end that program"),
+            (Some(hint), None) => {
+                format!("{error}; {}", self.context.options.hint_text.unwrap_or(LinkHint::text)(hint))
+            }
+            (None, _) => error.to_string(),
         }
     }
 

@@ -186,6 +186,7 @@ impl<C: Connect> LinkTask<C> {
             Some(Ok(connection)) => {
                 let name = connection.name().to_owned();
                 let port = OpenPort { name, latency_timer: connection.latency_timer().cloned() };
+                self.shared_port.search(connection.device_file());
                 self.connection = Some(connection);
                 Input::Opened(port)
             }
@@ -233,8 +234,10 @@ impl<C: Connect> LinkTask<C> {
                     }
                 }
                 LinkOutput::Stream(event) => {
-                    let device_file = self.connection.as_ref().and_then(Connection::device_file);
-                    self.shared_port.handle_event(&event, device_file);
+                    if let StreamEvent::Batch(batch) = &event {
+                        let device_file = self.connection.as_ref().and_then(Connection::device_file);
+                        self.shared_port.handle_batch(batch, device_file);
+                    }
                     self.counters.frames().extend(self.machine.frames());
                     // that the receiver was dropped is noticed where the loop waits for inputs
                     let _ = self.stream.send(event).await;

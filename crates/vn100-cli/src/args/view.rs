@@ -3,6 +3,7 @@
 use std::{path::PathBuf, sync::OnceLock};
 
 use anyhow::{Context, Result};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 
@@ -28,7 +29,7 @@ pub(crate) struct ViewArgs {
     ///
     /// A TOML file with theme = "auto", "dark", "light" or "16"; units = "datasheet" or "si", those
     /// that the view shows first; port = "/dev/ttyUSB0", the source of attach where none is named.
-    #[arg(long, value_name = "FILE", value_parser = Config::named)]
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(Config::named))]
     config: Option<Config>,
     #[arg(skip)]
     config_of_user: OnceLock<Config>,

@@ -79,6 +79,7 @@ fn shortfall_words(&Shortfall { wanted, measured }: &Shortfall) -> String {
     let (data, goal) = (seconds(measured), seconds(wanted));
     match wanted.saturating_sub(measured) {
         _ if data != goal => format!("after {data} of data of the {goal} asked for"),
+        missing if missing < Duration::from_millis(1) => format!("just before the {goal} asked for"),
         missing if missing < Duration::from_secs(1) => {
             format!("{} ms before the {goal} asked for", missing.as_millis())
         }
@@ -199,6 +200,8 @@ mod tests {
         };
         assert_eq!(words(12_000, 8000), "after 8 s of data of the 12 s asked for");
         assert_eq!(words(12_000, 11_975), "25 ms before the 12 s asked for");
+        let nearly = Shortfall { wanted: Duration::from_secs(1), measured: Duration::from_micros(999_900) };
+        assert_eq!(shortfall_words(&nearly), "just before the 1 s asked for");
         assert_eq!(words(7_200_000, 7_198_500), "after 1 h 59 min of data of the 2 h asked for");
         assert_eq!(words(7_230_000, 7_205_000), "25 s before the 2 h asked for");
     }

@@ -24,6 +24,9 @@ const LISTEN: Duration = Duration::from_millis(150);
 /// itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
+/// How long to wait for a sensor beside the output of another device: three lines of one a second.
+const DOUBT: Duration = Duration::from_millis(2400);
+
 /// How long the sensor may take to answer, besides the time on the line.
 const ANSWER: Duration = Duration::from_millis(100);
 
@@ -90,6 +93,7 @@ pub(super) struct BaudScan {
     until: Duration,
     listening_since: Duration,
     is_first: bool,
+    has_asked: bool,
     is_found: bool,
     /// Whether bytes may be delayed.
     may_be_stalled: bool,
@@ -118,6 +122,7 @@ impl BaudScan {
             until: now,
             listening_since: now,
             is_first: true,
+            has_asked: false,
             is_found: false,
             may_be_stalled: false,
             began: now,
@@ -151,9 +156,9 @@ impl BaudScan {
         match self.stage {
             AttemptStage::Switching | AttemptStage::Settling => {}
             _ if pending.has_sensor() => return self.finish_attempt(context, now),
-            AttemptStage::Listening | AttemptStage::Asking if pending.other_device.is_suspected() => {
+            AttemptStage::Listening | AttemptStage::Asking if self.is_doubtful(context) => {
                 context.requests.handle_link_down();
-                (self.stage, self.until) = (AttemptStage::Doubting, now + LISTEN_ONLY + self.line_time());
+                (self.stage, self.until) = (AttemptStage::Doubting, now + DOUBT + self.line_time());
             }
             // at the right rate a frame is complete by then; bytes before that may be stray
             AttemptStage::Listening if now >= self.attempt_began + SETTLE && self.only_listens(context) => {
@@ -191,6 +196,7 @@ impl BaudScan {
                 self.begin_attempt(context, now);
             }
             AttemptStage::Listening if !self.only_listens(context) => {
+                self.has_asked = true;
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
                 (self.stage, self.until) = (AttemptStage::Asking, now + ANSWER + self.line_time());
@@ -231,6 +237,13 @@ impl BaudScan {
         let sends_by_itself = unframed > STRAY_BYTES || self.unsolicited > GLITCH_BYTES;
         let may_be_other = sends_by_itself && !context.was_connected && !context.attempts.is_multiple_of(2);
         context.options.listen_only || may_be_other
+    }
+
+    /// Whether another device may be sending. Text alone may be the banner of a server or an
+    /// adapter, and does not replace the one question.
+    fn is_doubtful(&self, context: &LinkContext) -> bool {
+        let other = &context.pending.other_device;
+        other.has_frames() || other.has_text() && (self.has_asked || self.only_listens(context))
     }
 
     /// How long the bytes before the answer, and the answer, are on the way.

@@ -25,6 +25,8 @@ pub(super) struct LinkContext {
     /// The baud rate at which the sensor was connected last, or to which it was set before.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
+    /// Another program that was found on the port.
+    pub(super) port_shared_with: Option<String>,
     /// Attempts to open the port since the sensor was connected last.
     pub(super) attempts: u32,
     /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
@@ -60,6 +62,7 @@ impl LinkContext {
             has_baud,
             last_baud: baud_set(&options.desired_settings),
             was_connected: false,
+            port_shared_with: None,
             attempts: 0,
             reconnect_delay: FIRST_DELAY,
             port: OpenPort::default(),

@@ -1,6 +1,6 @@
 //! What another device sends, recognized by its sentences, its packets or its lines of text.
 
-use std::fmt;
+use std::{fmt, mem};
 
 use vn100_protocol::{Check, Sentence};
 
@@ -9,6 +9,9 @@ const NAMED_SENTENCES: usize = 3;
 
 /// How many lines of text, or packets, no noise makes.
 const SURE: u32 = 2;
+
+/// So many characters of text before a line end may be noise.
+const NOISE_CHARACTERS: usize = 8;
 
 /// So much of a line is shown.
 const SHOWN_CHARACTERS: usize = 40;
@@ -150,9 +153,14 @@ impl OtherDevice {
         self.incomplete.drain(..at);
     }
 
-    /// Whether to wait for what would show another device.
-    pub(super) fn is_suspected(&self) -> bool {
-        !self.sentences.is_empty() || self.packets.iter().any(|packets| *packets > 0) || self.lines.count > 0
+    /// Whether there is a sentence or a packet of another device.
+    pub(super) fn has_frames(&self) -> bool {
+        !self.sentences.is_empty() || self.packets.iter().any(|packets| *packets > 0)
+    }
+
+    /// Whether a line of text came; more of them show another device.
+    pub(super) fn has_text(&self) -> bool {
+        self.lines.has_ended
     }
 
     /// What the bytes so far show: `None` for a sensor, for noise, for bytes at a wrong baud rate.
@@ -175,38 +183,40 @@ fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
 }
 
 /// Lines of nothing but text, of which a wrong baud rate and noise make none.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct TextLines {
     count: u32,
     last: String,
-    /// The incomplete one, of which the begin may be missing; `None` behind noise.
+    /// The incomplete one; `None` where its beginning is missing.
     line: Option<String>,
+    /// Of the incomplete line, since the last noise.
+    characters: usize,
+    /// Whether some text had a line end since the last noise.
+    has_ended: bool,
     /// Sentences of a sensor, however damaged.
     has_sensor: bool,
 }
 
-impl Default for TextLines {
-    fn default() -> Self {
-        Self { count: 0, last: String::new(), line: Some(String::new()), has_sensor: false }
-    }
-}
-
 impl TextLines {
     fn push(&mut self, byte: u8) {
+        self.characters += 1;
         match (byte, &mut self.line) {
             (b'\n', _) => self.end_line(),
             (b' '..=b'~', Some(line)) if line.len() < LONGEST => line.push(char::from(byte)),
             (b'\r' | b'\t' | b' '..=b'~', _) => {}
-            _ => *self = Self { line: None, has_sensor: self.has_sensor, ..Self::default() },
+            _ => *self = Self { has_sensor: self.has_sensor, ..Self::default() },
         }
     }
 
     fn end_line(&mut self) {
-        let line = self.line.replace(String::new()).unwrap_or_default();
+        self.has_ended |= mem::take(&mut self.characters) > NOISE_CHARACTERS;
+        let Some(line) = self.line.replace(String::new()) else { return };
         // the answer to a question may begin with the question
         let is_question = line.contains("$VNRRG,01*72");
-        self.has_sensor |= line.contains("$VN") && !is_question;
-        if line.len() >= 4 && !line.contains("$VN") {
+        self.has_sensor |= line.contains("VN") && !is_question;
+        // a sentence without its beginning has a checksum, or hardly a letter
+        let letters = line.bytes().filter(u8::is_ascii_alphabetic).count();
+        if letters >= 3 && !line.contains('*') && !line.contains("VN") {
             self.count += 1;
             self.last = line.chars().take(SHOWN_CHARACTERS).collect();
         }
@@ -258,6 +268,8 @@ mod tests {
         assert_eq!(output(&[b"\nGYRO: 1 3 7\n\x80GYRO: 2 6 14\nGYRO: 3 9 21\n"]), None, "noise between");
         let sensor = b"\n$VNYMR,-085.469,+0x4.972*63\r\nVNYMR,-085.469,+074.972*63\r\n$XNYMR,-085.469*63\r\n";
         assert_eq!(output(&[sensor]), None);
+        let tails = b"\n+00.004,-00.003,+09.8*\r\n,-000.355,-000.296*61\r\nMR,-085.469,+074.972\r\n";
+        assert_eq!(output(&[tails]), None);
         let shell = b"\n$VNRRG,01*72\r\nunknown command\r\nlogin: \r\n";
         assert!(output(&[shell]).unwrap().contains("login"));
         assert_eq!(output(&[&b"1234567890".repeat(200)]), None);

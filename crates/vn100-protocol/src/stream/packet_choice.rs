@@ -8,8 +8,8 @@ use crate::{Packet, PacketForm, PacketHeader};
 /// that has both: each output has sent by then, as none is slower than 1 Hz.
 const LONGEST_NS: i64 = 1_200_000_000;
 
-/// The same where no time is known.
-const MOST_PACKETS: usize = 256;
+/// The same where no time is known: as many as two outputs of 800 Hz send in it.
+const MOST_PACKETS: usize = 1920;
 
 /// Packets that are measured if none with more comes in time.
 #[derive(Debug, Default)]

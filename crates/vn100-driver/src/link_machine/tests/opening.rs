@@ -228,7 +228,7 @@ fn another_device_is_named_and_asked_no_more_than_once() {
         ),
         (
             false,
-            "no sensor found on imu, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC; choose the port of the sensor",
+            "no sensor found on imu, but a device that sends NMEA sentences, such as a GPS: $GPGGA, $GPRMC; choose the port of the server behind which the sensor is",
         ),
     ] {
         let mut bench = Bench::of(has_baud, LinkOptions::default());
@@ -266,6 +266,43 @@ fn another_device_that_sends_text_now_and_then_is_asked_no_more_than_once() {
         assert_eq!(bench.sent, [ASK_MODEL]);
         bench.assert_ledger();
     }
+}
+
+#[test]
+fn a_banner_of_a_server_replaces_neither_the_question_nor_the_sensor() {
+    let banner = "Welcome to the port server\r\nConnected to port 3\r\nReady to send\r\n";
+    // a sensor that sends nothing by itself
+    let mut bench = Bench::of(false, LinkOptions::default());
+    bench.receive(banner);
+    bench.wait(ms(200));
+    assert_eq!(bench.take_sent(), [ASK_MODEL]);
+    bench.receive(&sentence("VNRRG,01,VN-100"));
+    assert_eq!(bench.phase(), "connected");
+    bench.assert_ledger();
+    // a sensor that was measured is waited for, whatever its server says
+    let mut bench = Bench::connected(LinkOptions::default());
+    bench.input(Input::Lost(LinkError::Disconnected));
+    for _ in 0..20 {
+        bench.wait(ms(1000));
+        if bench.phase() == "scanning" {
+            bench.receive(banner);
+        }
+    }
+    assert_ne!(bench.phase(), "closed");
+    assert!(
+        bench.states.iter().any(|state| matches!(state, LinkState::Down { cause, .. } if cause.contains("sends text")))
+    );
+    bench.assert_ledger();
+}
+
+#[test]
+fn an_error_names_another_program_on_the_port() {
+    let mut bench = Bench::new(LinkOptions::default());
+    bench.machine.report_shared_port(bench.now, "cat (process 7)".into());
+    bench.wait(ms(60_000));
+    let error = bench.error.clone().unwrap();
+    assert!(error.ends_with("no data received; cat (process 7) has the port open too: end that program"), "{error}");
+    bench.assert_ledger();
 }
 
 #[test]
