@@ -109,8 +109,8 @@ async fn state_of(input: FileStream, job: Arc<Job>) -> Result<State> {
     let bytes: u64 = input.files().filter_map(stored_bytes).sum();
     let spec = replay_spec(&job.args, input, &job.log, &job.stop);
     let name = spec.name_with_folder();
-    let kept = job.folder.as_ref().map(|folder| (Arc::clone(folder), folder.place(&name, &spec)));
-    let known = kept.as_ref().and_then(|(folder, place)| folder.known(place));
+    let kept = job.folder.as_ref().map(|folder| (Arc::clone(folder), folder.entry(&name, &spec)));
+    let known = kept.as_ref().and_then(|(folder, entry)| folder.known(entry));
     let state = match known {
         Some(state) => state,
         None => {
@@ -123,8 +123,8 @@ async fn state_of(input: FileStream, job: Arc<Job>) -> Result<State> {
                     measured.note_interrupted();
                 }
                 let state = state_of_measured(&name, &measured, analysis.as_deref_mut());
-                if let Some((folder, place)) = kept.filter(|_| !is_stopped) {
-                    folder.keep(&place, &state);
+                if let Some((folder, entry)) = kept.filter(|_| !is_stopped) {
+                    folder.keep(&entry, &state);
                 }
                 state
             })

@@ -50,14 +50,14 @@ impl AsRef<[u8]> for Html {
 
 /// What a reader is shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Shown {
+pub(crate) enum ShownParts {
     /// Every part.
     All,
     /// The details of these sources alone, by their prefixes.
     Open(Vec<String>),
 }
 
-impl Shown {
+impl ShownParts {
     /// By their prefixes, with commas between them.
     pub(crate) fn open(prefixes: &str) -> Self {
         Self::Open(prefixes.split(',').filter(|prefix| !prefix.is_empty()).map(str::to_owned).collect())
@@ -77,7 +77,7 @@ pub(crate) struct PageEvents {
     over: Pin<Box<WaitForCancellationFutureOwned>>,
     /// `None` for a reader that has received nothing yet.
     place: Option<EventPlace>,
-    shown: Shown,
+    shown: ShownParts,
     /// Of the state that is being sent.
     unsent: VecDeque<Bytes>,
     quiet: Interval,
@@ -88,7 +88,7 @@ pub(crate) struct PageEvents {
 impl PageEvents {
     pub(crate) fn new(
         pages: watch::Receiver<Arc<PageState>>,
-        (place, shown): (Option<EventPlace>, Shown),
+        (place, shown): (Option<EventPlace>, ShownParts),
         over: CancellationToken,
         stream: OwnedSemaphorePermit,
     ) -> Self {

@@ -22,7 +22,7 @@ use vn100_report::{MetricsForm, live_icon, live_script, live_style};
 
 use crate::{
     drawing::{Drawer, PageState},
-    events::{EventPlace, PageEvents, Shown},
+    events::{EventPlace, PageEvents, ShownParts},
     guard::{Hosts, guard},
 };
 
@@ -136,10 +136,10 @@ fn place(headers: &HeaderMap, query: Option<&str>) -> Option<EventPlace> {
 }
 
 /// What the reader shows: a page says which details are open.
-fn shown(query: Option<&str>) -> Shown {
+fn shown(query: Option<&str>) -> ShownParts {
     let open = query.and_then(|query| query.split('&').find_map(|part| part.strip_prefix("open=")));
     // the only sign that a browser escapes
-    open.map_or(Shown::All, |open| Shown::open(&open.replace("%2C", ",")))
+    open.map_or(ShownParts::All, |open| ShownParts::open(&open.replace("%2C", ",")))
 }
 
 /// The hashes of the contents of all elements of that name, for a content security policy.
@@ -199,9 +199,9 @@ mod tests {
 
     #[test]
     fn details_are_sent_of_the_sources_that_are_open() {
-        assert_eq!(shown(None), Shown::All);
-        assert_eq!(shown(Some("since=&open=")), Shown::open(""));
-        let two = Shown::Open(vec!["run1-".into(), "run12-".into()]);
+        assert_eq!(shown(None), ShownParts::All);
+        assert_eq!(shown(Some("since=&open=")), ShownParts::open(""));
+        let two = ShownParts::Open(vec!["run1-".into(), "run12-".into()]);
         assert_eq!(shown(Some("since=7-3&open=run1-%2Crun12-")), two);
     }
 }

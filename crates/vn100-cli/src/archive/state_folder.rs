@@ -29,9 +29,9 @@ pub(super) struct StateFolder {
     failure: OnceLock<String>,
 }
 
-/// The place of a recording in the folder.
+/// The entry of a recording in the folder.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct StateEntry {
     path: PathBuf,
     digest: [u8; DIGEST],
 }
@@ -65,23 +65,23 @@ impl StateFolder {
 
     /// Of what a state depends on: the program, the options, and the files by size and time of
     /// change.
-    pub(super) fn place(&self, name: &str, spec: &ReplaySpec) -> Place {
+    pub(super) fn entry(&self, name: &str, spec: &ReplaySpec) -> StateEntry {
         let ReplaySpec { path, capture, settings, read, .. } = spec;
         let mut digest = begun(&format!("{name:?} {settings:?} {read:?} {capture:?}"));
         std::iter::once(path).chain(&capture.later_parts).for_each(|file| stamp(file, &mut digest));
         let file = hex(&Sha256::digest(name)[..16]);
-        Place { path: self.path.join(format!("{file}.vn1s")), digest: digest.finalize().into() }
+        StateEntry { path: self.path.join(format!("{file}.vn1s")), digest: digest.finalize().into() }
     }
 
     /// The state of a recording that is as it was; `None` where nothing is kept of it, or nothing
     /// that can be read.
-    pub(super) fn known(&self, place: &Place) -> Option<State> {
-        let bytes = fs::read(&place.path).ok()?;
-        State::from_bytes(bytes.strip_prefix(&place.digest[..])?).ok()
+    pub(super) fn known(&self, entry: &StateEntry) -> Option<State> {
+        let bytes = fs::read(&entry.path).ok()?;
+        State::from_bytes(bytes.strip_prefix(&entry.digest[..])?).ok()
     }
 
-    pub(super) fn keep(&self, place: &Place, state: &State) {
-        self.write(&place.path, &[&place.digest[..], &state.to_bytes()].concat());
+    pub(super) fn keep(&self, entry: &StateEntry, state: &State) {
+        self.write(&entry.path, &[&entry.digest[..], &state.to_bytes()].concat());
     }
 
     /// Whole or not at all. What fails costs the next run the reading of the file, and this one

@@ -12,7 +12,7 @@ use vn100_analysis::{
 use vn100_report::{Asked, Program};
 
 use super::*;
-use crate::events::{PageEvents, Shown};
+use crate::events::{PageEvents, ShownParts};
 
 fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
     let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into(), detail_of: None });
@@ -131,7 +131,7 @@ async fn a_reader_who_sleeps_a_thousand_states_gets_the_last_one() {
     let pages = watch::channel(Arc::new(first)).0;
     let permit = || Arc::new(Semaphore::new(1)).try_acquire_owned().unwrap();
     let events = |place| PageEvents::new(pages.subscribe(), place, CancellationToken::new(), permit());
-    let mut sleeper = events((None, Shown::All));
+    let mut sleeper = events((None, ShownParts::All));
     for state in 1..=1000 {
         let next = pages.borrow().next(parts([&state.to_string(), "x"]));
         pages.send_replace(Arc::new(next));
@@ -144,6 +144,6 @@ async fn a_reader_who_sleeps_a_thousand_states_gets_the_last_one() {
     let detail = |id: &str| Arc::new(PagePart { id: id.into(), html: "x".into(), detail_of: Some("run1-".into()) });
     let next = pages.borrow().next(vec![detail("run1-allan"), parts(["b", ""])[0].clone()]);
     pages.send_replace(Arc::new(next));
-    assert!(!taken(&mut events((None, Shown::open("run2-")))).contains("run1-allan"));
-    assert!(taken(&mut events((None, Shown::open("run1-")))).contains("run1-allan"));
+    assert!(!taken(&mut events((None, ShownParts::open("run2-")))).contains("run1-allan"));
+    assert!(taken(&mut events((None, ShownParts::open("run1-")))).contains("run1-allan"));
 }
