@@ -436,3 +436,18 @@ fn what_may_be_as_good_as_zero_is_no_estimate() {
     }
     assert!(estimated > 80, "{estimated}");
 }
+
+#[test]
+fn a_walk_whose_record_hardly_slopes_is_not_taken_for_flicker_noise() {
+    // over white noise of variance 1: a walk that reaches it at a tenth of ten minutes, and a slope
+    // as low as one of white noise in twenty
+    let over_white = [0.99, 1.007, 1.013, 1.005, 1.006, 0.994, 1.011, 1.122, 0.932, 0.917, 1.35, 2.603, 4.778];
+    let shape = shape(24_000);
+    let octaves: Vec<_> = (0..over_white.len()).map(|i| Octave::whole(1 << i, shape.windows(1 << i))).collect();
+    let variances: Vec<_> = octaves.iter().zip(over_white).map(|(octave, over)| over / octave.m as f64).collect();
+    let slope = (0.005 * 12.0 / 24_000_f64.powi(3)).sqrt() / INTERVAL_S;
+    let fit =
+        NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(slope)), 0.95);
+    let bias = fit.parameter(Term::BiasInstability).unwrap();
+    assert!(bias.p.is_some_and(|p| p > 0.05), "{bias:?}");
+}

@@ -14,8 +14,7 @@ pub(super) const PRESENT: f64 = 1.96;
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// Probability, corrected for all slow terms and axes of a record together, up to which one of them
-/// is proved. Where a random walk dominates, up to twice as many records without another term show
-/// one.
+/// is proved.
 pub const PROVED_P: f64 = 0.03;
 
 /// Relative error of the squared parameter.
@@ -248,7 +247,9 @@ impl Search<'_> {
     /// there may be nothing left that could explain the data.
     fn at_zero(&self) -> (f64, Vec<f64>) {
         let near = &self.solution.parameters;
-        self.rise(0.0, near).unwrap_or((f64::INFINITY, near.clone()))
+        let without = self.regression.fit_without(self.term, near);
+        let rise = |without: Solution| ((without.chi2 - self.solution.chi2).max(0.0).sqrt(), without.parameters);
+        without.map(rise).unwrap_or((f64::INFINITY, near.clone()))
     }
 
     /// The largest value less than `z` standard deviations above the data. Where the best fit is

@@ -51,7 +51,15 @@ impl<'a> Regression<'a> {
         self.solve(start, Some(term))
     }
 
-    /// Relative least squares with equal weights.
+    /// Without parameter `term`: the better of the fits that begin `near` and at the octaves alone.
+    /// From zero on a walk may stay there, as a slope far below what it makes on average weighs
+    /// much beside white noise, and little beside a walk.
+    pub(super) fn fit_without(&self, term: usize, near: &[f64]) -> Option<Solution> {
+        let fits = [self.fit_with(term, 0.0, near), self.solve(self.start(Some(term)), Some(term))];
+        fits.into_iter().flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+    }
+
+    /// Relative least squares of the octaves with equal weights.
     fn start(&self, without: Option<usize>) -> Vec<f64> {
         let columns: Vec<Vec<f64>> = self
             .model
@@ -60,7 +68,7 @@ impl<'a> Regression<'a> {
             .enumerate()
             .map(|(term, column)| {
                 let value = |&i: &usize| if Some(term) == without { 0.0 } else { column[i] / self.values[i] };
-                self.used.iter().filter(|i| self.values[**i] > 0.0).map(value).collect()
+                self.used.iter().filter(|i| **i < self.model.octaves).map(value).collect()
             })
             .collect();
         let ones = vec![1.0; columns.first().map_or(0, Vec::len)];
