@@ -70,7 +70,8 @@ impl ChannelSignal {
         if !is_filtered && !falls_faster_than_a_walk(&powers, &points) {
             return None;
         }
-        let mean = powers.powers[1..].iter().sum::<f64>() / last as f64;
+        // without the lines, which are no white noise
+        let mean = points.iter().map(|k| powers.powers[*k]).sum::<f64>() / points.len() as f64;
         let mut low: Vec<f64> = points.iter().take_while(|k| **k <= last / 8).map(|k| powers.powers[*k]).collect();
         let middle = low.len() / 2;
         let plateau = *low.get_mut(..).filter(|low| !low.is_empty())?.select_nth_unstable_by(middle, f64::total_cmp).1;

@@ -149,6 +149,24 @@ fn noise_without_lines_and_filters_shows_none() {
 }
 
 #[test]
+fn a_line_changes_nothing_of_the_filter_beside_it() {
+    let (white, ..) = Synthesis::new(24_000, 61).next_record();
+    let filtered: Vec<f64> = white.windows(2).map(|pair| pair[0] + pair[1]).collect();
+    let roll_off = |line: f64| {
+        let sine = |i: usize| line * (TAU * 7.93 * INTERVAL_S * i as f64).sin();
+        let counts: Vec<i32> =
+            filtered.iter().enumerate().map(|(i, value)| ((value + sine(i)) * 1e3).round() as i32).collect();
+        let signal = signal(&counts);
+        signal.roll_off(&signal.narrow_bands(1e-3)).unwrap().correlation_samples
+    };
+    let alone = roll_off(0.0);
+    // half of the variance
+    let beside_line = roll_off(2.0);
+    assert!(near(alone, 2.0, 0.1), "{alone}");
+    assert!(near(beside_line, alone, 0.05), "{beside_line}, not {alone}");
+}
+
+#[test]
 fn correlated_noise_beside_white_noise_is_not_taken_for_it() {
     for (seed, time_s, sigma) in [(51, 0.5, 0.5), (52, 5.0, 0.5), (53, 20.0, 0.5)] {
         let mut synthesis = Synthesis::new(24_000, seed);
