@@ -76,6 +76,11 @@ fn states() {
 }
 
 #[test]
+fn requests() {
+    run("requests");
+}
+
+#[test]
 fn each_target_is_a_binary_of_the_fuzzer() {
     // the gate does not compile these
     let manifest =

@@ -10,6 +10,7 @@ mod framer;
 mod messages;
 mod options;
 mod packets;
+mod requests;
 mod seeds;
 mod session;
 mod states;
@@ -22,7 +23,7 @@ pub(crate) struct Target {
 }
 
 #[rustfmt::skip]
-pub(crate) const TARGETS: [Target; 9] = [
+pub(crate) const TARGETS: [Target; 10] = [
     Target { name: "framer", check: framer::check, seeds: seeds::streams },
     Target { name: "messages", check: messages::check, seeds: seeds::bodies },
     Target { name: "packets", check: packets::check, seeds: seeds::packets },
@@ -32,4 +33,5 @@ pub(crate) const TARGETS: [Target; 9] = [
     Target { name: "timing", check: captures::check_with_sidecar, seeds: seeds::sidecars },
     Target { name: "options", check: options::check, seeds: seeds::options },
     Target { name: "states", check: states::check, seeds: states::seeds },
+    Target { name: "requests", check: requests::check, seeds: requests::seeds },
 ];
