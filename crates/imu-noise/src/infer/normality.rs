@@ -37,9 +37,9 @@ pub struct Normality {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotJudged {
     /// Too few independent samples.
-    #[error("{effective_samples:.0} independent samples, {needed:.0} needed")]
+    #[error("at most {effective_samples:.0} independent samples, {needed:.0} needed")]
     TooShort {
-        /// As many as there are; 0 before the spectrum has four segments.
+        /// As many as there are; all samples before the spectrum has four segments.
         effective_samples: f64,
         /// As many as are needed.
         needed: f64,
@@ -85,7 +85,7 @@ impl ChannelSignal {
         if sample_variance < MIN_STD_COUNTS * MIN_STD_COUNTS {
             return Err(NotJudged::Quantised { std_counts: sample_variance.sqrt(), needed: MIN_STD_COUNTS });
         }
-        let Some(autocovariances) = self.spectrum().autocovariances_counts2() else { return Err(too_short(0.0)) };
+        let Some(autocovariances) = self.spectrum().autocovariances_counts2() else { return Err(too_short(n)) };
         let variance = sample_variance * (n - 1.0) / n;
         let within = autocovariances.first().copied().unwrap_or(0.0);
         let slow_share = 1.0 - within / variance;

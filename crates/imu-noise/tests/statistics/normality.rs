@@ -44,6 +44,8 @@ fn it_is_left_open_where_nobody_can_tell() {
     let (white, _, walk) = Synthesis::new(SAMPLES, 10).next_record();
     let short = judge(&rounded(&white[..900], 100.0)).unwrap_err();
     assert!(matches!(short, NotJudged::TooShort { effective_samples, .. } if effective_samples <= 900.0), "{short}");
+    let few = judge(&rounded(&white[..120], 100.0)).unwrap_err();
+    assert_eq!(few.to_string(), "at most 120 independent samples, 1000 needed");
     let slow = judge(&rounded(&correlated(&white, 0.97), 1000.0)).unwrap_err();
     assert!(matches!(slow, NotJudged::TooShort { .. } | NotJudged::Wandering { .. }), "{slow}");
     let coarse = judge(&rounded(&white, 0.4)).unwrap_err();
