@@ -41,6 +41,17 @@ fn the_sensor_tells_its_rate() {
 }
 
 #[test]
+fn a_sensor_that_replies_and_sends_packets_is_not_said_to_send_nothing() {
+    let tally = Tally { replies: 9, valid_sentence_bytes: 200, packets: 548, packet_bytes: 9864, ..Tally::default() };
+    let link = StreamCounts { connects: 1, tally, ..StreamCounts::default() };
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&Batch { link, ..Batch::default() });
+    let warnings = analysis.snapshot().warnings;
+    let told = warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines).unwrap().to_string();
+    assert!(told.contains("548 binary packets, and no message that is measured"), "{told}");
+}
+
+#[test]
 fn a_sensor_that_only_replies_is_told_by_its_output_register() {
     let told = |output: Option<&str>| {
         let tally = Tally { replies: 9, valid_sentence_bytes: 200, ..Tally::default() };

@@ -31,7 +31,8 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
     // damaged lines may be measurements: they must be few beside the answers
     let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
     let is_clean = 10 * tally.rejected.total() <= link.answers() && 10 * damaged_bytes <= tally.valid_sentence_bytes;
-    if link.connects > 0 && link.answers() > 0 && tally.valid_sentences() == tally.replies && is_clean {
+    let has_replies_alone = link.answers() > 0 && tally.valid_sentences() == tally.replies && tally.packets == 0;
+    if link.connects > 0 && has_replies_alone && is_clean {
         let replies = lines(link.answers());
         let switch_on = |text: &str| Text::from(text).remedy(Remedy::Configure(Setting::Message("VNYMR")));
         // register 6 is the output of the port by which it was read
