@@ -151,10 +151,13 @@ impl Measured {
         }
     }
 
-    /// A result that was cut short is marked, though an interrupt ends like the end of the data.
+    /// A result that was cut short is marked, though an interrupt ends like the end of the data;
+    /// where no sample came, that is why.
     pub fn note_interrupted(&mut self) {
         let SourceFacts { name, error, .. } = &mut self.facts;
-        error.get_or_insert_with(|| format!("{name}: interrupted, the result holds what came before"));
+        if error.as_ref().is_none_or(|error| *error == no_sample(name, &self.snapshot)) {
+            *error = Some(format!("{name}: interrupted, the result holds what came before"));
+        }
     }
 }
 
@@ -479,6 +482,9 @@ mod tests {
         whole.note_interrupted();
         assert_eq!(whole.completion, Completion::Complete);
         assert_eq!(whole.facts.error.as_deref(), Some("a.csv: interrupted, the result holds what came before"));
+        let mut none = ended(facts(None), nothing());
+        none.note_interrupted();
+        assert_eq!((none.completion, none.facts.error), (Completion::NoData, whole.facts.error.clone()));
         whole.note_failed_recording("x".into());
         assert_eq!(whole.completion, Completion::Failed);
     }
