@@ -359,6 +359,24 @@ fn a_closed_pipe_is_no_error() {
     assert_eq!(output.status.code(), Some(0));
 }
 
+#[test]
+fn a_closed_pipe_hides_no_failure() {
+    for (arguments, code) in [
+        (&["replay", "missing", "--json"][..], 3),
+        (&["replay", "missing", "--ndjson"], 3),
+        (&["replay", CLEAN, "--json", "--until", "gyro N ±0.01%"], 4),
+        (&["compare", CLEAN, CLEAN, "--until", "gyro N ±0.01%"], 4),
+    ] {
+        let mut command = vn100();
+        command.current_dir(replay_log(CLEAN).parent().unwrap()).args(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert!(!output.stderr.is_empty(), "{arguments:?}");
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_like_the_end_of_the_data() {

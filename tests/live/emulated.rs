@@ -1,6 +1,6 @@
 //! The whole program on emulated sensors behind real pseudo-terminals: each fault, with its counts.
 
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -356,6 +356,26 @@ fn a_recording_goes_on_where_nobody_reads_the_documents() {
         Command::new("bash").args(["-c", script]).arg(env!("CARGO_BIN_EXE_vn100")).arg(&recording).output().unwrap();
     assert!(String::from_utf8(output.stdout).unwrap().lines().count() == 1);
     assert_eq!(number(&replay(&recording, &[]).0, "/timing/samples"), 160);
+}
+
+#[test]
+fn a_closed_pipe_hides_no_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let unopened = folder.path().join("none").join("a.mcap");
+    for (arguments, code) in [
+        (&["/nowhere", "--json"][..], 3),
+        (&["/nowhere", "--ndjson"], 3),
+        (&["sim", "--duration", "1s", "--json", "--record", unopened.to_str().unwrap()], 1),
+        (&["sim", "--duration", "1s", "--ndjson"], 0),
+    ] {
+        let mut command = vn100();
+        command.arg("attach").args(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.is_empty()), (Some(code), false), "{arguments:?}: {told}");
+    }
 }
 
 #[test]

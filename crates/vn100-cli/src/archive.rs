@@ -22,7 +22,7 @@ use vn100_report::{ArchiveDocument, Completion, archive_table, state_of_measured
 use self::state_folder::StateFolder;
 use crate::{
     args::{ArchiveArgs, FileArgs},
-    exit::{HangUp, print, report, stop_on_interrupt},
+    exit::{HangUp, print, report, stop_on_interrupt, unless_closed},
     inputs::{FileStream, inputs, inputs_of},
     log::{Entries, run_logged, takes_terminal},
     output::Output,
@@ -61,7 +61,7 @@ pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
     };
     match output {
         Some((path, output)) => output.write(path, |file| Ok(file.write_all(text.as_bytes())?))?,
-        None => print(&text)?,
+        None => unless_closed(print(&text))?,
     }
     let failure = folder.as_ref().and_then(|folder| folder.failure());
     failure.iter().for_each(|text| report(text));

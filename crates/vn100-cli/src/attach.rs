@@ -21,7 +21,7 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
     asked::measure_options,
-    exit::{HangUp, report, stop_on_interrupt},
+    exit::{HangUp, report, stop_on_interrupt, unless_closed},
     heartbeat::Heartbeat,
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
@@ -137,7 +137,7 @@ async fn attach_all(
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
         // without a terminal only what is recorded is worth continuing for
         let shown = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
-        writer.write_all(&shown)?;
+        unless_closed(writer.write_all(&shown))?;
     } else {
         let mut written = Ok(());
         for source in sources {
@@ -148,7 +148,7 @@ async fn attach_all(
                 stop.cancel();
             }
         }
-        written?;
+        unless_closed(written)?;
     }
     // its last state is the end of all sources
     drop(server);
@@ -244,7 +244,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
     }
-    written?;
+    unless_closed(written)?;
     let snapshot = &measured.snapshot;
     if job.args.temperature
         && snapshot.register_channels.is_empty()
@@ -256,7 +256,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
     match job.format.lines() {
         Some(form) if was_opened => {
             let goals = job.settings.until.clone();
-            write_aside(move || print_result(&measured, form, &goals).map(|()| measured)).await
+            write_aside(move || unless_closed(print_result(&measured, form, &goals)).map(|()| measured)).await
         }
         _ => Ok(measured),
     }
@@ -272,7 +272,8 @@ fn is_recorded(state: &SourceState) -> Option<bool> {
 
 /// Follows a session to its end, showing where it is and writing the documents of every second
 /// meanwhile. Where these cannot be written, `written` says why, and it ends as when it is stopped,
-/// unless so much of it is to be recorded; where it is only recorded, it ends once that fails.
+/// unless so much of it is to be recorded, and lacks nothing that was asked for; where it is only
+/// recorded, it ends once that fails.
 async fn follow(
     mut session: Session,
     job: &Job,
@@ -285,6 +286,7 @@ async fn follow(
     };
     let mut line: Option<StatusLine> = None;
     let mut link = None;
+    let mut is_left = false;
     let lines = job.format.lines();
     let mut heartbeat = Heartbeat::start(Instant::now());
     let mut ticks = time::interval(StatusLines::PERIOD);
@@ -298,6 +300,7 @@ async fn follow(
             let state = session.state.borrow().clone();
             let line = line.get_or_insert_with(|| job.status.line(&name, next));
             line.show(state.link.as_ref(), state.recording.as_ref(), &state.snapshot);
+            is_left = has_no_reader;
             stop.cancel();
         }
         tokio::select! {
@@ -310,7 +313,10 @@ async fn follow(
                     *written = write_aside(move || print_state(&state, form, &goals)).await;
                 }
             }
-            result = &mut session.result => return result.context(FAULT),
+            result = &mut session.result => {
+                let result = result.context(FAULT)?;
+                return Ok(if is_left { SessionResult { shortfall: None, unmet: Vec::new(), ..result } } else { result });
+            }
             Ok(()) = session.state.changed() => {
                 let state = session.state.borrow_and_update().clone();
                 match state.stage {

@@ -23,7 +23,7 @@ use vn100_report::{
 
 use crate::{
     args::CompareArgs,
-    exit::{print, print_json, report},
+    exit::{print, print_json, report, unless_closed},
     inputs::{FileStream, inputs},
     replay::{Outputs, measure_files},
     text::{fill, parameter_name, text},
@@ -51,9 +51,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
     let comparison = Comparison::of(&records, args.stayed_on, confidence);
     if args.json {
-        print_json(&ComparisonDocument::new(&all, &comparison, remedy_words))?;
+        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, remedy_words)))?;
     } else {
-        print(&text(|out| write_comparison(out, &all, &comparison)))?;
+        unless_closed(print(&text(|out| write_comparison(out, &all, &comparison))))?;
     }
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }

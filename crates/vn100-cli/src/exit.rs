@@ -86,6 +86,12 @@ pub(crate) fn usage(error: &clap::Error) -> ! {
     process::exit(error.exit_code())
 }
 
+/// What was written, or as much of it as the reader wanted: one that closes the output has seen
+/// enough, and the outcome of the command stands.
+pub(crate) fn unless_closed(written: Result<()>) -> Result<()> {
+    written.or_else(|error| if is_broken_pipe(&error) { Ok(()) } else { Err(error) })
+}
+
 /// Whether the reader of the output has closed it: enough was seen.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)

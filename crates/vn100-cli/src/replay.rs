@@ -26,7 +26,7 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs},
     asked::measure_options,
-    exit::{HangUp, report, stop_on_interrupt},
+    exit::{HangUp, report, stop_on_interrupt, unless_closed},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
@@ -48,15 +48,16 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let mut writer = ResultWriter::new(args.result.format());
     let mut recordings = Vec::new();
     let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
-    measure_files(files, &inputs(files), evaluation, outputs, |measured| {
+    unless_closed(measure_files(files, &inputs(files), evaluation, outputs, |measured| {
         writer.write(&measured)?;
         recordings.extend(args.pool.then_some(measured));
         Ok(())
-    })?;
+    }))?;
     if args.pool {
         let records: Vec<_> = recordings.iter().map(Measured::compared).collect();
         let settings = files.settings();
-        writer.write_pool(&Pool::of(&records, settings.confidence), (settings.deviation, settings.estimator))?;
+        let pool = Pool::of(&records, settings.confidence);
+        unless_closed(writer.write_pool(&pool, (settings.deviation, settings.estimator)))?;
     }
     writer.finish()
 }
@@ -108,9 +109,9 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
             let all_stop = stop.clone();
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
             let shown = view.until(all_of(results), || all_stop.cancel()).await?;
-            writer.write_all(&shown)?;
+            unless_closed(writer.write_all(&shown))?;
         }
-        None => all_of(results).await?.iter().try_for_each(|measured| writer.write(measured))?,
+        None => unless_closed(all_of(results).await?.iter().try_for_each(|measured| writer.write(measured)))?,
     }
     drop(server);
     writer.finish()
@@ -246,7 +247,7 @@ async fn measure_one(spec: ReplaySpec, samples: Option<SampleWriter>, job: Arc<J
         samples.finish(&mut measured).await;
     }
     if let Some(form) = job.printed {
-        print_result(&measured, form, &goals)?;
+        unless_closed(print_result(&measured, form, &goals))?;
     }
     Ok(measured)
 }

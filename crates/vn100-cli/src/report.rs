@@ -23,7 +23,7 @@ use vn100_report::{
 use crate::{
     args::ReportArgs,
     asked::{flag, length, measure_options},
-    exit::{print, report as complain},
+    exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
     output::Output,
     replay::{Outputs, measure_files},
@@ -75,7 +75,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
         print_written(path)?;
     }
-    let exported = exports.write(&records, &figures, &together)?;
+    let exported = exports.write(&records, &figures, &together);
     if let Some(page) = output.page().filter(|_| args.open)
         && let Err(error) = open(page)
     {
@@ -87,7 +87,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
 
 /// A file that was written is the result of this command.
 fn print_written(path: &Path) -> Result<()> {
-    print(&format!("wrote {}\n", path.display()))
+    unless_closed(print(&format!("wrote {}\n", path.display())))
 }
 
 /// Opens the page in what the desktop has for pages.

@@ -18,7 +18,7 @@ use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured
 
 use crate::{
     args::{Ndjson, OutputFormat},
-    exit::{is_coloured, print, print_json, print_json_line, print_prepared, report},
+    exit::{is_coloured, print, print_json, print_json_line, print_prepared, report, unless_closed},
     text,
     view::Shown,
     words::{self, remedy_words},
@@ -199,10 +199,10 @@ impl ResultWriter {
     /// After the last: writes what was kept, and returns the outcome of the command.
     pub(crate) fn finish(self) -> Result<Completion> {
         if self.format == OutputFormat::Json {
-            match &self.documents[..] {
-                [document] => print_json(document)?,
-                _ => print_json(&self.documents)?,
-            }
+            unless_closed(match &self.documents[..] {
+                [document] => print_json(document),
+                _ => print_json(&self.documents),
+            })?;
         }
         Ok(self.completion)
     }

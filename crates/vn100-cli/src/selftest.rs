@@ -9,7 +9,7 @@ use vn100_report::Completion;
 
 use crate::{
     args::SelftestArgs,
-    exit::{print, print_json},
+    exit::{print, print_json, unless_closed},
     text::text,
 };
 
@@ -17,13 +17,13 @@ pub(crate) fn selftest(args: &SelftestArgs) -> Result<Completion> {
     let suites = self_test();
     let passed = failures(&suites) == 0;
     if args.json {
-        print_json(&SelftestDocument {
+        unless_closed(print_json(&SelftestDocument {
             schema: "vn100.selftest/1",
             passed,
             suites: suites.iter().map(SuiteDocument::new).collect(),
-        })?;
+        }))?;
     } else {
-        print(&text(|out| write_suites(out, &suites)))?;
+        unless_closed(print(&text(|out| write_suites(out, &suites))))?;
     }
     Ok(if passed { Completion::Complete } else { Completion::Failed })
 }

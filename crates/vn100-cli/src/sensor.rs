@@ -17,7 +17,7 @@ use vn100_report::{Completion, printable};
 
 use crate::{
     args::{ConfigureArgs, InfoArgs, LinkArgs, SourceName},
-    exit::{HangUp, print, print_json, report, stop_on_interrupt},
+    exit::{HangUp, print, print_json, report, stop_on_interrupt, unless_closed},
     live_source::live_source,
     log::run_logged,
     status::up,
@@ -290,7 +290,8 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
         (false, false) => "; lost at power-off unless --save is given",
         (false, true) => "",
     };
-    print(&format!("{}: {}{kept}\n", printable(&args.source.to_string()), describe(&configured)))?;
+    let done = format!("{}: {}{kept}\n", printable(&args.source.to_string()), describe(&configured));
+    unless_closed(print(&done))?;
     Ok(if configured.rate_is_kept() { Completion::Complete } else { Completion::Failed })
 }
 

@@ -18,7 +18,7 @@ use vn100_report::{
 use super::{PROGRAM, print_written};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
-    exit::{is_broken_pipe, report as complain},
+    exit::report as complain,
     inputs::FileStream,
     log::takes_terminal,
     output::Output,
@@ -68,18 +68,13 @@ impl<'a> Exports<'a> {
     /// the others are written.
     ///
     /// `together` are the figures of several records, which only SVG and PNG hold.
-    ///
-    /// # Errors
-    /// Where nothing more can be printed.
-    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<Completion> {
+    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Completion {
         let mut completion = Completion::Complete;
-        let mut check = |written: Result<()>| match written {
-            Err(error) if !is_broken_pipe(&error) => {
+        let mut check = |written: Result<()>| {
+            if let Err(error) = written {
                 complain(&format!("{error:#}"));
                 completion = Completion::Failed;
-                Ok(())
             }
-            other => other,
         };
         let all_figures = || figures.iter().chain([together]).flat_map(Figures::all);
         let unknown = self.args.figures.iter().find(|name| !all_figures().any(|figure| is_named(figure, name)));
@@ -90,7 +85,7 @@ impl<'a> Exports<'a> {
                     names.push(name);
                 }
             }
-            check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))))?;
+            check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))));
         }
         let forms = self.forms.iter().filter(|form| unknown.is_none() || !form.is_figures());
         for form in forms.clone() {
@@ -99,18 +94,18 @@ impl<'a> Exports<'a> {
                 if record.measured.snapshot.timing.samples == 0 {
                     continue;
                 }
-                check(self.write_one(*form, index, record, figures))?;
+                check(self.write_one(*form, index, record, figures));
             }
         }
         if self.forms.contains(&ExportForm::Lot) {
-            check(self.text(&self.output.beside(LOT), &lot_table(records)))?;
+            check(self.text(&self.output.beside(LOT), &lot_table(records)));
         }
         if records.len() > 1 {
             for form in forms.filter(|form| form.is_figures()) {
-                check(self.write_figures(*form, |ending| self.output.beside(ending), together))?;
+                check(self.write_figures(*form, |ending| self.output.beside(ending), together));
             }
         }
-        Ok(completion)
+        completion
     }
 
     fn write_one(&self, form: ExportForm, index: usize, record: &Record<'_>, figures: &Figures) -> Result<()> {
