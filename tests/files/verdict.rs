@@ -154,7 +154,8 @@ fn one_noisy_axis_is_above_typical_and_fails_only_where_that_is_a_limit() {
     let (document, exit) = replay(&file, &known);
     assert_eq!((exit, verdict(&document, "gyro_x", "white")), (0, "above-typical"), "nothing was asked for");
     assert_eq!(verdict(&document, "gyro_y", "white"), "typical");
-    assert!(verdicts(&document, "gyro_x", "white")[0]["text"].as_str().unwrap().contains("no guarantee"));
+    let text = verdicts(&document, "gyro_x", "white")[0]["text"].as_str().unwrap();
+    assert!(text.contains("no guarantee"), "{text}");
     let asked = [&known[..], &["--fail-on", "gyro N"]].concat();
     assert_eq!(ended(&file, &asked).0, 0);
     let (exit, said) = ended(&file, &[&asked[..], &["--typical-is-limit"]].concat());
@@ -363,6 +364,13 @@ fn other_sensors_are_compared_with_the_sheet_that_is_given() {
     assert_eq!(judged("", 0.0085, "two-sided"), "consistent");
     // neighbours that share refreshes make white noise read low, unless the fit was told
     assert_eq!(judged("[onboard]\nrefresh_hz = 40\nwindow = 8\n", 0.0085, "two-sided"), "consistent");
+    // nothing is folded, and the sheet does not say which side it means: both are exact
+    let claim = "sensor = \"gyroscope\"\nparameter = \"white\"\nlimit = 0.0085\nunit = \"deg/s/sqrt(Hz)\"\n";
+    let path = folder.path().join("unstated.toml");
+    fs::write(&path, format!("name = \"x\"\n{exact}[[figure]]\n{claim}")).unwrap();
+    let (document, _) = replay(&csv, &[&columns[..], &["--datasheet", path.to_str().unwrap()]].concat());
+    let text = verdicts(&document, "gyro_x", "white")[0]["text"].as_str().unwrap();
+    assert!(!text.contains('±') && text.matches(" deg/sqrt(h) if ").count() == 2, "{text}");
 }
 
 #[test]

@@ -164,6 +164,10 @@ fn what_is_no_port_is_told() {
     assert_eq!(output.status.code(), Some(3));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("not a serial port"), "{error}");
+    // and nothing else: no summary of nothing
+    let output = run(vn100().args(["attach", "/nowhere/ttyUSB7"]));
+    assert_eq!((output.status.code(), String::from_utf8(output.stdout).unwrap()), (Some(3), String::new()));
+    assert_eq!(String::from_utf8(output.stderr).unwrap().lines().count(), 1);
 }
 
 #[test]

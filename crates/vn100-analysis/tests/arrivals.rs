@@ -252,6 +252,19 @@ fn a_rate_that_is_contradicted_has_the_name_of_who_gave_it() {
 }
 
 #[test]
+fn starting_over_begins_the_statistics_of_the_intervals_anew() {
+    let mut analysis = Analysis::new(Settings::default());
+    let longest_us =
+        |analysis: &Analysis| analysis.snapshot().arrivals.and_then(|summary| summary.arrivals?.max_us.into());
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 0, 200), 1);
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 5_006_000_000, 200), 1);
+    assert_eq!(longest_us(&analysis), Some(31_000));
+    analysis.start_over();
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 10_006_000_000, 200), 1);
+    assert_eq!(longest_us(&analysis), Some(25_000));
+}
+
+#[test]
 fn seconds_of_exact_arrivals_outweigh_the_register() {
     for told_after in [0, 10, 100, 400] {
         let mut analysis = Analysis::new(Settings::default());

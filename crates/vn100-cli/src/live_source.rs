@@ -123,3 +123,19 @@ fn remove_left_link(path: &Path) {
         let _ = fs::remove_file(path);
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_what_a_killed_process_left_the_link_is_removed_and_a_file_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, file) = (folder.path().join("link"), folder.path().join("file"));
+        std::os::unix::fs::symlink("/dev/pts/none", &link).unwrap();
+        fs::write(&file, "precious").unwrap();
+        [&link, &file, &folder.path().join("nothing")].into_iter().for_each(|path| remove_left_link(path));
+        assert!(fs::symlink_metadata(&link).is_err());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "precious");
+    }
+}

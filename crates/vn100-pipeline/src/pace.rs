@@ -246,6 +246,7 @@ mod tests {
     fn going_on_to_a_place_takes_no_time() {
         let mut replay = VirtualReplay::new(times(1.0));
         replay.pace.run_to(500, replay.now);
+        assert_eq!(replay.pace.destination(), 500, "another step adds to it");
         assert_eq!(replay.run(0.001), 501);
         assert_eq!(replay.run(1.0), 40);
         replay.command(Command::Faster);

@@ -299,6 +299,16 @@ mod tests {
     }
 
     #[test]
+    fn of_the_sixteen_colours_no_gray_is_used() {
+        let theme = Theme { colours: Colours::Sixteen, ascii: false };
+        let axes = [0, 1, 2].map(|axis| theme.axis(axis));
+        for style in axes.into_iter().chain([theme.good(), theme.warning(), theme.error(), theme.faint()]) {
+            let grays = [Color::Black, Color::DarkGray, Color::Gray, Color::White];
+            assert!(!grays.contains(&Theme::colour_of(style)), "{style:?}");
+        }
+    }
+
+    #[test]
     fn every_sign_in_use_has_one_of_ascii() {
         let text: String = "─│┊┈●▲◆↑↓←→▁█⠁⣿┌".chars().map(ascii).collect();
         assert_eq!(text, "-|:.o^#^v<>_#.#+");

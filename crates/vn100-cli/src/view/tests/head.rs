@@ -33,6 +33,17 @@ fn with_goals(duration_s: Option<u64>, until: &[&str]) -> SourceView {
 }
 
 #[test]
+fn a_single_gap_is_one_gap() {
+    for (gaps, shown) in [(1, "dropped 3 in 1 gap  "), (2, "dropped 3 in 2 gaps  ")] {
+        let mut source = measured();
+        let timing = &mut Arc::make_mut(&mut source.snapshot).timing;
+        (timing.missing, timing.gaps) = (3, gaps);
+        let screen = screen(&one(), &source, (200, 60));
+        assert!(screen.contains(shown), "{screen}");
+    }
+}
+
+#[test]
 fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
     for (duration_s, until, shown) in [
         (Some(1200), &[][..], "goal: 8 min 20 s of 20 min, 11 min 40 s more"),
