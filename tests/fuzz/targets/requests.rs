@@ -3,7 +3,7 @@
 //! the page answers the next reader.
 
 use std::{
-    io::{Read, Write},
+    io::{ErrorKind, Read, Write},
     net::{Shutdown, SocketAddr, TcpListener, TcpStream},
     sync::{Arc, OnceLock},
     time::Duration,
@@ -60,7 +60,9 @@ fn answers_to(bytes: &[u8], ends: bool) -> Vec<u8> {
         match stream.read(&mut piece) {
             Ok(0) => return answers,
             Ok(read) => answers.extend_from_slice(&piece[..read]),
-            Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => return answers,
+            // a signal of the search
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => return answers,
             Err(error) => panic!("{error} after {}", bytes.escape_ascii()),
         }
     }

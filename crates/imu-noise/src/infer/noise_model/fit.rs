@@ -26,8 +26,8 @@ const PROCESS: f64 = 8.0;
 /// interval of N covers both.
 const PERHAPS_A_PROCESS: f64 = 3.0;
 
-/// Below, such processes may have taken what is flicker noise or a walk: the bounds of both cover
-/// the fit without them.
+/// Below, such processes may have taken what is flicker noise or a walk, and left too much to the
+/// white noise: intervals and bounds of all three cover the fit without them.
 const A_PROCESS_BEYOND_DOUBT: f64 = 16.0;
 
 /// Lines with a power of their own in the fit.
@@ -200,7 +200,7 @@ impl NoiseModel {
     /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
     /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
     /// the terms; where it falls by 3 to 8 the interval of N covers the fits with and without them,
-    /// and by 8 to 16 those of B and K do. Where that does not hold either, or the lower end of N
+    /// and by 8 to 16 those of N, B and K do. Where that does not hold either, or the lower end of N
     /// lies above what the curve itself leaves, the model is rejected, and N is bounded by the
     /// curve. It is bounded by the fit where lines cover more than half of the frequencies.
     ///
@@ -301,7 +301,7 @@ impl NoiseModel {
                 }
                 let without = read_out(model, range, without);
                 let (mut fit, other, terms) = match fall > PROCESS {
-                    true => (with?, without, &[Term::BiasInstability, Term::RateRandomWalk][..]),
+                    true => (with?, without, &[Term::White, Term::BiasInstability, Term::RateRandomWalk][..]),
                     false => (without?, with, &[Term::White][..]),
                 };
                 if let Some(other) = other {
