@@ -206,7 +206,7 @@ fn what_a_recording_tells_of_the_sensor_is_in_the_report() {
     let capture = simulated(&folder, "a.mcap", &["--message", "VNIMU"]);
     let (_, html) = report(&folder, &[&capture], &[]);
     assert!(html.contains("figure-time-temperature"), "the temperature over time");
-    assert!(html.contains("vn100 0.1.0"), "what made the recording");
+    assert!(html.contains(concat!("vn100 ", env!("CARGO_PKG_VERSION"))), "what made the recording");
 }
 
 #[test]

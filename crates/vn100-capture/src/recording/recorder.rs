@@ -19,11 +19,11 @@ use vn100_protocol::stream::{Chunk, StreamInput};
 use self::disk_space::DiskWatch;
 pub use self::disk_space::LowSpace;
 use self::parts::Parts;
-use self::resume::{begins_as_ours, replaced, resume};
+use self::resume::{begins_as_ours, begun_whole, resume};
 use super::{
     part::{CONTINUED, Rotation},
     reader::RecordingError,
-    writer::RecordingWriter,
+    writer::{RecordingWriter, head},
 };
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. The sender drops the others.
@@ -120,7 +120,7 @@ impl Recorder {
             Err(RecordError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Self::create(path, metadata),
             Err(RecordError::NotResumable { problem: RecordingError::NotBegun, .. }) if begins_as_ours(path) => {
                 let failed = |source| RecordError::Io { path: path.to_owned(), source };
-                let writer = replaced(path, metadata).map_err(failed)?;
+                let writer = begun_whole(path, &head(metadata)).map_err(failed)?;
                 Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
             }
             resumed => resumed,

@@ -9,7 +9,7 @@ use std::{
 
 use tempfile::TempDir;
 use tokio::time::timeout;
-use vn100_capture::{RecordError, Recorded, Recorder, RecordingReader};
+use vn100_capture::{RecordError, Recorded, Recorder, RecordingReader, Rotation};
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -281,4 +281,18 @@ async fn a_recording_that_is_removed_meanwhile_is_reported() {
     recorder.inputs().send(read(0)).await.unwrap();
     fs::remove_file(&path).unwrap();
     assert!(recorder.finish("stopped").await.error.is_some());
+}
+
+#[tokio::test]
+async fn a_part_bears_its_name_only_with_its_identity() {
+    let (folder, path) = place();
+    let begin = || Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true);
+    // what a killed program left of one
+    fs::write(folder.path().join(".day.0001.mcap.resuming"), "").unwrap();
+    record(begin().unwrap(), &[read(SECOND_NS), read(2 * SECOND_NS)], "stopped").await;
+    assert_eq!(files(&folder), ["day.0001.mcap", "day.0002.mcap"]);
+    // the third cannot be written beforehand
+    fs::create_dir(folder.path().join(".day.0003.mcap.resuming")).unwrap();
+    assert!(matches!(begin(), Err(RecordError::Io { .. })));
+    assert_eq!(files(&folder), [".day.0003.mcap.resuming", "day.0001.mcap", "day.0002.mcap"]);
 }

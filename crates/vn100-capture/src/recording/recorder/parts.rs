@@ -2,14 +2,17 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
-    io,
+    fs::{self, File},
+    io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
 
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
-use super::{NamedFile, RecordError, resume::serial_number};
+use super::{
+    NamedFile, RecordError,
+    resume::{begun_whole, serial_number},
+};
 use crate::recording::{
     RECORDING_METADATA, RESUMED,
     part::{RecordingPart, Rotation, existing_parts, part_path},
@@ -104,14 +107,17 @@ impl Parts {
 
     fn open(&self) -> io::Result<(PathBuf, RecordingWriter<NamedFile>)> {
         let path = part_path(&self.recording, self.part.number);
-        let file = File::create_new(&path)?;
-        NamedFile::claim(&file);
+        if fs::symlink_metadata(&path).is_ok() {
+            return Err(ErrorKind::AlreadyExists.into());
+        }
         let mut head = head(&self.metadata);
         for about in head.iter_mut().filter(|about| self.part.resumed && about.name == RECORDING_METADATA) {
             about.metadata.insert(RESUMED.into(), "true".into());
         }
         head.push(self.part.metadata());
-        Ok((path, RecordingWriter::begin(NamedFile(file), &head)?))
+        // killed meanwhile, the program leaves no part without its identity
+        let writer = begun_whole(&path, &head)?;
+        Ok((path, writer))
     }
 }
 

@@ -9,6 +9,7 @@ use std::{
 };
 
 use bytes::Bytes;
+use mcap::records::Metadata;
 use vn100_protocol::Register;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
 
@@ -172,13 +173,14 @@ pub(super) fn begins_as_ours(path: &Path) -> bool {
     read.is_ok_and(|length| length < HEAD_BYTES as usize || is_ours(&beginning))
 }
 
-/// The writer of a new recording in the place of that file, which holds no input.
-pub(super) fn replaced(path: &Path, metadata: &BTreeMap<String, String>) -> io::Result<RecordingWriter<NamedFile>> {
+/// The writer of a new recording that bears this name once its head is on the disk, in the place of
+/// what bore it.
+pub(super) fn begun_whole(path: &Path, head: &[Metadata]) -> io::Result<RecordingWriter<NamedFile>> {
     let copy = Copy::beside(path);
     copy.remove_leftover()?;
     let file = File::create_new(&copy.path)?;
     NamedFile::claim(&file);
-    let writer = RecordingWriter::new(NamedFile(file.try_clone()?), metadata)?;
+    let writer = RecordingWriter::begin(NamedFile(file.try_clone()?), head)?;
     file.sync_all()?;
     copy.take_place_of(path)?;
     Ok(writer)
