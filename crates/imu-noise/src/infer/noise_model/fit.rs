@@ -200,8 +200,8 @@ impl NoiseModel {
     /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
     /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
     /// the terms; where it falls by 3 to 8 the interval of N covers the fits with and without them,
-    /// and by 8 to 16 those of N, B and K do. Where that does not hold either, or the lower end of N
-    /// lies above what the curve itself leaves, the model is rejected, and N is bounded by the
+    /// and by 8 to 16 those of N, B and K do. Where that does not hold either, or the lower end of
+    /// N lies above what the curve itself leaves, the model is rejected, and N is bounded by the
     /// curve. It is bounded by the fit where lines cover more than half of the frequencies.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
