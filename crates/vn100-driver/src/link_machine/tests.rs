@@ -2,6 +2,7 @@
 
 mod connected;
 mod ending;
+mod long;
 mod opening;
 mod properties;
 mod verification;
