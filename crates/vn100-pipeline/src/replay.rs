@@ -241,6 +241,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_stream_is_named_by_its_file_and_one_of_several_by_its_topic_too() {
+        let mut spec = ReplaySpec {
+            path: PathBuf::from("day/bag.mcap"),
+            capture: CaptureOptions { topic: Some("/imu".into()), ..CaptureOptions::default() },
+            is_one_of_several: false,
+            settings: Settings::default(),
+            read: ReadOptions::default(),
+            speed: None,
+            each_second: false,
+            samples: None,
+            observer: None,
+            stop: CancellationToken::new(),
+        };
+        assert_eq!((spec.name(), spec.name_with_folder()), ("bag.mcap".into(), "day/bag.mcap".into()));
+        spec.is_one_of_several = true;
+        assert_eq!((spec.name(), spec.name_with_folder()), ("bag.mcap /imu".into(), "day/bag.mcap /imu".into()));
+    }
+
+    #[test]
     fn a_capture_is_named_by_its_format_and_standard_input_by_itself() {
         for (bytes, expected) in [("$VNYMR,+000.0*00\r\n", "text"), ("time,gyro_x\n0.0,1.0\n0.1,2.0\n", "csv")] {
             let capture = Capture::from_reader(io::Cursor::new(bytes), &CaptureOptions::default()).unwrap();

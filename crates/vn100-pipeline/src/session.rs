@@ -182,7 +182,40 @@ pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOption
 mod tests {
     use std::time::Duration;
 
+    use vn100_analysis::protocol::stream::StampSource;
+
     use super::*;
+
+    #[test]
+    fn a_bag_has_its_times_where_they_are_dates_and_its_end_where_it_was_read_to_there() {
+        let bag = |recorded_ns| BagReport {
+            topic: "/imu".into(),
+            type_name: "sensor_msgs/Imu".into(),
+            messages: 2,
+            used: 2,
+            without_sample: 0,
+            unreadable: 0,
+            absent: Vec::new(),
+            unread: Vec::new(),
+            reordered: 0,
+            late: 0,
+            other_messages: 0,
+            unpacked_bytes: 0,
+            recorded_ns,
+            stamps: StampSource::Recorded,
+        };
+        let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
+        let times = recorded_times(&bag(dates), &EndReason::SourceEnded).unwrap();
+        assert_eq!(times.started_ns, Some(YEAR_2001_NS));
+        assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), true)));
+        let times = recorded_times(&bag(dates), &EndReason::SourceFailed(std::io::Error::other("cut"))).unwrap();
+        assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), false)));
+        let times = recorded_times(&bag(dates), &EndReason::Stopped).unwrap();
+        assert_eq!((times.started_ns, times.end.is_none()), (Some(YEAR_2001_NS), true));
+        // since the start of a simulation
+        assert!(recorded_times(&bag(Some((YEAR_2001_NS - 1, YEAR_2001_NS))), &EndReason::SourceEnded).is_none());
+        assert!(recorded_times(&bag(None), &EndReason::SourceEnded).is_none());
+    }
 
     #[test]
     fn a_result_that_ends_between_two_reads_is_read_line_by_line() {

@@ -76,3 +76,19 @@ fn stamps_that_go_back_and_lines_in_bunches_are_named() {
     let bunched = TimebaseSummary { arrivals: Some(times), ..SUMMARY };
     assert_eq!(kinds_by(MissingFrom::DeviceTime, &bunched, &[]), [], "packets have times of their own");
 }
+
+#[test]
+fn rejected_packets_are_warned_of() {
+    let warned = |rejected| {
+        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+        let measured = &mut snapshot.link.tally.measured_packets;
+        (measured.samples, measured.rejected) = (10, rejected);
+        snapshot.link.tally.packets = 10 + rejected;
+        let mut advice = Advice::default();
+        advice.on_lines(&snapshot, &StreamFindings::default());
+        let rejected = advice.warnings.into_iter().find(|warning| warning.kind == WarningKind::RejectedLines);
+        rejected.map(|warning| warning.headline)
+    };
+    assert_eq!(warned(0), None);
+    assert_eq!(warned(3).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
+}
