@@ -14,8 +14,11 @@ pub(crate) enum Background {
 /// Asks the terminal for the colour of its background; one that does not know the query ignores it.
 pub(crate) const QUERY: &str = "\x1b]11;?\x07";
 
-/// An answer comes within this time, or not at all.
-const ANSWERED_WITHIN: Duration = Duration::from_secs(3);
+/// An answer comes within this time, over a slow connection too, or not at all.
+const ANSWERED_WITHIN: Duration = Duration::from_secs(60);
+
+/// What an answer begins with.
+const BEGIN: &str = "11;";
 
 /// Longer than any answer.
 const MOST_SIGNS: usize = 40;
@@ -30,7 +33,7 @@ impl Background {
 
     /// By an answer such as `11;rgb:ffff/fafa/f0f0`.
     fn of_answer(text: &str) -> Option<Self> {
-        let (_, colour) = text.strip_prefix("11;")?.split_once(':')?;
+        let (_, colour) = text.strip_prefix(BEGIN)?.split_once(':')?;
         let part = |text: &str| {
             let most = 16_f64.powi(i32::try_from(text.len()).ok()?) - 1.0;
             Some(f64::from(u32::from_str_radix(text, 16).ok()?) / most)
@@ -91,6 +94,11 @@ impl Answer {
             // BEL, or ESC \
             KeyCode::Char('g' | 'G') if key.modifiers.contains(KeyModifiers::CONTROL) => {}
             KeyCode::Char('\\') if key.modifiers.contains(KeyModifiers::ALT) => {}
+            // a key of the user's, with Alt, is followed by something else
+            KeyCode::Char(sign) if begun.len() < BEGIN.len() && !BEGIN[begun.len()..].starts_with(sign) => {
+                self.begun = None;
+                return FromTerminal::Key;
+            }
             KeyCode::Char(sign) if begun.len() < MOST_SIGNS => {
                 begun.push(sign);
                 return FromTerminal::Part;
@@ -152,8 +160,10 @@ mod tests {
         ] {
             assert_eq!(taken(bytes, Duration::from_millis(40)), (left.to_owned(), background), "{bytes:?}");
         }
-        assert_eq!(taken("\x1b]", Duration::from_secs(9)).0, "]", "nothing is awaited any more");
-        let endless = format!("\x1b]{}q", "1".repeat(MOST_SIGNS + 1));
+        assert_eq!(taken("\x1b]", ANSWERED_WITHIN).0, "]", "nothing is awaited any more");
+        let late = taken("\x1b]q\x1b]1u\x1b]11;rgb:ff/ff/ff\x07", Duration::from_secs(30));
+        assert_eq!(late, ("qu".to_owned(), Some(Background::Light)), "keys with Alt are no answer");
+        let endless = format!("\x1b]11;{}q", "1".repeat(MOST_SIGNS - 2));
         assert_eq!(taken(&endless, Duration::ZERO).0, "q");
     }
 
