@@ -70,8 +70,8 @@ const KERNELS: [Kernel; 9] = [
 ];
 
 fn main() {
-    for lines in [98_000, 720_000] {
-        let columns = columns(lines);
+    for (lines, finer) in [(98_000, 1), (720_000, 1), (98_000, 1024)] {
+        let columns = columns(lines, finer);
         let mut ns_per_line = [const { Vec::new() }; KERNELS.len()];
         for round in 0..ROUNDS {
             for ((_, rounds, kernel), times) in KERNELS.iter().zip(&mut ns_per_line) {
@@ -82,7 +82,8 @@ fn main() {
                 }
             }
         }
-        println!("{lines} lines of {CHANNELS} channels, median ns of CPU per line");
+        let counts = if finer == 1 { "of sentences" } else { "1024 times finer, as those of packets" };
+        println!("{lines} lines of {CHANNELS} channels, counts {counts}, median ns of CPU per line");
         let medians: Vec<_> = ns_per_line.iter_mut().map(|times| median(times)).collect();
         let reference = medians[KERNELS.len() - 1];
         for ((name, ..), ns) in KERNELS.iter().zip(medians) {
@@ -102,7 +103,7 @@ fn each_channel<A>(columns: &[Vec<i32>], new: impl Fn() -> A, push: impl Fn(&mut
 }
 
 /// A resting sensor: angles, magnetic field, acceleration, angular rate, three of each.
-fn columns(lines: usize) -> Vec<Vec<i32>> {
+fn columns(lines: usize, finer: i32) -> Vec<Vec<i32>> {
     // mean, standard deviation of white noise and of a random walk's step, in counts
     const NOISE: [(f64, f64, f64); 4] =
         [(45_000.0, 3.0, 2.0), (2531.0, 6.0, 0.02), (-9800.0, 12.0, 0.01), (1200.0, 300.0, 2.0)];
@@ -112,7 +113,7 @@ fn columns(lines: usize) -> Vec<Vec<i32>> {
         let mut walk = mean;
         let counts = (0..lines).map(|_| {
             walk += step * normal(&mut state);
-            (walk + white * normal(&mut state)).round() as i32
+            ((walk + white * normal(&mut state)) * f64::from(finer)).round() as i32
         });
         counts.collect()
     });

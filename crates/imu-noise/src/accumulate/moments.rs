@@ -191,11 +191,8 @@ impl PowerSums {
 
 /// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. Those
 /// about the first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]:
-/// |d|^k <= d^4 for integers. Else d² = h 2^20 + l, and the sums of products with h and l are
-/// exact.
+/// |d|^k <= d^4 for integers.
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
-    const FARTHEST: f64 = (1 << 21) as f64;
-    const SPLIT: f64 = (1 << 20) as f64;
     let &pivot = block.first()?;
     let mut from_pivot = [0.0_f64; BLOCK];
     let from_pivot = &mut from_pivot[..block.len()];
@@ -205,26 +202,42 @@ fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let d: [&[f64]; 1] = [from_pivot];
     let fourth = counts::lane_sum(d, |[d]| d * d * (d * d));
     let (third, fourth) = if fourth < counts::EXACT_BELOW {
-        (exact_sum(d, |d| d * d * d), i128::from(fourth as i64))
-    } else if from_pivot.iter().all(|d| d.abs() < FARTHEST) {
-        // to the nearest: |l| is half of the split at most, and h 2^22
-        let high = |d: f64| (d * d / SPLIT + ROUND) - ROUND;
-        let low = |d: f64| d * d - high(d) * SPLIT;
-        let third = (exact_sum(d, |d| d * high(d)) << 20) + exact_sum(d, |d| d * low(d));
-        let of_highs = exact_sum(d, |d| high(d) * high(d));
-        let of_both = exact_sum(d, |d| high(d) * low(d));
-        (third, (of_highs << 40) + (of_both << 21) + exact_sum(d, |d| low(d) * low(d)))
+        (exact_sum(d, |[d]| d * d * d), i128::from(fourth as i64))
     } else {
-        return None;
+        of_far_values(from_pivot)?
     };
-    let sums = [exact_sum(d, |d| d), exact_sum(d, |d| d * d), third, fourth];
+    let sums = [exact_sum(d, |[d]| d), exact_sum(d, |[d]| d * d), third, fourth];
     Some(about_zero(block.len() as u64, pivot, sums))
+}
+
+/// The sums of third and fourth powers where all values are below 2^21, else `None`: d² = h 2^20 + l,
+/// and the sums of products with h and l are exact.
+fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
+    const FARTHEST: f64 = (1 << 21) as f64;
+    const SPLIT: f64 = (1 << 20) as f64;
+    let (mut high, mut low) = ([0.0_f64; BLOCK], [0.0_f64; BLOCK]);
+    let (high, low) = (&mut high[..d.len()], &mut low[..d.len()]);
+    let mut all_near = true;
+    for ((d, high), low) in d.iter().zip(&mut *high).zip(&mut *low) {
+        let square = d * d;
+        all_near &= square < FARTHEST * FARTHEST;
+        // to the nearest: |l| is half of the split at most, and h 2^22
+        *high = (square / SPLIT + ROUND) - ROUND;
+        *low = square - *high * SPLIT;
+    }
+    let (high, low): (&[f64], &[f64]) = (high, low);
+    let product = |[a, b]: [f64; 2]| a * b;
+    all_near.then(|| {
+        let third = (exact_sum([d, high], product) << 20) + exact_sum([d, low], product);
+        let of_both = exact_sum([high, low], product);
+        (third, (exact_sum([high, high], product) << 40) + (of_both << 21) + exact_sum([low, low], product))
+    })
 }
 
 /// Of terms that are integers, and so few that their sum is below 2^53.
 #[inline]
-fn exact_sum(d: [&[f64]; 1], term: impl Fn(f64) -> f64) -> i128 {
-    i128::from(counts::lane_sum(d, |[d]| term(d)) as i64)
+fn exact_sum<const S: usize>(values: [&[f64]; S], term: impl Fn([f64; S]) -> f64) -> i128 {
+    i128::from(counts::lane_sum(values, term) as i64)
 }
 
 /// Added to a float below 2^51, and taken off again: the nearest integer.
