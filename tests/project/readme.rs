@@ -50,20 +50,3 @@ fn the_readme_is_read_in_five_minutes_and_begins_with_a_picture() {
         assert!(text.lines().take(6).any(|line| line.contains(term)), "no {term} at the beginning");
     }
 }
-
-#[test]
-fn the_commands_of_the_readme_are_those_of_the_program() {
-    let text = fs::read_to_string(root().join("README.md")).unwrap();
-    let help =
-        String::from_utf8(std::process::Command::new(env!("CARGO_BIN_EXE_vn100")).arg("help").output().unwrap().stdout)
-            .unwrap();
-    let mut found = 0;
-    for rest in text.split("vn100 ").skip(1) {
-        let command: String = rest.chars().take_while(char::is_ascii_lowercase).collect();
-        if text.contains(&format!("`vn100 {command}")) {
-            assert!(help.contains(&format!("\n  {command}")), "no command {command} in\n{help}");
-            found += 1;
-        }
-    }
-    assert!(found >= 8, "{found} commands");
-}

@@ -52,29 +52,6 @@ fn word() -> impl Strategy<Value = String> {
     prop_oneof![3 => select(names), 3 => select(values.map(str::to_owned).to_vec()), 1 => any::<String>()]
 }
 
-/// The command lines of a document: of its examples, and of its service.
-fn command_lines(document: &str) -> impl Iterator<Item = &str> {
-    document.lines().filter_map(|line| match line.strip_prefix("ExecStart=") {
-        Some(command) => command.trim_start_matches("/usr/bin/").strip_prefix("vn100 "),
-        None => line.strip_prefix("vn100 "),
-    })
-}
-
-#[test]
-fn the_command_lines_for_unattended_measurements_are_taken() {
-    let document = include_str!("../../../../docs/unattended.md");
-    let mut is_service_there = false;
-    for line in command_lines(document) {
-        let words = std::iter::once("vn100").chain(line.split_whitespace());
-        let parsed = Args::try_parse_from(words).and_then(Args::checked);
-        let parsed = parsed.unwrap_or_else(|error| panic!("{line}: {error}"));
-        if let Subcommand::Record(RecordArgs { recording, limits, .. }) = parsed.command {
-            is_service_there |= recording.resume && limits.give_up.is_some();
-        }
-    }
-    assert!(is_service_there, "the service resumes its recording and gives up a lost sensor");
-}
-
 proptest! {
     #[test]
     fn any_words_are_a_command_line_or_refused_with_a_reason(words in vec(word(), 0..10)) {

@@ -1,0 +1,260 @@
+//! Every command line that a document shows is run, in a folder with the files that it reads. A
+//! block is run line by line, so that a line finds what those before it have written.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+    sync::Mutex,
+    thread,
+};
+
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+use crate::{
+    captures,
+    shown::{Document, documents},
+    support::{Lines, run, vn100, workspace},
+};
+
+/// What is not run, and why. The targets that cargo is told of exist all the same.
+const NOT_RUN: &[(&str, &str)] = &[
+    ("cargo test --workspace", "this test is part of it"),
+    ("cargo install --locked --path crates/vn100-cli", "a build"),
+    ("cargo bench", "minutes of measuring"),
+    ("cargo build --profile profiling", "a build"),
+    ("cargo run -p vn100-sim --example replay_logs", "a test of vn100-sim compares what it writes"),
+    (".ci/package", "a build, with the packages of one distribution"),
+    ("pip install maturin && maturin build", "a build, made by the gate"),
+    ("pip install wheels/vn100-*.whl", "installed by the gate"),
+    ("ssh -L", "another machine"),
+];
+
+/// What stands for something else: ports are emulated sensors, and names of the reader's files are
+/// names of those that are here.
+const STANDS_FOR: &[(&str, &str)] = &[
+    ("/dev/ttyUSB0", "sim"),
+    ("/dev/ttyUSB1", "sim"),
+    ("tcp://bench:2000", "sim"),
+    ("PORT", "sim"),
+    ("SOURCE", "sim"),
+    ("/tmp/sensor", "sensor"),
+    ("/usr/bin/vn100", "vn100"),
+    ("/var/lib/vn100/night.mcap", "night.mcap"),
+    ("FILE", "FILE.mcap"),
+    ("FILE…", "mon.mcap tue.mcap wed.mcap"),
+    ("NAME", "FILE.mcap"),
+    ("PATH...", "captures/"),
+    ("OUT.json", "out.json"),
+    ("CODE", "ARW"),
+    ("COMMAND", "replay"),
+    ("--serve", "--serve=:0"),
+    ("--serve=:8101", "--serve=:0"),
+];
+
+/// Commands that do not succeed here: with which status, and what they say.
+const OTHER_ENDS: &[(&str, i32, &str)] = &[
+    ("vn100 replay unit*.mcap --fail-on 'gyro B'", 4, ""),
+    ("vn100 replay FILE --speed 1x", 1, "--speed needs the live view, and that a terminal"),
+];
+
+/// What a live measurement lasts here.
+const LIVE: &str = "2s";
+
+/// Options whose value is a file that is written.
+const WRITES: &[&str] = &["-o", "--record", "--samples", "--log"];
+
+/// What the lines of a script are, and where it stands.
+struct Script {
+    document: String,
+    lines: Vec<String>,
+}
+
+/// The command lines of the documents.
+fn scripts() -> Vec<Script> {
+    let mut scripts = Vec::new();
+    for document in documents() {
+        let mut add = |lines| scripts.push(Script { document: document.name.clone(), lines });
+        for block in document.blocks() {
+            let command = |line: &String| match &*block.language {
+                "sh" if line.is_empty() || line.starts_with('#') => None,
+                "sh" => Some(line.clone()),
+                _ => line.strip_prefix("ExecStart=").map(str::to_owned),
+            };
+            add(block.lines.iter().filter_map(command).collect());
+        }
+        within_text(&document).for_each(|line| add(vec![line]));
+    }
+    scripts.retain(|script| !script.lines.is_empty());
+    scripts
+}
+
+/// Commands within a text. One that names no file, and needs one, is a mention of its options.
+fn within_text(document: &Document) -> impl Iterator<Item = String> {
+    let spans = if document.is_to_be_followed() { document.spans() } else { Vec::new() };
+    spans.into_iter().filter(|span| span.starts_with("vn100 ")).map(|span| {
+        let words: Vec<&str> = span.split(' ').collect();
+        let is_mention = words[2..].iter().all(|word| word.starts_with('-')) && words[1] != "attach";
+        if is_mention { format!("{span} --help") } else { span }
+    })
+}
+
+/// The line as it is run here; without its comment.
+fn runnable(line: &str) -> String {
+    let line = line.replace("cargo run --release -- ", "vn100 ");
+    let line = line.split_once(" #").map_or(&*line, |(command, _)| command);
+    let word = |word| STANDS_FOR.iter().find(|(name, _)| *name == word).map_or(word, |(_, here)| *here);
+    let mut words: Vec<&str> = line.split_whitespace().map(word).collect();
+    let is_live = words.starts_with(&["vn100", "attach"])
+        || words.starts_with(&["vn100", "record"])
+        || words.starts_with(&["vn100", "sim"]) && words.contains(&"--link");
+    if is_live {
+        match words.iter().position(|word| ["-d", "--duration"].contains(word)) {
+            Some(option) => words[option + 1] = LIVE,
+            None => words.extend(["--duration", LIVE]),
+        }
+    }
+    words.join(" ")
+}
+
+/// Runs a line, as a shell does.
+fn run_line(line: &str, folder: &Path, programs: &Path) -> Output {
+    let words: Vec<&str> = line.split(' ').collect();
+    if !words.contains(&"--resume") {
+        let written = words.windows(2).filter(|pair| WRITES.contains(&pair[0]));
+        // where there is none, none is in the way
+        written.for_each(|pair| drop(fs::remove_file(folder.join(pair[1]))));
+    }
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
+    let mut shell = Command::new("sh");
+    shell.arg("-c").current_dir(folder).env_remove("RUST_BACKTRACE");
+    shell.env("PATH", path).env("XDG_CONFIG_HOME", programs.join("settings"));
+    if words.starts_with(&["vn100", "replay"]) && words.contains(&"--serve=:0") {
+        return interrupted_at_its_end(shell.arg(format!("exec {line}")));
+    }
+    run(shell.arg(line))
+}
+
+/// A replay stays at its end with its page, until Ctrl-C.
+fn interrupted_at_its_end(command: &mut Command) -> Output {
+    let mut replay = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = Lines::of(replay.stderr.take().unwrap());
+    said.find(|line| line.contains("replayed to its end")).unwrap();
+    kill_process(Pid::from_child(&replay), Signal::INT).unwrap();
+    replay.wait_with_output().unwrap()
+}
+
+/// A folder of programs, before those of the system, and of settings: the only likely port is an
+/// emulated sensor.
+fn programs() -> TempDir {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    symlink(env!("CARGO_BIN_EXE_vn100"), folder.path().join("vn100")).unwrap();
+    // the other machine is this one, and a page is shown
+    for (name, script) in [("ssh", "#!/bin/sh\nshift\nexec \"$@\"\n"), ("xdg-open", "#!/bin/sh\ntest -f \"$1\"\n")] {
+        let path = folder.path().join(name);
+        fs::write(&path, script).unwrap();
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let settings = folder.path().join("settings/vn100");
+    fs::create_dir_all(&settings).unwrap();
+    fs::write(settings.join("vn100.toml"), "port = \"sim\"\n").unwrap();
+    folder
+}
+
+#[test]
+fn every_command_that_a_document_shows_is_run() {
+    let (programs, made) = (programs(), tempfile::tempdir().unwrap());
+    captures::make(made.path());
+    let scripts = scripts();
+    let lines = scripts.iter().map(|script| script.lines.len()).sum::<usize>();
+    assert!(lines >= 90, "{lines} lines");
+    let (left, failures) = (Mutex::new(scripts.iter()), Mutex::new(Vec::new()));
+    let work = || {
+        while let Some(script) = { left.lock().unwrap().next() } {
+            if let Err(failure) = run_script(script, made.path(), programs.path()) {
+                failures.lock().unwrap().push(format!("{}: {failure}", script.document));
+            }
+        }
+    };
+    // most of them wait for a sensor
+    thread::scope(|scope| (0..8).for_each(|_| _ = scope.spawn(work)));
+    let failures = failures.into_inner().unwrap();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+fn run_script(script: &Script, made: &Path, programs: &Path) -> Result<(), String> {
+    let folder = tempfile::tempdir().unwrap();
+    captures::link(made, folder.path());
+    for line in &script.lines {
+        if NOT_RUN.iter().any(|(begin, _)| line.starts_with(begin)) {
+            continue;
+        }
+        let runnable = runnable(line);
+        let output = run_line(&runnable, folder.path(), programs);
+        let said = String::from_utf8_lossy(&output.stderr);
+        let other = OTHER_ENDS.iter().find(|(command, ..)| line.starts_with(command));
+        let (status, reason) = other.map_or((0, ""), |(_, status, reason)| (*status, *reason));
+        if output.status.code() != Some(status) || !said.contains(reason) {
+            return Err(format!("{line}\n    as {runnable}: {}: {said}", output.status));
+        }
+        if let Some((_, digest)) = line.split_once("sha256sum").and_then(|(_, rest)| rest.split_once("# ")) {
+            let digests = String::from_utf8_lossy(&output.stdout);
+            if !digests.starts_with(digest) {
+                return Err(format!("{line}: {digests}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn what_is_not_run_is_shown_and_names_what_exists() {
+    let lines: Vec<String> = scripts().into_iter().flat_map(|script| script.lines).collect();
+    for (begin, reason) in NOT_RUN {
+        assert!(lines.iter().any(|line| line.starts_with(begin)), "{begin} ({reason}) is shown nowhere");
+    }
+    let root = workspace();
+    for line in lines.iter().filter(|line| line.starts_with("cargo ")) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let value = |option| words.iter().position(|word| *word == option).map(|at| words[at + 1]);
+        let package = value("-p").map(|package| root.join("crates").join(package));
+        if let Some(package) = value("--path").map(|path| root.join(path)).or(package.clone()) {
+            assert!(package.join("Cargo.toml").is_file(), "{line}");
+        }
+        for (option, folder) in [("--bench", "benches"), ("--example", "examples"), ("--test", "tests")] {
+            let Some(target) = value(option) else { continue };
+            let folder = package.as_ref().unwrap().join(folder);
+            let is_there =
+                [format!("{target}.rs"), format!("{target}/main.rs")].iter().any(|name| folder.join(name).is_file());
+            assert!(is_there, "{line}: no {target} in {}", folder.display());
+        }
+    }
+}
+
+#[test]
+fn the_service_resumes_its_recording_and_gives_up_a_lost_sensor() {
+    let services: Vec<String> = scripts()
+        .into_iter()
+        .flat_map(|script| script.lines)
+        .filter(|line| line.starts_with("/usr/bin/vn100"))
+        .collect();
+    assert!(!services.is_empty());
+    for service in services {
+        assert!(service.contains(" --resume ") && service.contains(" --give-up "), "{service}");
+    }
+}
+
+#[test]
+fn the_settings_of_the_live_view_are_taken() {
+    let blocks = documents().into_iter().flat_map(|document| document.blocks());
+    let settings: Vec<String> =
+        blocks.filter(|block| block.language == "toml").map(|block| block.lines.join("\n")).collect();
+    let [settings] = &settings[..] else { panic!("{settings:?}") };
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("vn100.toml"), settings).unwrap();
+    // a wrong setting in a file that is named is a wrong command line
+    let output = run(vn100().args(["attach", "sim", "-d", "1s", "--config", "vn100.toml"]).current_dir(folder.path()));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
