@@ -78,8 +78,20 @@ fn each_recording_is_a_row_and_each_sensor_a_pool() {
         (&row["mean"], &row["std"]),
         (&single["channels"][6]["statistics"]["mean"], &single["channels"][6]["statistics"]["std"])
     );
+    let stated = |rows: &Value| -> Vec<[Value; 3]> {
+        let rows = rows.as_array().unwrap().iter();
+        rows.map(|row| ["parameter", "claim", "verdict"].map(|key| row[key].clone())).collect()
+    };
+    assert_eq!(stated(&row["verdicts"]), stated(&single["channels"][6]["verdict"]));
     let (table, ..) = run(folder.path(), &["--csv"]);
     let table = String::from_utf8(table).unwrap();
+    assert!(table.lines().next().unwrap().ends_with(",verdicts,warnings,error"), "{table}");
+    let gyro = table.lines().find(|line| line.starts_with("in/4.vnimu") && line.contains(",gyro_x,")).unwrap();
+    let cells: Vec<_> = gyro.split(',').collect();
+    let [.., verdicts, warnings, ""] = cells[..] else { panic!("{gyro}") };
+    assert!(verdicts.contains("bias_instability limit ") && verdicts.contains("bias_instability typical "), "{gyro}");
+    let kinds: Vec<_> = warnings.split("; ").collect();
+    assert_eq!(kinds.len(), kinds.iter().collect::<BTreeSet<_>>().len(), "{gyro}");
     assert_eq!(table.lines().count(), 1 + 5 * 11 + 1);
     assert!(table.lines().all(|line| line.starts_with("name,") || line.starts_with("in/")), "{table}");
 }

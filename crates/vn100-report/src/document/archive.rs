@@ -14,7 +14,10 @@ use vn100_analysis::{
     in_parallel,
 };
 
-use super::{noise::term_name, pool::PoolDocument};
+use super::{
+    noise::{claim_name, term_name},
+    pool::PoolDocument,
+};
 use crate::{
     codes::{code_of_status, code_of_verdict},
     measured::{Completion, Evaluation, Measured},
@@ -77,6 +80,8 @@ pub(crate) struct ParameterRow {
 #[derive(Debug, Serialize)]
 pub(crate) struct VerdictRow {
     pub(crate) parameter: &'static str,
+    /// Of the data sheet: a limit, or a typical figure.
+    pub(crate) claim: &'static str,
     pub(crate) verdict: &'static str,
 }
 
@@ -251,6 +256,7 @@ impl RecordingRow {
                         .flatten()
                         .map(|judged| VerdictRow {
                             parameter: term_name(judged.figure.term),
+                            claim: claim_name(&judged.figure.claim),
                             verdict: code_of_verdict(judged.verdict).code,
                         })
                         .collect(),

@@ -346,6 +346,13 @@ struct ReadingDocument {
     expected_high: f64,
 }
 
+pub(crate) const fn claim_name(claim: &Claim) -> &'static str {
+    match claim {
+        Claim::Limit(_) => "limit",
+        Claim::Typical { .. } => "typical",
+    }
+}
+
 impl VerdictDocument {
     pub(crate) fn new(datasheet: &str, sensor: Sensor, verdict: &FigureVerdict) -> Self {
         let Parameter { value, lower, upper, .. } = verdict.measured;
@@ -355,10 +362,7 @@ impl VerdictDocument {
             parameter: term_name(figure.term),
             verdict: code_of_verdict(verdict.verdict).code,
             figure: figure.printed.clone(),
-            claim: match figure.claim {
-                Claim::Limit(_) => "limit",
-                Claim::Typical { .. } => "typical",
-            },
+            claim: claim_name(&figure.claim),
             is_minimum: figure.is_curve_minimum(),
             source: figure.source.clone(),
             unit: si_unit(sensor, figure.term),

@@ -1,9 +1,11 @@
 //! An archive as a table: a row for each recording and channel.
 
+use std::collections::BTreeSet;
+
 use super::tables::{Table, number};
 use crate::document::archive::{ArchiveDocument, ChannelRow, RecordingRow};
 
-const HEADER: [&str; 26] = [
+const HEADER: [&str; 27] = [
     "name",
     "serial",
     "model",
@@ -29,7 +31,8 @@ const HEADER: [&str; 26] = [
     "rate_random_walk",
     "rate_random_walk_upper",
     "verdicts",
-    "warnings; error",
+    "warnings",
+    "error",
 ];
 
 /// As CSV, in SI units; a recording that could not be read is a row with its error.
@@ -76,9 +79,11 @@ fn cells(recording: &RecordingRow, channel: Option<&ChannelRow>) -> Vec<String> 
     let [status, middle, _, upper] = parameter("rate_random_walk");
     cells.extend([status, middle, upper]);
     let verdicts = channel.iter().flat_map(|channel| &channel.verdicts);
-    let verdicts: Vec<_> = verdicts.map(|judged| format!("{} {}", judged.parameter, judged.verdict)).collect();
-    let warnings = recording.warnings.iter().map(|warning| warning.kind.to_owned());
-    let notes: Vec<_> = warnings.chain(recording.error.clone()).collect();
-    cells.extend([verdicts.join("; "), notes.join("; ")]);
+    let verdicts: Vec<_> =
+        verdicts.map(|judged| format!("{} {} {}", judged.parameter, judged.claim, judged.verdict)).collect();
+    let mut named = BTreeSet::new();
+    let kinds = recording.warnings.iter().map(|warning| warning.kind);
+    let kinds: Vec<_> = kinds.filter(|kind| named.insert(*kind)).collect();
+    cells.extend([verdicts.join("; "), kinds.join("; "), text(&recording.error)]);
     cells
 }
