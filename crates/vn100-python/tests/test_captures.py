@@ -34,6 +34,14 @@ def test_a_document_is_that_of_the_command_line(log):
     assert vn100.replay(log, rate=40).to_dict() == json.loads(printed.stdout)
 
 
+def test_the_version_is_that_of_the_command_line():
+    program = os.environ.get("VN100_PROGRAM")
+    if program is None:
+        pytest.skip("VN100_PROGRAM names no program to compare with")
+    printed = subprocess.run([program, "--version"], capture_output=True, check=True, text=True)
+    assert printed.stdout.split() == ["vn100", vn100.__version__]
+
+
 def test_rows_are_the_samples(log):
     rows = vn100.rows(log)
     assert rows.channels[-1] == "gyro_z" and rows.units[-1] == "rad/s"

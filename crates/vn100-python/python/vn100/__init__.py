@@ -5,11 +5,15 @@ Sums are exact integers: the same samples give the same bits, however they were
 divided. The document of a result (``to_dict``) is that of ``vn100 replay --json``.
 """
 
+from importlib.metadata import version as _version
+
 from ._analyzer import Analyzer
 from ._deviations import adev, hdev, oadev, ohdev
 from ._result import Channel, Curve, Noise, Parameter, Result, replay
 from ._rows import captures, rows
 from ._vn100 import CaptureError, State
+
+__version__ = _version("vn100")
 
 __all__ = [
     "Analyzer",
