@@ -210,8 +210,8 @@ fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     Some(about_zero(block.len() as u64, pivot, sums))
 }
 
-/// The sums of third and fourth powers where all values are below 2^21, else `None`: d² = h 2^20 + l,
-/// and the sums of products with h and l are exact.
+/// The sums of third and fourth powers where all values are below 2^21, else `None`: d² = h 2^20 +
+/// l, and the sums of products with h and l are exact.
 fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
     const FARTHEST: f64 = (1 << 21) as f64;
     const SPLIT: f64 = (1 << 20) as f64;
