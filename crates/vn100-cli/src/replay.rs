@@ -217,16 +217,12 @@ async fn measure_all(
 
 pub(crate) fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
     let spec = ReplaySpec {
-        path: input.path,
         capture: input.options,
         is_one_of_several: input.is_one_of_several,
         settings: args.settings(),
         read: log.asked(args.measure.read_options()),
-        speed: None,
-        each_second: false,
-        samples: None,
-        observer: None,
         stop: stop.clone(),
+        ..ReplaySpec::of(input.path)
     };
     ReplaySpec { observer: log.observer(&spec.name()), ..spec }
 }

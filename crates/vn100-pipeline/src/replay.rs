@@ -50,6 +50,24 @@ pub struct ReplaySpec {
 }
 
 impl ReplaySpec {
+    /// All of a file, as fast as the machine can, and nothing said of its content or of how it is
+    /// measured.
+    #[must_use]
+    pub fn of(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            capture: CaptureOptions::default(),
+            is_one_of_several: false,
+            settings: Settings::default(),
+            read: ReadOptions::default(),
+            speed: None,
+            each_second: false,
+            samples: None,
+            observer: None,
+            stop: CancellationToken::new(),
+        }
+    }
+
     /// The file's name without its folder, for a result does not depend on the place of its
     /// capture, that of a recording for its parts together; and the topic if that is one of several
     /// streams.
@@ -181,9 +199,7 @@ async fn measure_capture(
     spec: &ReplaySpec,
     channels: &mut Channels,
 ) -> MeasurementEnd {
-    let measured =
-        capture.recorded.as_ref().map_or(spec.read.measured, |recorded| recorded_frames(spec.read.measured, recorded));
-    let read = read_options(ReadOptions { measured, ..spec.read }, &settings);
+    let read = read_options(as_recorded(spec.read, &capture), &settings);
     let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || pace.is_some(), ..read };
     let stored_bytes_read = capture.stored_bytes_read.clone();
     match capture.read(read, channels.stop.clone()) {
@@ -209,6 +225,14 @@ async fn measure_capture(
     }
 }
 
+/// Of a recording, what was measured when it was made, where nothing else is asked for.
+fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
+    match &capture.recorded {
+        Some(recorded) => ReadOptions { measured: recorded_frames(read.measured, recorded), ..read },
+        None => read,
+    }
+}
+
 /// For the place of its replay. What cannot be read twice is not counted.
 async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop: CancellationToken) {
     if spec.path == Path::new("-") {
@@ -216,9 +240,7 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
     }
     // one that cannot be opened again has no count either
     let Ok(capture) = spec.open().await else { return };
-    let recorded = capture.recorded.as_ref();
-    let measured = recorded.map_or(spec.read.measured, |recorded| recorded_frames(spec.read.measured, recorded));
-    let read = ReadOptions { line_by_line: false, diagnostics: false, measured, ..spec.read };
+    let read = as_recorded(spec.read, &capture);
     let Ok(mut events) = capture.read(read, stop) else { return };
     let mut samples = 0;
     while let Some(event) = events.recv().await {
@@ -242,18 +264,8 @@ mod tests {
 
     #[test]
     fn a_stream_is_named_by_its_file_and_one_of_several_by_its_topic_too() {
-        let mut spec = ReplaySpec {
-            path: PathBuf::from("day/bag.mcap"),
-            capture: CaptureOptions { topic: Some("/imu".into()), ..CaptureOptions::default() },
-            is_one_of_several: false,
-            settings: Settings::default(),
-            read: ReadOptions::default(),
-            speed: None,
-            each_second: false,
-            samples: None,
-            observer: None,
-            stop: CancellationToken::new(),
-        };
+        let capture = CaptureOptions { topic: Some("/imu".into()), ..CaptureOptions::default() };
+        let mut spec = ReplaySpec { capture, ..ReplaySpec::of("day/bag.mcap") };
         assert_eq!((spec.name(), spec.name_with_folder()), ("bag.mcap".into(), "day/bag.mcap".into()));
         spec.is_one_of_several = true;
         assert_eq!((spec.name(), spec.name_with_folder()), ("bag.mcap /imu".into(), "day/bag.mcap /imu".into()));

@@ -188,22 +188,8 @@ mod tests {
 
     #[test]
     fn a_bag_has_its_times_where_they_are_dates_and_its_end_where_it_was_read_to_there() {
-        let bag = |recorded_ns| BagReport {
-            topic: "/imu".into(),
-            type_name: "sensor_msgs/Imu".into(),
-            messages: 2,
-            used: 2,
-            without_sample: 0,
-            unreadable: 0,
-            absent: Vec::new(),
-            unread: Vec::new(),
-            reordered: 0,
-            late: 0,
-            other_messages: 0,
-            unpacked_bytes: 0,
-            recorded_ns,
-            stamps: StampSource::Recorded,
-        };
+        let bag =
+            |recorded_ns| BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
         let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
         let times = recorded_times(&bag(dates), &EndReason::SourceEnded).unwrap();
         assert_eq!(times.started_ns, Some(YEAR_2001_NS));

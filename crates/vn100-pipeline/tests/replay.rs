@@ -5,7 +5,7 @@
 use std::{
     fs,
     io::Write,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
@@ -15,14 +15,13 @@ use std::{
 
 use tempfile::NamedTempFile;
 use tokio::time;
-use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_capture::{CaptureOptions, Event, OpenError, RecordingWriter};
+use vn100_capture::{Event, OpenError, RecordingWriter};
 use vn100_pipeline::{
-    Command, CommandRefusal, EndReason, Playback, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage,
-    StartError,
+    Command, CommandRefusal, EndReason, Playback, ReplaySpec, SampleEvent, SampleTap, Session, SessionEvent,
+    SourceState, Speed, Stage, StartError,
 };
-use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
@@ -35,23 +34,8 @@ fn capture(samples: u64) -> NamedTempFile {
     file
 }
 
-fn spec(path: impl Into<PathBuf>) -> ReplaySpec {
-    ReplaySpec {
-        path: path.into(),
-        capture: CaptureOptions::default(),
-        is_one_of_several: false,
-        settings: Settings::default(),
-        read: ReadOptions::default(),
-        speed: None,
-        each_second: false,
-        samples: None,
-        observer: None,
-        stop: CancellationToken::new(),
-    }
-}
-
 fn paced(file: &NamedTempFile, speed: Speed) -> Session {
-    Session::replay(ReplaySpec { speed: Some(speed), ..spec(file.path()) })
+    Session::replay(ReplaySpec { speed: Some(speed), ..ReplaySpec::of(file.path()) })
 }
 
 async fn until(session: &mut Session, mut is_there: impl FnMut(Playback, &SourceState) -> bool) -> Playback {
@@ -77,7 +61,7 @@ async fn a_capture_is_measured_to_its_end() {
             count.fetch_add(batch.row_count(), Ordering::Relaxed);
         }
     });
-    let session = Session::replay(ReplaySpec { observer: Some(observer), ..spec(file.path()) });
+    let session = Session::replay(ReplaySpec { observer: Some(observer), ..ReplaySpec::of(file.path()) });
     let (state, mut seconds) = (session.state.clone(), session.seconds);
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::SourceEnded) && result.excluded.is_zero());
@@ -88,10 +72,50 @@ async fn a_capture_is_measured_to_its_end() {
     assert!(seconds.recv().await.is_none(), "not asked for");
 }
 
+#[tokio::test]
+async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
+    let mut file = NamedTempFile::new().unwrap();
+    // more lines without a sample than a read takes
+    write!(file, "{}{}", LINE.repeat(SAMPLES as usize), "$VNYPR,-129.867,-000.355,-000.296*61\r\n".repeat(10_000))
+        .unwrap();
+    let (tap, mut batches) = SampleTap::new();
+    let session = Session::replay(ReplaySpec { samples: Some(tap), ..ReplaySpec::of(file.path()) });
+    let mut samples = 0;
+    while let Some(event) = batches.recv().await {
+        let SampleEvent::Batch(batch) = event else { panic!("{event:?}") };
+        assert!(batch.row_count() > 0);
+        samples += batch.row_count() as u64;
+    }
+    assert_eq!((samples, session.result.await.unwrap().snapshot.timing.samples), (SAMPLES, SAMPLES));
+}
+
+#[tokio::test]
+async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
+    let measured = async |rows: &[&str], settings| {
+        let mut file = NamedTempFile::with_suffix(".csv").unwrap();
+        write!(file, "time,gyro_x\n{}\n", rows.join("\n")).unwrap();
+        Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) }).result.await.unwrap()
+    };
+    let even = ["0.0,1.0", "0.1,2.0", "0.2,1.5", "0.3,1.0", "0.4,2.5"];
+    let result = measured(&even, Settings::default()).await;
+    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
+    assert_eq!((result.snapshot.timing.samples, result.snapshot.timing.rate_hz), (5, 10.0));
+    // one sample has no rate, and nothing is said of it that needs one
+    let result = measured(&even[..1], Settings::default()).await;
+    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
+    assert_eq!(result.snapshot.timing.samples, 1);
+    let at_once = ["0.0,1.0", "0.0,2.0"];
+    let result = measured(&at_once, Settings::default()).await;
+    assert!(matches!(*result.end, EndReason::NotStarted(StartError::RateUnknown { .. })), "{:?}", result.end);
+    assert_eq!(result.snapshot.timing.samples, 0);
+    let given = Settings { rate_hz: Some(20.0), ..Settings::default() };
+    assert_eq!(measured(&at_once, given).await.snapshot.timing.samples, 2);
+}
+
 #[tokio::test(start_paused = true)]
 async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
     let file = capture(SAMPLES);
-    let mut session = Session::replay(ReplaySpec { each_second: true, ..spec(file.path()) });
+    let mut session = Session::replay(ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) });
     session.state.wait_for(|state| state.snapshot.timing.samples >= 200).await.unwrap();
     time::sleep(Duration::from_secs(10)).await;
     // four wait, and the fifth for room
@@ -108,13 +132,13 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
 #[tokio::test(start_paused = true)]
 async fn a_capture_that_cannot_be_opened_says_why() {
     let missing = Path::new("/nonexistent/night.vnymr");
-    let result = Session::replay(spec(missing)).result.await.unwrap();
+    let result = Session::replay(ReplaySpec::of(missing)).result.await.unwrap();
     let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
     assert!(matches!(error, OpenError::Io { .. }));
     assert_eq!((result.facts.name.as_str(), result.facts.kind), ("night.vnymr", None));
     assert_eq!(result.snapshot.timing.samples, 0);
     // in a view it is shown until the view is closed
-    let paced = ReplaySpec { speed: Some(Speed::Max), ..spec(missing) };
+    let paced = ReplaySpec { speed: Some(Speed::Max), ..ReplaySpec::of(missing) };
     let stop = paced.stop.clone();
     let mut session = Session::replay(paced);
     session.state.wait_for(|state| matches!(state.stage, Stage::Ended(_))).await.unwrap();
@@ -127,7 +151,7 @@ async fn a_capture_that_cannot_be_opened_says_why() {
 #[tokio::test]
 async fn once_stopped_no_capture_is_begun() {
     let file = capture(10);
-    let stopped = spec(file.path());
+    let stopped = ReplaySpec::of(file.path());
     stopped.stop.cancel();
     let result = Session::replay(stopped).result.await.unwrap();
     assert!(matches!(*result.end, EndReason::NotStarted(StartError::Stopped)), "{:?}", result.end);
@@ -137,7 +161,7 @@ async fn once_stopped_no_capture_is_begun() {
 async fn a_stop_ends_a_capture_with_what_came() {
     // several reads: what was read already is measured
     let file = capture(10 * SAMPLES);
-    let spec = ReplaySpec { each_second: true, ..spec(file.path()) };
+    let spec = ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) };
     let stop = spec.stop.clone();
     let mut session = Session::replay(spec);
     let first = session.seconds.recv().await.unwrap();
@@ -213,7 +237,7 @@ async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
 async fn as_much_as_was_to_be_measured_is_the_end_too() {
     let file = capture(SAMPLES);
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
-    let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..spec(file.path()) });
+    let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..ReplaySpec::of(file.path()) });
     let end = until(&mut session, |playback, _| playback.at_end).await;
     assert_eq!(end.samples, 200);
     command(&session, Command::Stop).await;
@@ -233,7 +257,7 @@ async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
     fs::write(&file, recording.finish(Some("done")).unwrap()).unwrap();
     let replayed = async |duration| {
         let settings = Settings { duration, ..Settings::default() };
-        let session = Session::replay(ReplaySpec { settings, ..spec(file.path()) });
+        let session = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) });
         let state = session.state.clone();
         let result = session.result.await.unwrap();
         assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
@@ -245,6 +269,24 @@ async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
     for seconds in [1, 2, 900] {
         assert_eq!(replayed(Some(Duration::from_secs(seconds))).await, None);
     }
+}
+
+#[tokio::test]
+async fn a_recording_whose_rate_changes_is_read_to_its_end() {
+    let mut recording = RecordingWriter::new(Vec::new(), &Default::default()).unwrap();
+    let mut at_ns = 0;
+    for (lines, period_ns) in [(600, 25_000_000), (200, 100_000_000)] {
+        for _ in 0..lines {
+            at_ns += period_ns;
+            recording.write(&StreamInput::Chunk(Chunk { bytes: LINE.into(), at_ns: Some(at_ns) })).unwrap();
+        }
+    }
+    let file = NamedTempFile::with_suffix(".mcap").unwrap();
+    fs::write(&file, recording.finish(Some("done")).unwrap()).unwrap();
+    let result = Session::replay(ReplaySpec::of(file.path())).result.await.unwrap();
+    let change = result.snapshot.rate_change.unwrap();
+    assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
+    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -310,7 +352,7 @@ async fn a_part_is_measured_alone() {
     // as the options of a whole replay would
     let duration = Some(Duration::from_secs(15));
     let settings = Settings { skip: Duration::from_secs(5), duration, ..Settings::default() };
-    let whole = Session::replay(ReplaySpec { settings, ..spec(file.path()) }).result.await.unwrap().snapshot;
+    let whole = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) }).result.await.unwrap().snapshot;
     let selected = session.state.borrow().snapshot.clone();
     assert_eq!(whole.timing, selected.timing);
     let moments = |snapshot: &vn100_analysis::Snapshot| {

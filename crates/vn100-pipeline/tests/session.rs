@@ -7,7 +7,7 @@ use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts, WarningKind, WhyUnmet};
 use vn100_capture::{End, Event, Source, read_samples};
-use vn100_pipeline::{Command, EndReason, Session, SessionEvent, SessionResult, Stage};
+use vn100_pipeline::{Command, CommandRefusal, EndReason, Session, SessionEvent, SessionResult, Stage};
 use vn100_protocol::{
     DeviceError, VNYMR,
     stream::{
@@ -254,6 +254,14 @@ async fn a_command_stops_it_with_what_came() {
     assert!(matches!(*result.end, EndReason::Stopped));
     assert_eq!(result.snapshot.timing.samples, 50);
     assert!(events.is_closed());
+}
+
+#[tokio::test(start_paused = true)]
+async fn without_a_link_there_is_nothing_to_mark() {
+    let (_events, mut session) = session(at_10_hz());
+    session.commands.send(Command::Mark("the door".into())).await.unwrap();
+    let refused = session.events.recv().await.unwrap();
+    assert!(matches!(refused, SessionEvent::Refused(CommandRefusal::NoMark)), "{refused:?}");
 }
 
 /// What a link delivered, one after the other.

@@ -10,7 +10,6 @@ use pyo3::{
     prelude::*,
     types::PyDict,
 };
-use tokio_util::sync::CancellationToken;
 use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::{Detrend, Settings};
 use vn100_capture::{Capture, CaptureOptions};
@@ -83,16 +82,11 @@ impl ReplayOptions {
         let topics = Capture::streams(path, &self.capture);
         let is_one_of_several = topics.len() > 1;
         let spec = |topic| ReplaySpec {
-            path: path.to_owned(),
             capture: CaptureOptions { topic, ..self.capture.clone() },
             is_one_of_several,
             settings: self.settings.clone(),
             read: self.read,
-            speed: None,
-            each_second: false,
-            samples: None,
-            observer: None,
-            stop: CancellationToken::new(),
+            ..ReplaySpec::of(path)
         };
         topics.into_iter().map(spec).collect()
     }

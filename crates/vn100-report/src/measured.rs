@@ -405,20 +405,10 @@ mod tests {
             let unread =
                 vec![UnreadNumbers { path: "linear_acceleration".into(), zero_messages: 100, nonzero_messages }];
             let bag = BagReport {
-                topic: "/imu".into(),
-                type_name: "sensor_msgs/Imu".into(),
                 messages: 200,
                 used: 200,
-                without_sample: 0,
-                unreadable: 0,
-                absent: Vec::new(),
                 unread,
-                reordered: 0,
-                late: 0,
-                other_messages: 0,
-                unpacked_bytes: 0,
-                recorded_ns: None,
-                stamps: StampSource::Recorded,
+                ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded)
             };
             let measured = ended(SourceFacts { bag: Some(bag), ..facts(None) }, nothing());
             let warned = measured.warnings().into_iter().filter(|warning| warning.kind == WarningKind::UnreadValues);

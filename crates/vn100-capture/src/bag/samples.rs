@@ -89,22 +89,8 @@ impl BagSamples {
                 )
             }
         };
-        let report = BagReport {
-            topic: topic.name.clone(),
-            type_name: topic.type_name.clone(),
-            messages: 0,
-            used: 0,
-            without_sample: 0,
-            unreadable: 0,
-            absent: Vec::new(),
-            unread: Vec::new(),
-            reordered: 0,
-            late: 0,
-            other_messages: 0,
-            unpacked_bytes: bag.unpacked_bytes,
-            recorded_ns: None,
-            stamps,
-        };
+        let report =
+            BagReport { unpacked_bytes: bag.unpacked_bytes, ..BagReport::of(&topic.name, &topic.type_name, stamps) };
         Ok(Self {
             messages: bag.messages(read)?,
             topic,

@@ -7,9 +7,7 @@ use imu_noise::Deviation;
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_capture::CaptureOptions;
 use vn100_pipeline::{ReplaySpec, Session};
-use vn100_protocol::stream::ReadOptions;
 use vn100_report::{
     printable,
     units::{ChannelValues, channel_values},
@@ -55,18 +53,7 @@ impl Reference {
     pub(crate) fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
         let settings =
             Settings { duration: None, until: Vec::new(), recent: false, other_deviation: false, ..settings };
-        let spec = ReplaySpec {
-            path,
-            capture: CaptureOptions::default(),
-            is_one_of_several: false,
-            settings,
-            read: ReadOptions::default(),
-            speed: None,
-            each_second: false,
-            samples: None,
-            observer: None,
-            stop: stop.child_token(),
-        };
+        let spec = ReplaySpec { settings, stop: stop.child_token(), ..ReplaySpec::of(path) };
         let (sender, measured) = oneshot::channel();
         tokio::spawn(async move {
             let name = printable(&spec.name());

@@ -20,13 +20,13 @@ use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{EndKind, LinkStatus, Settings};
-use vn100_capture::{CaptureOptions, Event, RecordError, RecordingReader, Rotation};
+use vn100_capture::{Event, RecordError, RecordingReader, Rotation};
 use vn100_driver::{ConfigureError, LinkState, OutputSettings};
 use vn100_pipeline::{
     Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session,
     SessionEvent, SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
 };
-use vn100_protocol::stream::ReadOptions;
+use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 
 fn sensor() -> Sensor {
     let sensor = Sensor::new(115_200, 40);
@@ -68,21 +68,6 @@ fn recording(folder: &TempDir) -> Option<RecordingSpec> {
         rotation: None,
         excluded_note: |time| format!("without {} s", time.as_secs()),
     })
-}
-
-fn replay_of(path: PathBuf) -> ReplaySpec {
-    ReplaySpec {
-        path,
-        capture: CaptureOptions::default(),
-        is_one_of_several: false,
-        read: ReadOptions::default(),
-        settings: Settings::default(),
-        speed: None,
-        each_second: false,
-        samples: None,
-        observer: None,
-        stop: CancellationToken::new(),
-    }
 }
 
 /// Why the recording ended, as it says itself.
@@ -190,18 +175,46 @@ async fn the_link_and_its_loss_are_shown() {
 async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
-    let session = Session::live(LiveSpec { settings: duration(3), recording: recording(&folder), ..of(&sensor) });
+    let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
+    let spec = LiveSpec { settings: duration(3), conditions: conditions.clone(), ..of(&sensor) };
+    let session = Session::live(LiveSpec { recording: recording(&folder), ..spec });
     let state = session.state.clone();
     let (result, _) = ended(session).await;
     let recording = result.recording.unwrap();
     assert!(recording.ended && recording.error.is_none() && recording.bytes >= 120 * LINE.len() as u64);
     assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
     assert_eq!(reason(&recording.path), "end of the source, or duration reached");
-    let replay = Session::replay(replay_of(recording.path)).result.await.unwrap();
+    let replay = Session::replay(ReplaySpec::of(recording.path)).result.await.unwrap();
     assert!(matches!(*replay.end, EndReason::DurationReached));
     assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
     assert!(replay.facts.recording.unwrap().started_ns.is_some());
-    assert_eq!((replay.facts.kind, replay.facts.meta), (Some("mcap"), None));
+    assert_eq!((replay.facts.kind, replay.facts.meta), (Some("mcap"), Some(conditions)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_mark_lies_in_the_recording_where_it_was_made() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples >= 40).await;
+    session.commands.send(Command::Mark("the door".into())).await.unwrap();
+    until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, events) = ended(session).await;
+    assert!(events.is_empty(), "{events:?}");
+    let file = std::fs::File::open(result.recording.unwrap().path).unwrap();
+    let mut reader = RecordingReader::open(file).unwrap();
+    let (mut bytes, mut marks) = (0, Vec::new());
+    while let Some(input) = reader.next_input().unwrap() {
+        match input {
+            StreamInput::Chunk(chunk) => bytes += chunk.bytes.len(),
+            StreamInput::Link(LinkEvent { kind: LinkEventKind::Marked { text }, .. }) => marks.push((text, bytes)),
+            StreamInput::Link(_) => {}
+        }
+    }
+    let [(text, before)] = &marks[..] else { panic!("{marks:?}") };
+    assert_eq!(text, "the door");
+    assert!((40..60).contains(&(before / LINE.len())), "{before} of {bytes} bytes");
 }
 
 #[tokio::test(start_paused = true)]

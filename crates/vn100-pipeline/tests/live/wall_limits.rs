@@ -29,6 +29,18 @@ async fn a_sensor_that_is_lost_for_good_is_given_up() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_sensor_without_a_sample_is_given_up_from_when_it_was_there() {
+    let sensor = sensor();
+    sensor.world().line = OTHER_LINE;
+    let mut session = Session::live(LiveSpec { limits: limits(Some(2), None), ..of(&sensor) });
+    until(&mut session, |state| matches!(state.link, Some(LinkState::Up(_)))).await;
+    let there = time::Instant::now();
+    let (result, _) = ended(session).await;
+    assert!(matches!(*result.end, EndReason::GaveUp { cause: None, .. }), "{:?}", result.end);
+    assert!((1.9..2.2).contains(&there.elapsed().as_secs_f64()), "{:?}", there.elapsed());
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_sensor_that_comes_back_in_time_is_measured_on() {
     let sensor = sensor();
     let spec = LiveSpec { limits: limits(Some(5), Some(60)), settings: duration(10), ..of(&sensor) };
@@ -101,7 +113,7 @@ async fn a_recording_replays_with_the_outage_at_its_end() {
     let (live, _) = ended(session).await;
     let path = live.recording.unwrap().path;
     assert_eq!(reason(&path), "the sensor was lost");
-    let replay = Session::replay(replay_of(path)).result.await.unwrap();
+    let replay = Session::replay(ReplaySpec::of(path)).result.await.unwrap();
     assert_eq!(replay.snapshot.outages.seconds(), live.snapshot.outages.seconds());
     assert_eq!(replay.facts.end, Some(EndKind::EndOfInput));
 }
@@ -146,7 +158,7 @@ async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_
     assert_eq!(reason(parts.last().unwrap()), "the sensor was lost");
     let mut samples = 0;
     for part in &parts {
-        samples += Session::replay(replay_of(part.clone())).result.await.unwrap().snapshot.timing.samples;
+        samples += Session::replay(ReplaySpec::of(part.clone())).result.await.unwrap().snapshot.timing.samples;
     }
     assert!((timing.samples - parts.len() as u64..=timing.samples).contains(&samples), "{samples} of {timing:?}");
 }

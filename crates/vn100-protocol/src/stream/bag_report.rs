@@ -48,6 +48,29 @@ pub struct BagReport {
     pub stamps: StampSource,
 }
 
+impl BagReport {
+    /// Of a topic of which nothing was read yet.
+    #[must_use]
+    pub fn of(topic: impl Into<String>, type_name: impl Into<String>, stamps: StampSource) -> Self {
+        Self {
+            topic: topic.into(),
+            type_name: type_name.into(),
+            messages: 0,
+            used: 0,
+            without_sample: 0,
+            unreadable: 0,
+            absent: Vec::new(),
+            unread: Vec::new(),
+            reordered: 0,
+            late: 0,
+            other_messages: 0,
+            unpacked_bytes: 0,
+            recorded_ns: None,
+            stamps,
+        }
+    }
+}
+
 /// Numbers of a standard message that are zero in the first messages, as those are that a sensor
 /// does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
