@@ -281,3 +281,26 @@ fn describe(head: &[u8]) -> String {
     let how_much = if head.len() < HEAD_BYTES { "" } else { ", in its first megabyte," };
     format!("text that begins with \"{shown}{ellipsis}\" and{how_much} contains none of them")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a text alone is taken for that of a sensor.
+    fn is_of_sensor(text: &str) -> bool {
+        let mut is_one = false;
+        Decoder::new(Options { accept_unchecked: true }).push(text.as_bytes(), |item| is_one |= is_evidence(&item));
+        is_one
+    }
+
+    #[test]
+    fn a_sensor_is_known_by_a_checksum_or_by_its_name() {
+        for text in ["$VNRRG,07,40*5C\r\n", "$GPHDT,1*52\r\n", "$VNXYZ,1,2\r\n", "$VNYMR,1,2*00\r\n"] {
+            assert!(is_of_sensor(text), "{text:?}");
+        }
+        // a checksum that does not hold, none, a beginning without its end, no sentence
+        for text in ["$GPHDT,1*00\r\n", "$GPHDT,1\r\n", "$VNYMR,1$VNYMR,1", "gyro_x,1\r\n"] {
+            assert!(!is_of_sensor(text), "{text:?}");
+        }
+    }
+}

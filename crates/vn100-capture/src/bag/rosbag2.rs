@@ -71,15 +71,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
         if !data.starts_with(ZSTD_MAGIC) {
             return Ok(data);
         }
-        self.unpacked.clear();
-        match Decompressor::upper_bound(data) {
-            Some(bytes) if bytes <= MESSAGE_BYTES => {
-                self.unpacked.reserve(bytes);
-                self.decompressor.decompress_to_buffer(data, &mut self.unpacked)?;
-            }
-            // a frame need not say how much it holds
-            _ => drop(zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(&mut self.unpacked)?),
-        }
+        unpack(&mut self.decompressor, data, &mut self.unpacked)?;
         Ok(&self.unpacked)
     }
 
@@ -90,6 +82,20 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
     fn index(&mut self) -> io::Result<Index> {
         Ok(Index::Topics)
     }
+}
+
+/// Unpacks a message, of a longer one the beginning.
+fn unpack(decompressor: &mut Decompressor<'_>, data: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
+    unpacked.clear();
+    match Decompressor::upper_bound(data) {
+        Some(bytes) if bytes <= MESSAGE_BYTES => {
+            unpacked.reserve(bytes);
+            decompressor.decompress_to_buffer(data, unpacked)?;
+        }
+        // a frame need not say how much it holds, or says what no message does
+        _ => drop(zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(unpacked)?),
+    }
+    Ok(())
 }
 
 impl MessageTable {
@@ -178,4 +184,27 @@ fn string(text: &[u8]) -> String {
 
 fn too_many() -> io::Error {
     io::Error::new(ErrorKind::InvalidData, "the database is damaged: it has more topics or definitions than any bag")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_unpacked_however_long_it_says_it_is() {
+        let mut decompressor = Decompressor::default();
+        let mut unpacked = Vec::new();
+        let message = |bytes: usize| zstd::bulk::compress(&vec![7; bytes], 1).unwrap();
+        for bytes in [0, 300, MESSAGE_BYTES, MESSAGE_BYTES + 1] {
+            unpack(&mut decompressor, &message(bytes), &mut unpacked).unwrap();
+            assert_eq!(unpacked.len(), bytes.min(MESSAGE_BYTES));
+        }
+        // a frame of one segment that is to hold 2^50 bytes, and holds three, as its last block
+        let mut boasts = [ZSTD_MAGIC, &[0xe0], &(1_u64 << 50).to_le_bytes(), &[0x19, 0, 0], b"abc"].concat();
+        assert!(unpack(&mut decompressor, &boasts, &mut unpacked).is_err());
+        // without a length it is whole: a window of one kilobyte instead
+        boasts.splice(4..13, [0x00, 0x00]);
+        unpack(&mut decompressor, &boasts, &mut unpacked).unwrap();
+        assert_eq!(unpacked, b"abc");
+    }
 }

@@ -359,3 +359,46 @@ fn column_names(sql: &str) -> Vec<String> {
 fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the database is damaged: {problem}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of pages of 512 bytes; each after the first is that of a table: its kind, and the
+    /// pages below it.
+    fn database(tables: &[(u8, &[u32])]) -> Database<io::Cursor<Vec<u8>>> {
+        let mut file = vec![0; 512 * (1 + tables.len())];
+        file[..16].copy_from_slice(MAGIC);
+        file[16..18].copy_from_slice(&512_u16.to_be_bytes());
+        for (page, (kind, below)) in file[512..].chunks_mut(512).zip(tables) {
+            page[0] = *kind;
+            let Some((last, branches)) = below.split_last() else { continue };
+            page[3..5].copy_from_slice(&(branches.len() as u16).to_be_bytes());
+            page[8..12].copy_from_slice(&last.to_be_bytes());
+            for (place, branch) in branches.iter().enumerate() {
+                let at = 400 + 4 * place;
+                page[12 + 2 * place..][..2].copy_from_slice(&(at as u16).to_be_bytes());
+                page[at..at + 4].copy_from_slice(&branch.to_be_bytes());
+            }
+        }
+        Database::open(io::Cursor::new(file)).unwrap()
+    }
+
+    fn rows(tables: &[(u8, &[u32])]) -> io::Result<usize> {
+        let mut database = database(tables);
+        let (mut scan, mut row, mut rows) = (database.scan_root(2)?, Row::default(), 0);
+        while database.next_row(&mut scan, &mut row)? {
+            rows += 1;
+        }
+        Ok(rows)
+    }
+
+    #[test]
+    fn each_page_of_a_table_is_read_once() {
+        assert_eq!(rows(&[(5, &[3, 4]), (13, &[]), (13, &[])]).unwrap(), 0);
+        for tables in [&[(5, &[2][..])][..], &[(5, &[3; 20]), (13, &[])]] {
+            let error = rows(tables).unwrap_err().to_string();
+            assert!(error.contains("its own branch"), "{error}");
+        }
+    }
+}

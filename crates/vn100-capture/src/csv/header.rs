@@ -6,7 +6,7 @@ use vn100_protocol::Quantity;
 
 use super::{
     CsvError,
-    column_map::{ColumnMap, ColumnName, MappedStamp, RAW, STAMP, Unit, known},
+    column_map::{ColumnMap, ColumnName, MappedStamp, STAMP, Unit, known},
     column_name::{channel_of, is_unit},
     fields::FieldCutter,
     number::Number,
@@ -129,7 +129,8 @@ impl Header {
             stamp: None,
             units: Vec::new(),
             others: Vec::new(),
-            sentence: found.iter().find(|(name, _)| *name == RAW).map(|&(_, place)| place),
+            // a map of channels names no sentences
+            sentence: None,
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
         })
     }

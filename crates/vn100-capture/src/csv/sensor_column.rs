@@ -77,4 +77,12 @@ mod tests {
         assert_eq!(found("sensor,t", (0..100).map(|row| format!("{},0", row % 2))), None);
         assert_eq!(found("t,sensor", std::iter::empty()), None);
     }
+
+    #[test]
+    fn a_rig_has_sixteen_sensors_at_most() {
+        for (sensors, are_several) in [(16, true), (17, false)] {
+            let found = found("t,sensor", (0..10 * sensors).map(|row| format!("{row},{}", row % sensors)));
+            assert_eq!(found.map(|(_, sensors)| sensors.len()), are_several.then_some(sensors));
+        }
+    }
 }

@@ -8,6 +8,7 @@ use std::{
     fs,
     io::{Cursor, Write},
     path::{Path, PathBuf},
+    sync::{Arc, atomic::Ordering},
 };
 
 use tokio_util::sync::CancellationToken;
@@ -136,9 +137,13 @@ fn a_bag_read_from_a_stream_or_line_by_line_gives_the_same() {
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         packed.write_all(&bytes).unwrap();
         for bytes in [bytes, packed.finish().unwrap()] {
+            let stored = bytes.len() as u64;
             let capture = Capture::from_reader(Cursor::new(bytes), &CaptureOptions::default()).unwrap();
+            let stored_read = Arc::clone(&capture.stored_bytes_read);
             let read = Read::of(capture);
             assert_written(&read, name);
+            // read while it was unpacked, and not again
+            assert_eq!(stored_read.load(Ordering::Relaxed), stored);
             assert_eq!(read.report().unpacked_bytes, length);
         }
         let capture = Capture::open(path(name), &CaptureOptions::default()).unwrap();

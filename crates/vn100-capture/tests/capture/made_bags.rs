@@ -1,7 +1,7 @@
 //! Bags made here, byte by byte: what merged bags, sensors that start late and clocks that are set
 //! leave behind.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 
 use vn100_capture::{Capture, CaptureOptions};
 use vn100_protocol::stream::StampSource;
@@ -82,6 +82,58 @@ fn imu(stamp_ns: u64, rates: [f64; 3], accelerations: [f64; 3]) -> Vec<u8> {
 
 fn read(bytes: Vec<u8>, options: &CaptureOptions) -> Read {
     Read::of(Capture::from_reader(Cursor::new(bytes), options).unwrap())
+}
+
+/// Of several topics, each with the type and the one content of its messages.
+fn of_topics(topics: &[(&str, &str, &[u8])]) -> Vec<u8> {
+    let mut mcap = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
+    for (topic, type_name, data) in topics {
+        let schema = mcap.add_schema(type_name, "ros1msg", b"").unwrap();
+        let channel_id = mcap.add_channel(schema, topic, "ros1", &Default::default()).unwrap();
+        for sequence in 0..10 {
+            let log_time = 1_000_000_000 + u64::from(sequence) * 10_000_000;
+            let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+            mcap.write_to_known_channel(&header, data).unwrap();
+        }
+    }
+    mcap.finish().unwrap();
+    mcap.into_inner().into_inner()
+}
+
+/// The topics that are measured of a bag, or those that may be meant.
+fn streams(bytes: &[u8]) -> Vec<Option<String>> {
+    let mut file = tempfile::NamedTempFile::with_suffix(".mcap").unwrap();
+    file.write_all(bytes).unwrap();
+    Capture::streams(file.path(), &CaptureOptions::default())
+}
+
+#[test]
+fn the_topic_of_a_sensor_is_chosen_by_what_it_measures() {
+    let [whole, rates, accelerations] =
+        [[0.1, 9.8], [0.1, 0.0], [0.0, 9.8]].map(|[rate, acceleration]| imu(1, [rate; 3], [acceleration; 3]));
+    let header = [&[0; 4][..], &time(1), &[0; 4]].concat();
+    let field = [&header[..], &doubles(&[2e-5; 3]), &doubles(&[0.0; 9])].concat();
+    let text = [&3_u32.to_le_bytes()[..], b"abc"].concat();
+    let (log, mag) = (("/log", "std_msgs/String", &*text), ("/mag", "sensor_msgs/MagneticField", &*field));
+    let [whole, rates, accelerations] = [&*whole, &*rates, &*accelerations];
+    let inertial = |topic, data| (topic, "sensor_msgs/Imu", data);
+    // without rates and accelerations it is the magnetic field, and beside them it is not
+    let alone = read(of_topics(&[log, mag]), &CaptureOptions::default());
+    assert_eq!((&*alone.report().topic, alone.names.len()), ("/mag", 3));
+    let beside = read(of_topics(&[mag, log, inertial("/imu", whole)]), &CaptureOptions::default());
+    assert_eq!(&*beside.report().topic, "/imu");
+    // rates and accelerations that are sent apart are two streams, the rates first
+    let (gyro, accel) = (inertial("/gyro", rates), inertial("/accel", accelerations));
+    let both = ["/gyro", "/accel"].map(|topic| Some(topic.to_owned()));
+    assert_eq!(
+        (streams(&of_topics(&[gyro, accel])), streams(&of_topics(&[accel, mag, gyro]))),
+        (both.to_vec(), both.to_vec())
+    );
+    // of two whole sensors neither is
+    let two = of_topics(&[inertial("/left", whole), inertial("/right", whole)]);
+    assert_eq!(streams(&two), [None]);
+    let refused = Capture::from_reader(Cursor::new(two), &CaptureOptions::default()).err().unwrap().to_string();
+    assert!(refused.contains("/left") && refused.contains("/right"), "{refused}");
 }
 
 #[test]

@@ -200,6 +200,18 @@ async fn one_call_begins_a_recording_and_resumes_it_however_it_was_cut() {
         assert!(is_resumed || inputs.len() == 1, "cut at {cut}");
         assert_eq!(files(&folder), ["day.mcap"]);
     }
+    // nor is the beginning of what another program recorded
+    let mut other = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    other.add_channel(0, "/camera", "application/octet-stream", &BTreeMap::new()).unwrap();
+    other.finish().unwrap();
+    let whole = fs::read(&path).unwrap();
+    // before its 32nd byte it could be that of any
+    for cut in (32..whole.len()).step_by(3) {
+        fs::write(&path, &whole[..cut]).unwrap();
+        let error = Recorder::resume_or_create(&path, &BTreeMap::new()).unwrap_err();
+        assert!(matches!(error, RecordError::NotResumable { .. }), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), &whole[..cut], "cut at {cut}");
+    }
     // what is no beginning of a recording is not replaced
     for content in ["$VNYMR,-085", "\u{89}"] {
         fs::write(&path, content).unwrap();
