@@ -51,3 +51,39 @@ impl SharedPort {
         found.filter(|program| self.reported.insert(program.clone()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vn100_protocol::{
+        RejectedCounts, Tally,
+        stream::{Batch, StreamCounts},
+    };
+
+    use super::*;
+
+    /// Whether a search begins after so many rejected frames.
+    async fn searches(port: &mut SharedPort, rejected: u64) -> bool {
+        let rejected = RejectedCounts { checksum: rejected, ..RejectedCounts::default() };
+        let tally = Tally { rejected, ..Tally::default() };
+        let link = StreamCounts { tally, ..StreamCounts::default() };
+        port.handle_batch(&Batch { link, ..Batch::default() }, Some(Path::new("/nonexistent/port")));
+        let begins = port.search.is_some();
+        if begins {
+            assert_eq!(port.found().await, None, "another program has what does not exist");
+        }
+        begins
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn frames_that_are_damaged_anew_are_searched_for_once_a_minute() {
+        let mut port = SharedPort::default();
+        assert!(!searches(&mut port, 0).await);
+        assert!(searches(&mut port, 2).await);
+        tokio::time::advance(PERIOD / 2).await;
+        assert!(!searches(&mut port, 5).await, "it is soon after the last search");
+        tokio::time::advance(PERIOD).await;
+        assert!(searches(&mut port, 5).await);
+        tokio::time::advance(2 * PERIOD).await;
+        assert!(!searches(&mut port, 5).await, "none is damaged since");
+    }
+}

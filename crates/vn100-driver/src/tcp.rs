@@ -162,6 +162,9 @@ mod tests {
         far.read_exact(&mut command).await.unwrap();
         assert_eq!(&command, b"$VNRRG,01*72\r\n");
 
+        let refused = connection.set_baud(9600).unwrap_err();
+        assert!(refused.to_string().contains("the serial server sets its own"), "{refused}");
+
         drop(far);
         assert_eq!(connection.next_input().await.unwrap(), None);
         connection.close().await;

@@ -227,6 +227,12 @@ fn packets_that_are_sent_keep_their_port_and_take_another_rate() {
     assert_eq!(planned(&sending, &rate(800)), ["75,2,1,05,0001,001C"]);
     let binary = OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() };
     assert_eq!(planned(&sending, &binary), [""; 0]);
+    // switched off, or without a rate, they are not sent
+    for off in ["0,4,05,0001,001C", "2,0,05,0001,001C"] {
+        let silent = with(current(921_600, 0, 40), &[(Register::BINARY_OUTPUT_1, off)]);
+        let port = if off.starts_with('2') { 2 } else { 1 };
+        assert_eq!(planned(&silent, &binary), [format!("75,{port},4,05,0001,001C")]);
+    }
     let back = OutputSettings { message: Some("VNYMR".into()), ..OutputSettings::default() };
     assert_eq!(planned(&sending, &back), ["06,14"], "packets come beside");
 }

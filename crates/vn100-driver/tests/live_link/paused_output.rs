@@ -195,11 +195,12 @@ async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
 
 #[tokio::test(start_paused = true)]
 async fn a_slow_output_and_none_at_all_are_not_taken_for_a_paused_one() {
-    for message in ["14", "0"] {
+    for (message, rate_hz) in [("14", "1"), ("0", "1"), ("14", "0")] {
         let sensor = paused(1);
-        sensor.world().streams = message == "14";
+        sensor.world().streams = (message, rate_hz) == ("14", "1");
         sensor.world().registers.insert(6, message.into());
+        sensor.world().registers.insert(7, rate_hz.into());
         let configured = set(&sensor, 2, &CancellationToken::new(), ms(10_000)).await.unwrap();
-        assert!(!configured.was_paused, "{message}");
+        assert!(!configured.was_paused, "{message} at {rate_hz} Hz");
     }
 }

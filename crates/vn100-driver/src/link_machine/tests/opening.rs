@@ -192,6 +192,39 @@ fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
 }
 
 #[test]
+fn what_came_before_a_baud_rate_was_refused_is_received_all_the_same() {
+    let mut bench = Bench::new(LinkOptions::default());
+    for _ in 0..2 {
+        bench.wait(ms(1000));
+        bench.is_port_good = false;
+        bench.wait(ms(1500));
+        for baud in &BAUD_RATES[1..] {
+            assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(*baud)));
+            bench.receive("12345");
+            bench.is_port_good = *baud == BAUD_RATES[8];
+            bench.input(Input::BaudSet { baud: *baud, result: Err(io::ErrorKind::InvalidInput.into()) });
+        }
+    }
+    let error = bench.error.clone().unwrap();
+    assert!(error.contains("40 bytes received without a valid sentence"), "{error}");
+    bench.assert_ledger();
+}
+
+#[test]
+fn a_stray_byte_does_not_hasten_the_next_question() {
+    let mut bench = Bench::new(LinkOptions::default());
+    bench.wait(ms(300));
+    assert_eq!(bench.take_sent(), [ASK_MODEL]);
+    // now a frame a second would come before the next one
+    bench.receive("-");
+    bench.wait(ms(1100));
+    assert_eq!(bench.sent, [""; 0]);
+    bench.wait(ms(200));
+    assert_eq!(bench.take_sent(), [ASK_MODEL]);
+    bench.assert_ledger();
+}
+
+#[test]
 fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
     for again in [false, true] {
         let mut bench = Bench::connected(LinkOptions { baud: None, ..LinkOptions::default() });
