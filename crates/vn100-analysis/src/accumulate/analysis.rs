@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::{
-    BadEncoding, ByteReader, ClockAfterOutage, CounterSummary, Encoded, GapDetector, NominalRate, TimebaseSummary,
-};
+use imu_noise::{BadEncoding, ByteReader, ClockAfterOutage, CounterSummary, Encoded, GapDetector, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
@@ -26,9 +24,6 @@ use crate::{
 
 /// Pending rows of less time do not show their rate where they come bunched.
 const MIN_PENDING: Duration = Duration::from_secs(1);
-
-/// Rates that differ by less are the same, one of them rounded.
-const SAME_RATE: f64 = 2e-6;
 
 /// So much later than its time the last sample asked for may come, on a busy computer.
 const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
@@ -385,7 +380,7 @@ impl Analysis {
         let mut snapshot = Snapshot {
             layout: accumulators.layout.as_ref().map(|layout| replies.layout_of(layout)),
             timing: self.record.timing(),
-            arrivals: rate.arrivals(|| self.arrivals()).map(|summary| without_own_offset(summary, rate.hz())),
+            arrivals: rate.arrivals(|| self.arrivals()),
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             false_rate: rate.false_rate,
@@ -480,14 +475,6 @@ impl Analysis {
             self.record.push(resolved);
         }
     }
-}
-
-/// What is said of the arrivals where the times of all rows gave the rate: no offset, as the rate
-/// of the first rows is the nominal one of no sensor.
-fn without_own_offset(summary: TimebaseSummary, rate_hz: f64) -> TimebaseSummary {
-    let is_own = matches!(summary.nominal, Some(NominalRate::Measured(hz)) if hz != rate_hz)
-        && summary.measured_hz.is_some_and(|hz| (hz / rate_hz - 1.0).abs() < SAME_RATE);
-    TimebaseSummary { offset_ppm: summary.offset_ppm.filter(|_| !is_own), ..summary }
 }
 
 /// Of a record that is [finished](Analysis::finish): rows cannot be added to what is read again.

@@ -308,6 +308,28 @@ mod tests {
     }
 
     #[test]
+    fn a_slower_channel_of_a_piece_that_begins_behind_a_break_stays_parted() {
+        let gyro = &VNYMR.channels[9];
+        let terms = |missing: Option<Option<u64>>| {
+            let mut before = state(gyro, &Settings::default());
+            before.set_stride(2);
+            before.push(&mut [1, 1, 2, 2]);
+            let start = PieceStart { places: 4, samples: 4, ..PieceStart::default() };
+            let mut piece = ChannelState::new(gyro, &Settings::default(), start, &SpectrumPlan::new());
+            if let Some(missing) = missing {
+                piece.gap(missing);
+            }
+            // its stride is known from what comes before
+            let mut piece = before.continued(&piece).unwrap();
+            piece.push(&mut [3, 3, 4, 4]);
+            before.append(&piece).unwrap();
+            before.snapshot(1.0, &shape(4), None).octaves[0].terms
+        };
+        // four samples have three differences, two and two have one each
+        assert_eq!([None, Some(None), Some(Some(0))].map(terms), [3, 2, 2]);
+    }
+
+    #[test]
     fn a_gap_parts_windows_of_deviation_and_spectrum() {
         let mut channel = state(&VNYMR.channels[9], &Settings::default());
         channel.push(&mut [1, 2]);

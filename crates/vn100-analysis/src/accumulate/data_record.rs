@@ -486,6 +486,27 @@ mod tests {
     }
 
     #[test]
+    fn temperatures_and_saturation_count_with_the_samples_alone() {
+        let marks = |record: &mut DataRecord| {
+            record.push(Resolved::Mark(MarkKind::Temperature(3000)));
+            record.push(Resolved::Mark(MarkKind::Saturated(1)));
+            record.accumulators.temperature.is_some()
+        };
+        let settings = Settings { rate_hz: Some(40.0), ..Settings::default() };
+        let mut measuring = record(settings.clone());
+        rows(&mut measuring, 4);
+        assert!(marks(&mut measuring));
+        let mut complete = record(Settings { duration: Some(Duration::from_millis(75)), ..settings.clone() });
+        rows(&mut complete, 4);
+        assert!(!marks(&mut complete));
+        let mut excluding = record(settings);
+        rows(&mut excluding, 4);
+        let effect = excluding.rate.take_change(40.0, 20.0, None, &excluding.span);
+        excluding.apply(effect);
+        assert!(!marks(&mut excluding));
+    }
+
+    #[test]
     fn a_measurement_that_is_complete_has_no_gap_behind_it() {
         for (duration_ms, segments) in [(75, 1), (1000, 2)] {
             let duration = Some(Duration::from_millis(duration_ms));

@@ -164,6 +164,25 @@ mod tests {
     }
 
     #[test]
+    fn rejected_rows_on_both_sides_of_a_cut_are_one_gap() {
+        for (data, by_rejected) in [(5, 5), (6, 0)] {
+            let (mut first, mut next) = (Gaps::default(), Gaps::default());
+            (0..2).for_each(|_| first.push_rejected_row());
+            (0..3).for_each(|_| next.push_rejected_row());
+            assert_eq!(next.take_rejected(), 3);
+            first.append(&next, &Between { data, counted: data });
+            assert_eq!((first.missing, first.gaps, first.by_rejected), (data, 1, by_rejected), "{data} are missing");
+            assert_eq!(first.leading_rejected, Some(5));
+        }
+        // behind the cut there are rejected rows alone
+        let (mut first, mut next) = (Gaps::default(), Gaps::default());
+        first.push_rejected_row();
+        next.push_rejected_row();
+        first.append(&next, &Between::default());
+        assert_eq!((first.take_rejected(), first.missing), (2, 0));
+    }
+
+    #[test]
     fn refused_stamps_leave_counters_or_rejected_rows() {
         let mut gaps = Gaps::default();
         gaps.use_evidence(MissingFrom::Counter);

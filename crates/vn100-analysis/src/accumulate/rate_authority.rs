@@ -12,6 +12,9 @@ use crate::{
 /// Relative error of a measured rate that is still one of the sensor's: no clock is that far off.
 const SAME_RATE: f64 = 0.01;
 
+/// Rates that differ by less are the same, one of them rounded.
+const ROUNDED_RATE: f64 = 2e-6;
+
 /// Above, a measured rate does not confirm the nominal one: no quartz is off by so much.
 const CLOCK_PPM: f64 = 1000.0;
 
@@ -314,9 +317,14 @@ impl RateAuthority {
         self.change.map(|change| change.change)
     }
 
-    /// What arrival times show of the samples that count; `now` of the present connection.
+    /// What arrival times show of the samples that count; `now` of the present connection. Where
+    /// the times of all rows gave the rate, no offset: the rate of the first rows is the nominal
+    /// one of no sensor.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-        self.change.map_or_else(now, |change| change.until)
+        let summary = self.change.map_or_else(now, |change| change.until)?;
+        let is_own = matches!(summary.nominal, Some(NominalRate::Measured(hz)) if hz != self.rate.hz)
+            && summary.measured_hz.is_some_and(|hz| (hz / self.rate.hz - 1.0).abs() < ROUNDED_RATE);
+        Some(TimebaseSummary { offset_ppm: summary.offset_ppm.filter(|_| !is_own), ..summary })
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {

@@ -71,6 +71,23 @@ fn a_sensor_that_only_replies_is_told_by_its_output_register() {
 }
 
 #[test]
+fn replies_beside_damaged_lines_are_no_sign_that_the_output_is_off() {
+    let is_off = |rejected: u64, rejected_sentence_bytes: u64| {
+        let rejected = RejectedCounts { checksum: rejected, ..RejectedCounts::default() };
+        let tally =
+            Tally { replies: 50, valid_sentence_bytes: 1000, rejected, rejected_sentence_bytes, ..Tally::default() };
+        let link = StreamCounts { connects: 1, tally, ..StreamCounts::default() };
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&Batch { link, ..Batch::default() });
+        let warnings = analysis.snapshot().warnings;
+        warnings.iter().any(|warning| warning.to_string().contains("asynchronous output is off"))
+    };
+    // a tenth of the answers, and of their bytes
+    assert!(is_off(0, 0) && is_off(5, 100));
+    assert!(!is_off(6, 100) && !is_off(5, 101));
+}
+
+#[test]
 fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let at = |rate_hz: &str, lines: &[Line]| {

@@ -14,7 +14,8 @@ use proptest::prelude::*;
 use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Remedy, Setting, Settings, Snapshot, WarningKind};
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RowCounter, StreamCounts};
 use vn100_protocol::{
-    Channel, Layout, PrintFormat, Register, RegisterContents, RegisterFields, Tally, VNIMU, VNQMR, VNYMR,
+    Channel, Layout, PrintFormat, Register, RegisterContents, RegisterFields, RejectedCounts, Tally, VNIMU, VNQMR,
+    VNYMR,
 };
 
 /// One thing on a stream.

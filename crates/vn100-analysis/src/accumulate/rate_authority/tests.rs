@@ -226,6 +226,50 @@ fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
 }
 
 #[test]
+fn the_whole_record_refines_a_rate_that_its_first_samples_showed() {
+    let measured = |first_hz, all_hz| TimebaseSummary {
+        measured_hz: Some(all_hz),
+        ..summary(Some(NominalRate::Measured(first_hz)), Some(300.0))
+    };
+    let by_measured = |hz| {
+        let mut rate = RateAuthority::new(None);
+        assert_eq!(rate.take_nominal(NominalRate::Measured(hz), None, &span(0, 0)), RateEffect::None);
+        rate
+    };
+    for (all_hz, expected) in [(37.3, 37.3), (36.7, 36.7), (37.5, 37.0), (36.5, 37.0), (74.0, 37.0)] {
+        let mut rate = by_measured(37.0);
+        rate.take_whole_record(&measured(37.0, all_hz));
+        assert_eq!(rate.hz(), expected, "{all_hz} Hz after 37 Hz");
+    }
+    // the rate of the record is another one: given, or that of a list
+    for (mut rate, hz) in [(by_user(37.0), 37.0), (by_arrival(40.0), 40.0)] {
+        rate.take_whole_record(&measured(37.0, 37.1));
+        assert_eq!(rate.hz(), hz);
+    }
+}
+
+#[test]
+fn a_rate_of_the_arrivals_themselves_has_no_offset_against_them() {
+    let mut rate = by_arrival(40.0);
+    rate.rate.hz = 37.1;
+    let offset = |nominal, measured_hz| {
+        let all = TimebaseSummary { measured_hz, ..summary(Some(nominal), Some(300.0)) };
+        rate.arrivals(|| Some(all)).unwrap().offset_ppm
+    };
+    assert_eq!(offset(NominalRate::Measured(37.0), Some(37.1)), None);
+    assert_eq!(offset(NominalRate::Measured(37.0), Some(37.100_05)), None, "one of them rounded");
+    for (nominal, measured_hz) in [
+        (NominalRate::Measured(37.0), Some(37.2)),
+        (NominalRate::Measured(37.0), Some(37.0)),
+        (NominalRate::Measured(37.0), None),
+        (NominalRate::Measured(37.1), Some(37.1)),
+        (NominalRate::Snapped(37.0), Some(37.1)),
+    ] {
+        assert_eq!(offset(nominal, measured_hz), Some(300.0), "{nominal:?} {measured_hz:?}");
+    }
+}
+
+#[test]
 fn the_first_refusal_of_a_connection_that_is_over_is_kept() {
     let refused = |samples: u64| {
         Some(TimebaseSummary { refusal: Some(Refusal::NoTimePasses { samples }), ..summary(None, None) })
