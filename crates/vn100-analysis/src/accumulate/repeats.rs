@@ -276,6 +276,28 @@ mod tests {
     }
 
     #[test]
+    fn pieces_have_the_repeated_neighbours_of_the_whole() {
+        let of = |rows: &[i32]| {
+            let mut repeats = Repeats::default();
+            rows.iter().for_each(|row_number| repeats.push(hash(&row(*row_number))));
+            repeats
+        };
+        let rows = [1, 1, 2, 1, 2, 2, 2, 3, 2, 3, 3, 4];
+        let whole = of(&rows);
+        assert_eq!((whole.like_last, whole.like_one_before), (4, 5));
+        for first in 0..=rows.len() {
+            for second in first..=rows.len() {
+                let mut pieces = of(&rows[..first]);
+                pieces.append(&of(&rows[first..second]));
+                pieces.append(&of(&rows[second..]));
+                let neighbours = (pieces.like_last, pieces.like_one_before);
+                assert_eq!(neighbours, (whole.like_last, whole.like_one_before), "cut at {first} and {second}");
+                assert_eq!((pieces.first, pieces.last), (whole.first, whole.last));
+            }
+        }
+    }
+
+    #[test]
     fn rows_stored_twice_are_counted_once() {
         assert_eq!(repeated([row(1), row(1), row(2)]), 1);
         assert_eq!(repeated((0..1000).map(|i| row(i / 2))), 500);
