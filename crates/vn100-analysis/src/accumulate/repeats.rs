@@ -182,12 +182,9 @@ impl Repeats {
 pub(crate) fn hash(counts: &[i32]) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
-    let mixed = |hash: u64, word: u64| (hash.rotate_left(29) ^ word).wrapping_mul(MULTIPLIER);
-    // each product waits for the one before: two counts at a time
-    let (pairs, rest) = counts.as_chunks::<2>();
-    let pairs = pairs.iter().map(|[low, high]| u64::from(low.cast_unsigned()) | u64::from(high.cast_unsigned()) << 32);
-    let words = pairs.chain(rest.iter().map(|count| count.cast_unsigned().into()));
-    let hash = words.fold(0, mixed);
+    let mixed =
+        |hash: u64, count: &i32| (hash.rotate_left(29) ^ u64::from(count.cast_unsigned())).wrapping_mul(MULTIPLIER);
+    let hash = counts.iter().fold(0, mixed);
     // the low bits of a product are its weakest
     hash ^ hash >> 32
 }
