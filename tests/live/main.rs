@@ -23,6 +23,8 @@ mod own_questions;
 #[cfg(target_os = "linux")]
 mod page;
 #[cfg(target_os = "linux")]
+mod recording_forms;
+#[cfg(target_os = "linux")]
 mod sensor;
 #[cfg(target_os = "linux")]
 mod session;

@@ -17,10 +17,15 @@ pub(crate) struct Sensor {
 
 impl Sensor {
     pub(crate) fn start(options: &[&str]) -> Self {
+        Self::start_for("2min", options)
+    }
+
+    /// For no longer than so.
+    pub(crate) fn start_for(duration: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("sensor");
         let mut process = vn100()
-            .args(["sim", "--duration", "2min", "--link"])
+            .args(["sim", "--duration", duration, "--link"])
             .arg(&link)
             .args(options)
             .stdout(Stdio::piped())

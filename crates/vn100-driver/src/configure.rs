@@ -190,7 +190,13 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
     let before = link.frames(frames);
     let new_period = Duration::try_from_secs_f64(rate_hz.recip()).unwrap_or_default();
     tokio::time::sleep(SETTLE.max(period(&current)).max(SETTLE + new_period)).await;
-    if let Some(change) = to_second_port(&written.configured.changes).filter(|_| link.frames(frames) == before) {
+    let mut moved = to_second_port(&written.configured.changes).filter(|_| link.frames(frames) == before);
+    if let Some(change) = &moved {
+        // packets delayed by a stall arrive before the reply
+        link.read(change.register).await?;
+        moved = moved.filter(|_| link.frames(frames) == before);
+    }
+    if let Some(change) = moved {
         pause(link, written).await?;
         write(link, vec![change], written).await?;
         link.request(SensorCommand::Async(true)).await?;

@@ -15,7 +15,7 @@ use std::{
 };
 
 use serialport::{SerialPort, TTYPort};
-use support::{LINE, Sensor};
+use support::{LINE, Sensor, packet};
 use tokio::{
     runtime::{Builder, Runtime},
     sync::{mpsc, watch},
@@ -53,22 +53,35 @@ fn a_thousand_unplugs_leave_nothing_behind() {
         builder.build().unwrap()
     };
     // before the ports, which leave free memory behind that would hide growth
-    runtime(Builder::new_current_thread().start_paused(true)).block_on(unplug_in_memory(folder.path()));
+    for (sensor, frame_length) in sensors() {
+        let unplugged = unplug_in_memory(folder.path(), sensor, frame_length);
+        runtime(Builder::new_current_thread().start_paused(true)).block_on(unplugged);
+    }
     let live = runtime(&mut Builder::new_current_thread());
     live.block_on(async { tokio::task::spawn_blocking(|| ()).await }).unwrap();
     live.block_on(unplug_ports(folder.path()));
 }
 
-async fn unplug_in_memory(folder: &Path) {
+/// A sensor of sentences at 200 Hz, and one of packets at 800 Hz.
+fn sensors() -> [(Sensor, usize); 2] {
+    let sensor_of_packets = Sensor::new(921_600, 800);
+    // acceleration, angular rate and temperature
+    let packet = packet(&[4, 0x1C, 0x00], 28);
+    sensor_of_packets.world().packet = Some(packet);
+    sensor_of_packets.world().registers.insert(75, "1,1,04,001C".into());
+    [(Sensor::new(921_600, 200), LINE.len()), (sensor_of_packets, packet.len())]
+}
+
+async fn unplug_in_memory(folder: &Path, sensor: Sensor, frame_length: usize) {
     let (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
-    let recorder = Recorder::create(folder.join("memory.mcap"), &BTreeMap::new()).unwrap();
-    let sensor = Sensor::new(921_600, 200);
+    let recorder = Recorder::create(folder.join(format!("memory-{frame_length}.mcap")), &BTreeMap::new()).unwrap();
     let mut link = sensor.link(LinkOptions { recording: Some(recorder.inputs()), ..LinkOptions::default() });
+    let period = sensor.world().period;
     let mut used = 0;
     for round in 0..ROUNDS_IN_MEMORY {
         link.until_up().await;
-        link.run(Duration::from_millis(100)).await;
-        sensor.world().cut_at = Some(round % LINE.len());
+        link.run(20 * period).await;
+        sensor.world().cut_at = Some(round % frame_length);
         link.until_down().await;
         sensor.world().plugged = true;
         // what the test keeps grows as well
@@ -83,7 +96,11 @@ async fn unplug_in_memory(folder: &Path) {
     let grown = memory().saturating_sub(used);
     // the queue of the recorder may be empty the first time and full the second
     assert!(grown < ROUNDS_IN_MEMORY * 64, "{grown} bytes more");
-    assert_eq!(link.stop().await.counts.connects, ROUNDS_IN_MEMORY as u64);
+    let told = link.stop().await;
+    assert_eq!(told.counts.connects, ROUNDS_IN_MEMORY as u64);
+    // all that was sent whole is a row; so is a sentence that lacks its line end alone
+    let whole = sensor.world().lines;
+    assert!((whole..whole + ROUNDS_IN_MEMORY as u64 / 50).contains(&told.rows), "{} rows of {whole}", told.rows);
     recorder.finish("stopped").await;
     settle(files, threads).await;
 }

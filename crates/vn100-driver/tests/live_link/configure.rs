@@ -3,8 +3,8 @@
 
 use std::{slice, time::Duration};
 
-use crate::support::{LINE, Link, OTHER_LINE, Sensor};
-use tokio::{join, task::JoinHandle};
+use crate::support::{LINE, Link, OTHER_LINE, Sensor, packet};
+use tokio::{join, task::JoinHandle, time::Instant};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
 use vn100_protocol::{Register, RegisterFields};
@@ -191,6 +191,24 @@ async fn packets_that_do_not_come_on_the_first_port_are_sent_to_the_second() {
     assert!(!configured.rate_is_kept() && configured.measured_hz == 0.0 && configured.rate_hz == 800.0);
     let asked = |line: &str| sensor.world().written.iter().any(|(_, bytes)| bytes.starts_with(line.as_bytes()));
     assert!(asked("$VNWRG,75,1,1,05") && asked("$VNWRG,75,2,1,05"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn packets_that_a_stall_delays_stay_on_the_first_port() {
+    let (sensor, settings) = sensor_of_packets();
+    // time since startup, acceleration, angular rate and temperature
+    sensor.world().packet = Some(packet(&[5, 0x01, 0x00, 0x1C, 0x00], 36));
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+    let is_set = || sensor.world().registers[&75].starts_with("1,") && sensor.world().streams;
+    while !is_set() {
+        link.run(Duration::from_millis(1)).await;
+    }
+    sensor.world().stalled_until = Some(Instant::now() + Duration::from_millis(600));
+    link.run(Duration::from_secs(5)).await;
+    let configured = work.await.unwrap().unwrap();
+    let packets = configured.changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1).unwrap();
+    assert_eq!(packets.after.as_str(), "1,1,05,0001,001C");
+    assert!(configured.measured_hz > 30.0, "{configured:?}");
 }
 
 #[tokio::test(start_paused = true)]

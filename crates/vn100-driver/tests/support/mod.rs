@@ -33,6 +33,8 @@ pub(crate) struct World {
     pub(crate) period: Duration,
     /// What it sends.
     pub(crate) line: &'static str,
+    /// What it sends instead where register 75 has packets go to this port.
+    pub(crate) packet: Option<&'static [u8]>,
     /// Whether it sends lines.
     pub(crate) streams: bool,
     /// Whether the port is there.
@@ -82,6 +84,12 @@ impl World {
         LINE.len() as u32 * number(7) <= number(5) / 10
     }
 
+    /// What it sends by itself.
+    fn frame(&self) -> &'static [u8] {
+        let is_of_packets = self.registers.get(&75).is_some_and(|output| output.starts_with("1,"));
+        self.packet.filter(|_| is_of_packets).unwrap_or(self.line.as_bytes())
+    }
+
     /// Does what a command says and answers it.
     fn carry_out(&mut self, body: &str) -> Vec<u8> {
         let mut fields = body.splitn(3, ',');
@@ -113,6 +121,14 @@ impl World {
     }
 }
 
+/// A packet with these groups and fields, whose payload is of zeros.
+pub(crate) fn packet(fields: &[u8], payload_bytes: usize) -> &'static [u8] {
+    let mut packet = [&[0xFA], fields, &vec![0; payload_bytes]].concat();
+    let crc = vn100_protocol::crc16(&packet[1..]);
+    packet.extend(crc.to_be_bytes());
+    packet.leak()
+}
+
 /// With its checksum and line end.
 pub(crate) fn sentence(body: &str) -> Vec<u8> {
     let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
@@ -142,6 +158,7 @@ impl Sensor {
             answers: true,
             answers_after: Duration::from_millis(20),
             mute_of: None,
+            packet: None,
             stalled_until: None,
             echoes: false,
             says: None,
@@ -221,7 +238,8 @@ impl Port {
         if let Some(echo) = self.echoes.pop_front() {
             return Some(Ok(echo));
         }
-        if self.replies.front().is_some_and(|(at, _)| *at <= now) {
+        // what was held back comes in its order
+        if self.replies.front().is_some_and(|(at, _)| *at <= now && *at <= self.next_line) {
             return self.replies.pop_front().map(|(_, reply)| Ok(world.carry_out(&reply)));
         }
         if !world.stray.is_empty() {
@@ -240,7 +258,7 @@ impl Port {
         }
         if let Some(cut_at) = world.cut_at.take() {
             world.plugged = false;
-            return Some(Ok(world.line.as_bytes()[..cut_at].to_vec()));
+            return Some(Ok(world.frame()[..cut_at].to_vec()));
         }
         let baud = self.bauds.iter().rfind(|(since, _)| *since <= at).unwrap_or(&self.bauds[0]).1;
         if world.baud != baud {
@@ -250,7 +268,7 @@ impl Port {
         }
         let flip = if world.garbled { 0x40 } else { 0 };
         world.lines += u64::from(!world.garbled);
-        Some(Ok(world.line.bytes().map(|byte| byte ^ flip).collect()))
+        Some(Ok(world.frame().iter().map(|byte| byte ^ flip).collect()))
     }
 }
 

@@ -1,6 +1,10 @@
 //! Disks that are full, and disks that are slow.
 
-use std::sync::{Mutex, mpsc::Receiver};
+use std::sync::{
+    Mutex,
+    atomic::{AtomicUsize, Ordering},
+    mpsc::Receiver,
+};
 
 use super::*;
 use crate::{RecordingReader, lossy_sender::LossySender};
@@ -12,14 +16,24 @@ struct Disk {
     room: usize,
     /// Someone makes room as soon as it was full.
     freed: bool,
+    /// Bytes in all files of it.
+    used: Arc<AtomicUsize>,
     file: Arc<Mutex<Vec<u8>>>,
+}
+
+impl Disk {
+    /// The same disk with another file.
+    fn next_file(&self) -> Self {
+        Self { file: Arc::default(), ..self.clone() }
+    }
 }
 
 impl Write for Disk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut file = self.file.lock().unwrap();
-        let taken = bytes.len().min(self.room - file.len());
+        let taken = bytes.len().min(self.room - self.used.load(Ordering::Relaxed));
         file.extend_from_slice(&bytes[..taken]);
+        self.used.fetch_add(taken, Ordering::Relaxed);
         if taken > 0 {
             return Ok(taken);
         }
@@ -54,6 +68,16 @@ fn read(number: i64) -> StreamInput {
     Chunk { bytes: format!("read {number};").into(), at_ns: Some(number * 100_000_000) }.into()
 }
 
+/// Reads that are written together.
+fn near_read(number: i64) -> StreamInput {
+    Chunk { bytes: format!("read {number};").into(), at_ns: Some(number * 20_000_000) }.into()
+}
+
+/// A read of a pipe.
+fn read_without_time(number: i64) -> StreamInput {
+    Chunk { bytes: format!("read {number};").into(), at_ns: None }.into()
+}
+
 fn replay(disk: &Disk) -> Vec<StreamInput> {
     let file = disk.file.lock().unwrap().clone();
     let mut reader = RecordingReader::open(&file[..]).unwrap();
@@ -61,36 +85,87 @@ fn replay(disk: &Disk) -> Vec<StreamInput> {
 }
 
 fn start<W: Write + Send + 'static>(out: W) -> io::Result<Recorder> {
-    Recorder::start(Path::new("x.mcap"), RecordingWriter::new(out, &BTreeMap::new())?, |_| Ok(()), None)
+    start_in_parts(out, None)
+}
+
+fn start_in_parts<W: Write + Send + 'static>(out: W, next_part: Option<NextPart<W>>) -> io::Result<Recorder> {
+    Recorder::start(Path::new("x.mcap"), RecordingWriter::new(out, &BTreeMap::new())?, |_| Ok(()), next_part)
 }
 
 #[tokio::test]
 async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
-    let reads: Vec<StreamInput> = (0..40).map(read).collect();
-    let (mut whole, mut cut, mut unended) = (0, 0, 0);
-    for (room, freed) in (0..3000).flat_map(|room| [(room, false), (room, true)]) {
-        let disk = Disk { room, freed, ..Disk::default() };
-        let Ok(recorder) = start(disk.clone()) else { continue };
-        for read in &reads {
-            // fails once the recording has stopped, as for any link
-            let _ = recorder.inputs().send(read.clone()).await;
-        }
-        let state = recorder.finish("done").await;
-        let kept = replay(&disk);
-        assert_eq!(kept, reads[..kept.len()], "room for {room} bytes");
-        let stored: usize = kept.iter().map(length).sum();
-        assert!(state.ended && state.bytes <= stored as u64, "room for {room} bytes: {state:?}");
-        match state.error.as_ref().map(|error| error.kind()) {
-            None => {
-                assert_eq!(kept.len(), reads.len());
-                whole += 1;
+    for form in [read, near_read, read_without_time] {
+        let reads: Vec<StreamInput> = (0..40).map(form).collect();
+        let (mut whole, mut cut, mut unended) = (0, 0, 0);
+        for (room, freed) in (0..3000).flat_map(|room| [(room, false), (room, true)]) {
+            let disk = Disk { room, freed, ..Disk::default() };
+            let Ok(recorder) = start(disk.clone()) else { continue };
+            for read in &reads {
+                // fails once the recording has stopped, as for any link
+                let _ = recorder.inputs().send(read.clone()).await;
             }
-            Some(ErrorKind::StorageFull) if kept.len() < reads.len() => cut += 1,
-            Some(ErrorKind::StorageFull) => unended += 1,
-            Some(other) => panic!("{other}"),
+            let state = recorder.finish("done").await;
+            let kept = replay(&disk);
+            assert_eq!(kept, reads[..kept.len()], "room for {room} bytes");
+            let stored: usize = kept.iter().map(length).sum();
+            assert!(state.ended && state.bytes <= stored as u64, "room for {room} bytes: {state:?}");
+            match state.error.as_ref().map(|error| error.kind()) {
+                None => {
+                    assert_eq!(kept.len(), reads.len());
+                    whole += 1;
+                }
+                Some(ErrorKind::StorageFull) if kept.len() < reads.len() => cut += 1,
+                Some(ErrorKind::StorageFull) => unended += 1,
+                Some(other) => panic!("{other}"),
+            }
         }
+        assert!(whole > 0 && cut > 0 && unended > 0, "{whole} whole, {cut} cut, {unended} without an end");
     }
-    assert!(whole > 0 && cut > 0 && unended > 0, "{whole} whole, {cut} cut, {unended} without an end");
+}
+
+#[tokio::test]
+async fn a_full_disk_stops_a_recording_in_parts_and_keeps_what_it_took() {
+    for form in [read, near_read, read_without_time] {
+        let reads: Vec<StreamInput> = (0..40).map(form).collect();
+        let (mut whole, mut cut, mut most_parts) = (0, 0, 0);
+        for room in (0..9000).step_by(3) {
+            let first = Disk { room, ..Disk::default() };
+            let parts = Arc::new(Mutex::new(vec![first.clone()]));
+            let (all, mut in_part) = (Arc::clone(&parts), 0);
+            let next_part = move |_: &StreamInput| {
+                in_part = in_part % 10 + 1;
+                let mut all = all.lock().unwrap();
+                if in_part < 10 {
+                    return None;
+                }
+                let part = all[0].next_file();
+                all.push(part.clone());
+                let begun = RecordingWriter::new(part, &BTreeMap::new());
+                Some(begun.map(|writer| (format!("{}.mcap", all.len()).into(), writer)))
+            };
+            let Ok(recorder) = start_in_parts(first, Some(Box::new(next_part))) else { continue };
+            for read in &reads {
+                let _ = recorder.inputs().send(read.clone()).await;
+            }
+            let state = recorder.finish("done").await;
+            let parts = parts.lock().unwrap();
+            let is_begun = |part: &&Disk| RecordingReader::open(&part.file.lock().unwrap()[..]).is_ok();
+            let kept: Vec<StreamInput> = parts.iter().filter(is_begun).flat_map(replay).collect();
+            assert_eq!(kept, reads[..kept.len()], "room for {room} bytes in {} parts", parts.len());
+            match state.error {
+                None => {
+                    assert_eq!(kept.len(), reads.len());
+                    whole += 1;
+                }
+                Some(error) => {
+                    assert_eq!(error.kind(), ErrorKind::StorageFull);
+                    cut += 1;
+                }
+            }
+            most_parts = most_parts.max(parts.len());
+        }
+        assert!(whole > 0 && cut > 0 && most_parts == 5, "{whole} whole, {cut} cut, {most_parts} parts");
+    }
 }
 
 #[tokio::test]
