@@ -32,6 +32,11 @@ fn has(help: &str, option: &str) -> bool {
         .any(|(at, _)| !help[at + option.len()..].starts_with(|next: char| next.is_ascii_alphanumeric() || next == '-'))
 }
 
+/// A variable of the environment, as it stands before a command.
+fn is_variable(word: &str) -> bool {
+    !word.starts_with('-') && word.contains('=')
+}
+
 #[test]
 fn every_option_that_a_document_names_exists() {
     let helps = helps();
@@ -39,7 +44,8 @@ fn every_option_that_a_document_names_exists() {
     let (mut found, mut missing) = (0, Vec::new());
     for document in documents() {
         for span in document.spans() {
-            let mut words = span.split_whitespace().skip_while(|word| *word == "vn100").peekable();
+            let is_before = |word: &&str| *word == "vn100" || is_variable(word);
+            let mut words = span.split_whitespace().skip_while(is_before).peekable();
             if words.peek().is_some_and(|first| OTHER_PROGRAMS.contains(first) || OTHER_OPTIONS.contains(first)) {
                 continue;
             }
