@@ -315,14 +315,15 @@ impl Stream {
                 Chosen::NotMeasured => {}
             }
         }
-        let rows = self.row();
+        let before = self.open.counts.len();
         match self.packets.read(packet, &mut self.open.counts) {
             PacketOutcome::Sample { device_ns, saturation } => {
                 if saturation != 0 {
-                    self.open.marks.push(Mark { before_row: rows, kind: MarkKind::Saturated(saturation) });
+                    let before_row = self.row_at(before);
+                    self.open.marks.push(Mark { before_row, kind: MarkKind::Saturated(saturation) });
                 }
                 self.open.device_ns.extend(device_ns);
-                self.note_arrival_of(rows);
+                self.note_arrival_of(before);
             }
             PacketOutcome::Rejected(rejected) => {
                 self.diagnose(|| Diagnostic::Refused {
@@ -353,15 +354,17 @@ impl Stream {
 
     #[inline]
     fn note_arrival(&mut self) {
-        self.note_arrival_of(self.row());
+        self.note_arrival_of(self.open.counts.len());
     }
 
+    /// Of the row whose counts begin at this place. It is divided by their number only where it is
+    /// needed.
     #[inline]
-    fn note_arrival_of(&mut self, row: usize) {
+    fn note_arrival_of(&mut self, place: usize) {
         if let Some(at_ns) = self.at_ns
             && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
         {
-            self.open.arrivals.push(Arrival { from_row: row, at_ns });
+            self.open.arrivals.push(Arrival { from_row: self.row_at(place), at_ns });
         }
     }
 
@@ -394,7 +397,12 @@ impl Stream {
 
     /// The number of the next row in the open batch.
     fn row(&self) -> usize {
-        self.layout.as_ref().map_or(0, |layout| self.open.counts.len() / layout.channels.len())
+        self.row_at(self.open.counts.len())
+    }
+
+    /// The number of the row whose counts begin at this place.
+    fn row_at(&self, place: usize) -> usize {
+        self.layout.as_ref().map_or(0, |layout| place / layout.channels.len())
     }
 
     /// Whether the item is a row like that before it, with nothing else to be said.
