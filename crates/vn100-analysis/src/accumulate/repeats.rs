@@ -180,13 +180,32 @@ impl Repeats {
 
 /// Of a row. The standard hasher, which resists chosen keys, would take longer than its sums.
 pub(crate) fn hash(counts: &[i32]) -> u64 {
+    // no product waits for another one
+    let weighted = |sum: u64, counts: &[i32]| {
+        let products =
+            counts.iter().zip(WEIGHTS).map(|(count, weight)| u64::from(count.cast_unsigned()).wrapping_mul(weight));
+        products.fold(sum.rotate_left(29), u64::wrapping_add)
+    };
+    scattered(counts.chunks(WEIGHTS.len()).fold(0, weighted))
+}
+
+/// No multiples of two and without a simple relation, one for each channel of a message.
+const WEIGHTS: [u64; 16] = {
+    let (mut weights, mut place) = ([0; 16], 0);
+    while place < weights.len() {
+        weights[place] = scattered(scattered(place as u64 + 1)) | 1;
+        place += 1;
+    }
+    weights
+};
+
+/// A number all bits of which depend on all of this one, which it is different for.
+const fn scattered(number: u64) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
-    let mixed =
-        |hash: u64, count: &i32| (hash.rotate_left(29) ^ u64::from(count.cast_unsigned())).wrapping_mul(MULTIPLIER);
-    let hash = counts.iter().fold(0, mixed);
     // the low bits of a product are its weakest
-    hash ^ hash >> 32
+    let product = (number ^ number >> 32).wrapping_mul(MULTIPLIER);
+    product ^ product >> 32
 }
 
 /// What a record that has ended needs: no row is compared with it any more.
