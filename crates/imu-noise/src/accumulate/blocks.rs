@@ -1,6 +1,7 @@
 //! Statistics of the blocks of a record: mean, deviation and extremes, in bounded memory.
 
 use ethnum::I256;
+use multiversion::multiversion;
 
 use super::counts;
 
@@ -143,8 +144,7 @@ impl BlockSums {
     #[inline]
     pub(crate) fn of(window: &[i32]) -> (Self, f64) {
         let Some(&pivot) = window.first() else { return (Self::EMPTY, 0.0) };
-        let deviations = Deviations::of_near(window, pivot).unwrap_or_else(|| Deviations::of(window, pivot));
-        let Deviations { sum: first, squares: second, min, max } = deviations;
+        let Deviations { sum: first, squares: second, min, max } = deviations(window, pivot);
         let (p, n) = (i64::from(pivot), window.len() as i64);
         let (first_f64, n_f64) = (first as f64, window.len() as f64);
         // fits but for counts of full scale, and is converted faster
@@ -242,9 +242,15 @@ struct Deviations {
     max: i32,
 }
 
+#[multiversion(targets("x86_64+avx2"))]
+fn deviations(window: &[i32], pivot: i32) -> Deviations {
+    Deviations::of_near(window, pivot).unwrap_or_else(|| Deviations::of(window, pivot))
+}
+
 impl Deviations {
     /// Of a window of a sensor at rest; `None` where a sample is farther away. Vector registers
     /// hold twice as many of 16 bits.
+    #[inline(always)]
     fn of_near(window: &[i32], pivot: i32) -> Option<Self> {
         /// The squares of as many as a window holds are below 2^31.
         const FARTHEST: i16 = 8000;
@@ -265,6 +271,7 @@ impl Deviations {
         (min >= -FARTHEST && max <= FARTHEST).then(all)
     }
 
+    #[inline(always)]
     fn of(window: &[i32], pivot: i32) -> Self {
         let deviation = |count: i32| f64::from(count) - f64::from(pivot);
         let squares = counts::lane_sum([window], |[count]| deviation(count) * deviation(count));

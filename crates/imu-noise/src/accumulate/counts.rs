@@ -1,4 +1,7 @@
 //! Sums of integer-valued `f64` in vector registers, and the bound that proves them exact.
+//!
+//! What is inlined always is compiled for each width of registers, in functions that are
+//! `multiversion`.
 
 /// Integer-valued `f64` below 2^53 are not rounded. As sums of terms that are not negative never
 /// fall, one that ends below was never rounded on the way, in any order of additions.
@@ -8,7 +11,7 @@ pub(crate) const EXACT_BELOW: f64 = (1_u64 << 53) as f64;
 const LANES: usize = 8;
 
 /// Sum of `term` over the places of `slices`, which are equally long.
-#[inline]
+#[inline(always)]
 pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn([T; S]) -> f64) -> f64 {
     let chunks = slices.map(|slice| slice.as_chunks::<LANES>());
     let mut lanes = [0.0_f64; LANES];

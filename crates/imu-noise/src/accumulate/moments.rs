@@ -1,6 +1,7 @@
 //! Mean, variance, skewness, kurtosis and extremes, from exact power sums.
 
 use ethnum::I256;
+use multiversion::multiversion;
 
 use super::counts;
 
@@ -35,12 +36,9 @@ impl Moments {
     /// Adds samples.
     pub fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
-            let sums = in_lanes(block).unwrap_or_else(|| in_integers(block));
-            self.sums.add(&sums);
-            for &count in block {
-                self.min = self.min.min(count);
-                self.max = self.max.max(count);
-            }
+            let (sums, min, max) = of_block(block);
+            self.sums.add(&sums.unwrap_or_else(|| in_integers(block)));
+            (self.min, self.max) = (self.min.min(min), self.max.max(max));
         }
     }
 
@@ -189,9 +187,18 @@ impl PowerSums {
     }
 }
 
+/// The sums of [`in_lanes`], and the extremes.
+#[multiversion(targets("x86_64+avx2"))]
+fn of_block(block: &[i32]) -> (Option<PowerSums>, i32, i32) {
+    let min = block.iter().fold(i32::MAX, |min, count| min.min(*count));
+    let max = block.iter().fold(i32::MIN, |max, count| max.max(*count));
+    (in_lanes(block), min, max)
+}
+
 /// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. Those
 /// about the first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]:
 /// |d|^k <= d^4 for integers.
+#[inline(always)]
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let &pivot = block.first()?;
     let mut from_pivot = [0.0_f64; BLOCK];
@@ -212,6 +219,7 @@ fn in_lanes(block: &[i32]) -> Option<PowerSums> {
 
 /// The sums of third and fourth powers where all values are below 2^21, else `None`: d² = h 2^20 +
 /// l, and the sums of products with h and l are exact.
+#[inline(always)]
 fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
     const FARTHEST: f64 = (1 << 21) as f64;
     const SPLIT: f64 = (1 << 20) as f64;
@@ -235,7 +243,7 @@ fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
 }
 
 /// Of terms that are integers, and so few that their sum is below 2^53.
-#[inline]
+#[inline(always)]
 fn exact_sum<const S: usize>(values: [&[f64]; S], term: impl Fn([f64; S]) -> f64) -> i128 {
     i128::from(counts::lane_sum(values, term) as i64)
 }

@@ -12,6 +12,8 @@
 
 use core::{mem, ops::Add};
 
+use multiversion::multiversion;
+
 use super::{gapped::Gapped, squares::SquareSum};
 use crate::accumulate::{
     encoding::{BadEncoding, ByteReader, Encoded, check},
@@ -121,13 +123,13 @@ impl Cascade {
                 *sum = count.into();
             }
             new.len = block.len();
-            self.advance(&mut new, block.len() as u64);
+            advance(self, &mut new, block.len() as u64);
         }
     }
 
     pub(super) fn gap(&mut self, missing: Option<u64>) {
         match missing.map(|missing| self.piece.room_for(missing)) {
-            Some(missing) if missing > 0 => self.advance(&mut LevelBlocks::new(), missing),
+            Some(missing) if missing > 0 => advance(self, &mut LevelBlocks::new(), missing),
             _ => {
                 self.piece.part();
                 self.levels.iter_mut().for_each(Level::forget);
@@ -214,33 +216,10 @@ impl Cascade {
         lag * (self.deviation.order() - 1)
     }
 
-    /// Continues by so many places; of `new`, what is behind its length is missing.
-    #[inline]
-    fn advance(&mut self, new: &mut LevelBlocks, mut places: u64) {
-        self.piece.end += places;
-        let (mut new, mut joined) = (&mut *new, &mut LevelBlocks::new());
-        for k in 0..=MAX_LEVEL {
-            if places == 0 {
-                break;
-            }
-            if (new.len as u64) < places {
-                new.fill_up(places.min(OF_A_GAP) as usize, 1 << k);
-            }
-            let remembered = self.levels.get(k as usize).map_or(0, |level| level.sums.sums.len);
-            // the last of all that are new ends at this multiple of the stride
-            let last = self.piece.end / self.stride(k);
-            self.take(k, last - (places - new.len as u64), 0, new, joined);
-            let lag = self.lag(k);
-            let pairs = (remembered as u64 + places).saturating_sub(lag as u64);
-            places = if lag < self.windows_per_tau { pairs } else { (pairs + 1 - ((last + pairs + 1) & 1)) / 2 };
-            mem::swap(&mut new, &mut joined);
-        }
-    }
-
     /// Adds the windows that end with the new sums of level `k`; `joined` are then those of the
     /// next level. `last` is the number of the last new sum in strides from index 0, and the last
     /// `not_joined` ones are the second half of no block of the next level.
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut LevelBlocks, joined: &mut LevelBlocks) {
         if k as usize == self.levels.len() {
             self.levels.push(Level::new(self.keeps_terms));
@@ -271,6 +250,29 @@ impl Cascade {
         } else {
             level.take_gapped(self.deviation, k, lag, &onward, new, joined);
         }
+    }
+}
+
+/// Continues by so many places; of `new`, what is behind its length is missing.
+#[multiversion(targets("x86_64+avx2"))]
+fn advance(cascade: &mut Cascade, new: &mut LevelBlocks, mut places: u64) {
+    cascade.piece.end += places;
+    let (mut new, mut joined) = (&mut *new, &mut LevelBlocks::new());
+    for k in 0..=MAX_LEVEL {
+        if places == 0 {
+            break;
+        }
+        if (new.len as u64) < places {
+            new.fill_up(places.min(OF_A_GAP) as usize, 1 << k);
+        }
+        let remembered = cascade.levels.get(k as usize).map_or(0, |level| level.sums.sums.len);
+        // the last of all that are new ends at this multiple of the stride
+        let last = cascade.piece.end / cascade.stride(k);
+        cascade.take(k, last - (places - new.len as u64), 0, new, joined);
+        let lag = cascade.lag(k);
+        let pairs = (remembered as u64 + places).saturating_sub(lag as u64);
+        places = if lag < cascade.windows_per_tau { pairs } else { (pairs + 1 - ((last + pairs + 1) & 1)) / 2 };
+        mem::swap(&mut new, &mut joined);
     }
 }
 
@@ -366,7 +368,7 @@ impl Level {
 impl Remembered {
     const EMPTY: Self = Self { sums: Memory::of(0), missing: Memory::of(0), whole: true };
 
-    #[inline]
+    #[inline(always)]
     fn pairs_of_whole<'a>(&mut self, new: &'a mut Scratch<i64>, len: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
         let pairs = self.sums.pairs(new, len, lag);
         self.missing.len = self.sums.len;
@@ -381,7 +383,7 @@ impl<T: Copy> Memory<T> {
 
     /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and
     /// newer, as slices of equal length.
-    #[inline]
+    #[inline(always)]
     fn pairs<'a>(&mut self, scratch: &'a mut Scratch<T>, new: usize, lag: usize) -> (&'a [T], &'a [T]) {
         // Always all places: a copy of constant length is a few moves.
         scratch[..MAX_LAG].copy_from_slice(&self.values);
@@ -450,7 +452,7 @@ impl LevelBlocks {
 
 impl Onward {
     /// Block sums of the next level, written where new values go; returns how many there are.
-    #[inline]
+    #[inline(always)]
     fn join<T: Copy + Add<Output = T>>(&self, older: &[T], newer: &[T], next: &mut Scratch<T>) -> usize {
         let pairs = older.len().saturating_sub(self.not_joined);
         let pairs_of = older[..pairs].iter().zip(&newer[..pairs]);

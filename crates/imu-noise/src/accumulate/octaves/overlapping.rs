@@ -3,6 +3,8 @@
 
 use std::mem;
 
+use multiversion::multiversion;
+
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
 use crate::accumulate::{
     encoding::{BadEncoding, ByteReader, Encoded, check},
@@ -153,6 +155,7 @@ impl Overlapping {
 
 /// Adds the windows at averaging factor `m` that end at `first_end` or later in a run of `prefix`
 /// sums.
+#[multiversion(targets("x86_64+avx2"))]
 pub(super) fn add_windows(
     deviation: Deviation,
     prefix: &[i64],

@@ -17,7 +17,7 @@ impl SquareSum {
     pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
 
     /// Adds the squares of `z` at each place of the slices of `points`, which are equally long.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add<const P: usize>(&mut self, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
         self.terms += points[0].len() as u64;
         let squares = match in_lanes(points, &z) {
@@ -35,7 +35,7 @@ impl SquareSum {
 
 /// The sum where it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers
 /// at least that large, or into NaN, which ends in `None` as well.
-#[inline]
+#[inline(always)]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
     let sum = counts::lane_sum(points, |points| {
         let value = to_f64(z(points));
@@ -46,7 +46,7 @@ fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -
 
 /// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has
 /// no vector instruction for this conversion, but it can add.
-#[inline]
+#[inline(always)]
 fn to_f64(z: i64) -> f64 {
     f64::from_bits(SHIFTER_BITS.wrapping_add(z as u64)) - SHIFTER
 }
