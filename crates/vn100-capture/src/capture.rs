@@ -17,7 +17,7 @@ use crate::{
     bag::{self, Bag, BagError, BagSamples},
     csv::{self, ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
-    read_samples::{Event, read_file, read_samples},
+    read_samples::{BytesReader, Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     timing_sidecar::{Sidecar, TimedReader},
@@ -192,6 +192,10 @@ impl Capture {
                     Some(sidecar) => Box::new(move |options, stop| {
                         read_file(TimedReader::new(reader, sidecar, chosen(options)), stop)
                     }),
+                    None if again.is_some() => {
+                        Box::new(move |options, stop| read_file(BytesReader::new(reader, chosen(options)), stop))
+                    }
+                    // a read of a stream may wait for bytes for as long as it likes
                     None => {
                         let source = ReaderSource::spawn(reader, None).map_err(failed)?;
                         Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
