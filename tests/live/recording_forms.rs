@@ -133,9 +133,10 @@ fn assert_survives(sensor: &[&str], options: &[&str]) {
     command.args(["replay", "--json"]).args(files(&recording));
     let document = document(&run(&mut command));
     eprintln!("{options:?}: {grown} of {} killed after bytes were recorded, {longest:?} lost at most", kills());
-    // what a kill cut and what was sent until the next start is a gap at most, and there is no other
+    // what a kill cut and what was sent until the next start is one gap, the pause of a sensor that is
+    // set anew another, and there is no third
     let gaps = document["timing"]["gaps"].as_u64().unwrap();
-    assert!(gaps <= grown, "{gaps} gaps after {grown} kills: {}", document["timing"]);
+    assert!(gaps <= 2 * grown + 1, "{gaps} gaps after {grown} kills: {}", document["timing"]);
     assert!(document["timing"]["segments"].as_u64().unwrap() > 1);
 }
 
