@@ -52,6 +52,7 @@ mod envelope;
 mod gap_detector;
 mod gap_event;
 mod interval_statistics;
+mod judgement;
 mod lag_tracker;
 mod rate_estimates;
 mod rate_increase;

@@ -1,8 +1,10 @@
 //! What a snapshot says of the sensor, channel by channel.
 
+mod axis_temperature;
 mod disturbed;
 mod mains;
 mod noise;
+mod onboard;
 mod points;
 mod rest;
 mod rounding;
@@ -18,13 +20,13 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
+pub use axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade};
+pub use onboard::{Onboard, WindowFrom};
 pub use rest::Motion;
 pub(crate) use rounding::is_rounded_away;
-pub use stream::{Onboard, WindowFrom};
-pub use temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
@@ -33,6 +35,9 @@ use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
 };
+
+/// The two-sided level of intervals, unless another is asked for.
+pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
 /// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot
 /// alone; some milliseconds for twelve channels.
@@ -287,5 +292,15 @@ impl OctaveVariances {
 
     fn tau_s(&self, octave: &Octave) -> f64 {
         octave.m as f64 * self.shape.interval_s
+    }
+}
+
+impl Snapshot {
+    /// The same with what `assessments` of this snapshot say of each.
+    pub(crate) fn assessed<'a>(
+        &'a self,
+        assessments: &'a [ChannelAssessment],
+    ) -> impl Iterator<Item = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment)> + Clone {
+        self.measured().zip(assessments).map(|((channel, results), assessed)| (channel, results, assessed))
     }
 }

@@ -6,8 +6,8 @@ use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Sides, StreamFactor, Ter
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
+    detrend::Detrend,
     noise_figure::NoiseFigure,
-    settings::Detrend,
     snapshot::{RateFrom, Snapshot},
 };
 

@@ -15,6 +15,7 @@ mod assessment;
 mod averaging_times;
 mod comparison;
 mod datasheet;
+mod detrend;
 mod goal;
 mod goal_check;
 mod in_parallel;
@@ -40,9 +41,9 @@ pub use accumulate::{
     temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed,
-    FilterModels, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget,
-    WhyNoCoefficient, WindowFrom,
+    Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
+    DetectableRrw, Disturbed, FilterModels, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard,
+    RateShare, WhiteBudget, WhyNoCoefficient, WindowFrom,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
@@ -53,6 +54,7 @@ pub use comparison::{
 pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
 };
+pub use detrend::Detrend;
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
@@ -61,7 +63,7 @@ pub use pool::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledPar
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
-pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Detrend, Settings};
+pub use settings::{DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, FalseReport, MissingFrom, Outages, PlaceMark, RateChange, RateFrom, RegisterChannel,
     RemovedTemperature, Snapshot, Timing,

@@ -4,23 +4,10 @@ use std::time::Duration;
 
 use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, Estimator, check_encoded};
 
-use crate::{averaging_times::AveragingTimes, goal::Goal};
+use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, detrend::Detrend, goal::Goal};
 
 /// The sensor's default output rate, assumed where the rate is unknown.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
-
-/// The two-sided level of intervals, unless another is asked for.
-pub const DEFAULT_CONFIDENCE: f64 = 0.95;
-
-/// What is removed from a channel before its deviation is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Detrend {
-    /// The regression line.
-    Line,
-    /// Of gyroscopes and accelerometers what follows the temperature of the sensor, where the
-    /// record proves that something does.
-    Temperature,
-}
 
 /// How a stream is measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,8 +69,6 @@ impl Default for Settings {
         }
     }
 }
-
-imu_noise::encoded!(Detrend = Detrend::Line, Detrend::Temperature);
 
 impl Settings {
     /// What a result depends on: goals, screens and watchers have ended.

@@ -14,9 +14,8 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    assessment::ChannelAssessment,
     averaging_times::MissingTime,
-    settings::Detrend,
+    detrend::Detrend,
     warning::Warning,
 };
 
@@ -108,14 +107,6 @@ impl Snapshot {
     /// The same with their results.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)
-    }
-
-    /// The same with what `assessments` of this snapshot say of each.
-    pub(crate) fn assessed<'a>(
-        &'a self,
-        assessments: &'a [ChannelAssessment],
-    ) -> impl Iterator<Item = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment)> + Clone {
-        self.measured().zip(assessments).map(|((channel, results), assessed)| (channel, results, assessed))
     }
 
     /// Of the first three channels that measure `quantity`, in their unit.

@@ -18,6 +18,7 @@ mod ros1;
 mod rosbag2;
 mod samples;
 mod sentences;
+mod shared_file;
 mod sqlite;
 mod standard_types;
 mod streams;

@@ -2,12 +2,9 @@
 
 use std::{
     fs::{self, File},
-    io::{self, Read, Seek, SeekFrom},
+    io::{self, Read},
     path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::{Arc, atomic::AtomicU64},
 };
 
 use tokio::sync::mpsc;
@@ -15,7 +12,9 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     bag::{self, Bag, BagError, BagSamples},
-    csv::{self, ColumnMap, CsvError, CsvReader},
+    capture_options::CaptureOptions,
+    counted_reader::CountedReader,
+    csv::{self, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
     read_samples::{BytesReader, Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
@@ -233,19 +232,6 @@ impl Capture {
     }
 }
 
-/// What the user says of a capture.
-#[derive(Debug, Clone, Default)]
-pub struct CaptureOptions {
-    /// Which columns of a CSV file, or numbers in the messages of a bag, are which channels; `None`
-    /// where they are known by their names.
-    pub columns: Option<ColumnMap>,
-    /// The topic of a bag; `None` for the only one of a sensor. Of a table of numbers the columns
-    /// to be read, by quantity or channel with spaces between them; `None` for all.
-    pub topic: Option<String>,
-    /// The later parts of a recording of which the capture is a part, in their order.
-    pub later_parts: Vec<PathBuf>,
-}
-
 /// Why a capture could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
@@ -317,25 +303,5 @@ impl OpenError {
             BagError::Io(source) => Self::Io { path: path.to_owned(), source },
             problem => Self::Bag { path: path.to_owned(), problem: problem.into() },
         }
-    }
-}
-
-/// Counts the bytes that pass, for a progress display on another thread.
-pub(crate) struct CountedReader<R> {
-    pub(crate) inner: R,
-    pub(crate) read: Arc<AtomicU64>,
-}
-
-impl<R: Read> Read for CountedReader<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        self.read.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
-    }
-}
-
-impl<R: Seek> Seek for CountedReader<R> {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.inner.seek(to)
     }
 }

@@ -25,9 +25,11 @@ mod sensor_column;
 mod so_far;
 mod stamp;
 mod stamp_columns;
+mod stamp_search;
 mod streams;
 #[cfg(test)]
 mod tests;
+mod time_name;
 
 use thiserror::Error;
 use vn100_protocol::Layout;

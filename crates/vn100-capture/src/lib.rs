@@ -27,7 +27,9 @@
 
 mod bag;
 mod capture;
+mod capture_options;
 mod captures_below;
+mod counted_reader;
 mod csv;
 mod detect_format;
 mod lossy_sender;
@@ -40,7 +42,8 @@ mod unpack;
 mod utf16;
 
 pub use bag::{BagError, BagForm, TopicSummary};
-pub use capture::{Capture, CaptureOptions, OpenError};
+pub use capture::{Capture, OpenError};
+pub use capture_options::CaptureOptions;
 pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;

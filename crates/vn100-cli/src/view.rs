@@ -14,6 +14,7 @@ mod faults;
 mod health;
 mod keys;
 mod messages;
+mod model_line;
 mod mouse;
 mod overview;
 mod parameters;
@@ -21,7 +22,9 @@ mod plots;
 mod question;
 mod reference;
 mod save;
+mod scene;
 mod sheet;
+mod sorted_by;
 mod source;
 mod state;
 mod terminal;
@@ -44,13 +47,14 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use background::FromTerminal;
-use draw::{Regions, Scene, draw, is_too_small};
+use draw::{draw, is_too_small};
 use mouse::mouse;
 use ratatui::{
     buffer::Buffer,
     crossterm::event::{Event, KeyEventKind},
 };
 use save::save;
+use scene::{Regions, Scene};
 use source::SourceView;
 use state::{Selection, ViewRequest, ViewState};
 use terminal::{Screen, give_back_line, leave_screen, next_event};

@@ -23,6 +23,7 @@
 //! it is recorded, counted and decoded, or discarded, so that it is recorded and counted as
 //! discarded. No phase ends with inputs pending: [`LinkMachine::disconnect`] discards them.
 
+mod baud_rates;
 mod baud_scan;
 mod connected;
 mod link_context;
@@ -38,7 +39,7 @@ use vn100_capture::{End, Event as StreamEvent};
 use vn100_protocol::stream::{FrameKind, LinkEventKind, StreamInput};
 use vn100_protocol::{Response, SensorCommand};
 
-pub use self::baud_scan::BAUD_RATES;
+pub use self::baud_rates::BAUD_RATES;
 use self::{
     baud_scan::BaudScan,
     connected::Connected,

@@ -1,13 +1,13 @@
 //! Why a session ended.
 
-use std::{error::Error, fmt, io, sync::Arc, time::Duration};
+use std::{error::Error, fmt, io, time::Duration};
 
 use vn100_analysis::noise::Refusal;
 use vn100_analysis::protocol::stream::MessageName;
-use vn100_analysis::{Analysis, Assessment, EndKind, RateChange, Snapshot, SourceFacts, UnmetGoal};
-use vn100_capture::{OpenError, RecordError, RecordingState};
+use vn100_analysis::{EndKind, RateChange};
+use vn100_capture::{OpenError, RecordError};
 
-use crate::{live_source::LiveError, sensor_setup::SetupError};
+use crate::{live_error::LiveError, setup_error::SetupError};
 
 /// Why a session is over.
 #[derive(Debug)]
@@ -122,33 +122,6 @@ impl fmt::Display for EndReason {
             Self::WallTime(_) => f.write_str("wall time over"),
         }
     }
-}
-
-/// The result of a session. Where nothing could be measured it is the result of no samples.
-#[derive(Debug)]
-pub struct SessionResult {
-    /// The source; its `error` is for the face to put into words.
-    pub facts: SourceFacts,
-    /// All numbers.
-    pub snapshot: Arc<Snapshot>,
-    /// Of this very snapshot.
-    pub assessment: Assessment,
-    /// The sums it rests on, finished; `None` where nothing was measured.
-    pub analysis: Option<Box<Analysis>>,
-    /// Why it ended.
-    pub end: Arc<EndReason>,
-    /// The data time that it lacks of what was asked for; `None` where it has all, or none was.
-    pub shortfall: Option<Shortfall>,
-    /// Goals that were not met.
-    pub unmet: Vec<UnmetGoal>,
-    /// Data time at the beginning that was excluded by command; zero for nothing.
-    pub excluded: Duration,
-    /// The recording that was made meanwhile, if one was asked for and begun.
-    pub recording: Option<RecordingState>,
-    /// Bytes that the recording lacks because the disk did not take them in time.
-    pub unrecorded_bytes: u64,
-    /// Whether the sensor is set as it was before, as far as the session changed it.
-    pub is_restored: bool,
 }
 
 #[cfg(test)]

@@ -10,15 +10,15 @@ use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
 use crate::{
     channels::{Channels, EventObserver},
-    end_reason::{SessionResult, StartError},
+    end_reason::StartError,
     excluded::Excluded,
     live_source::LiveSource,
-    measure::{Measurement, MeasurementEnd, Origin, measure},
+    measure::{Measurement, MeasurementEnd, Origin, measure, read_options},
     recording::{RecordingSpec, metadata},
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
-    session::{not_started, read_options, result},
     session_event::SessionEvent,
+    session_result::{SessionResult, not_started, result},
     state::Stage,
     wall_limits::{Deadlines, WallLimits},
 };

@@ -12,7 +12,7 @@ use vn100_analysis::protocol::stream::StreamInput;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
 use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
 
-use crate::channels::EventObserver;
+use crate::{channels::EventObserver, live_error::LiveError};
 
 /// A source that can be opened, more than once if it is a link.
 pub struct LiveSource {
@@ -39,29 +39,6 @@ impl<C: Connect + Clone + Sync> OpenLink for C {
     fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>) {
         open_link(self.clone(), options, stop)
     }
-}
-
-/// Why a live source cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum LiveError {
-    /// It cannot be opened, or no sensor answers on it.
-    #[error("{0}")]
-    NoSensor(io::Error),
-    /// It was stopped before a sensor was connected.
-    #[error("interrupted")]
-    Stopped,
-    /// A stream without a way back.
-    #[error("standard input is not a sensor that replies: name a port")]
-    NoCommands,
-    /// Likewise, where the temperature is asked for.
-    #[error("the temperature cannot be polled on standard input: name a port")]
-    NoTemperature,
-    /// The thread that reads a stream cannot be started.
-    #[error("cannot start reading")]
-    Read(#[source] io::Error),
-    /// The task of the link has ended.
-    #[error("internal error: the link stopped")]
-    LinkTask(#[from] task::JoinError),
 }
 
 impl LiveSource {

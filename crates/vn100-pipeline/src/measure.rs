@@ -27,7 +27,7 @@ use tokio::{
     sync::{mpsc, watch},
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
-use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind};
+use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::LinkHandle;
@@ -405,6 +405,12 @@ impl Measuring {
     }
 }
 
+/// So that a result that ends between two reads is the same however they were cut.
+pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
+    let ends_between = settings.duration.is_some() || !settings.until.is_empty();
+    ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }
+}
+
 #[cfg(test)]
 mod tests {
     use tokio_util::sync::CancellationToken;
@@ -445,5 +451,16 @@ mod tests {
         stop.cancel();
         let MeasurementEnd::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
         assert!(matches!(ending.reason, EndReason::SourceEnded) && ending.snapshot.timing.samples == 1);
+    }
+
+    #[test]
+    fn a_result_that_ends_between_two_reads_is_read_line_by_line() {
+        let whole = ReadOptions::default();
+        let line_by_line = ReadOptions { line_by_line: true, ..whole };
+        let timed = Settings { duration: Some(Duration::from_secs(1)), ..Settings::default() };
+        let sought = Settings { until: vec!["gyro N ±5%".parse().unwrap()], ..Settings::default() };
+        assert!(!read_options(whole, &Settings::default()).line_by_line);
+        assert!(read_options(whole, &timed).line_by_line && read_options(whole, &sought).line_by_line);
+        assert!(read_options(line_by_line, &Settings::default()).line_by_line);
     }
 }

@@ -14,13 +14,13 @@ use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
     channels::{Channels, EventObserver},
-    end_reason::{EndReason, SessionResult, StartError},
+    end_reason::{EndReason, StartError},
     excluded::Excluded,
-    measure::{Ending, Measurement, MeasurementEnd, Origin, measure},
+    measure::{Ending, Measurement, MeasurementEnd, Origin, measure, read_options},
     pace::{PaceStart, Playback, Speed},
     recording::{conditions, recorded_frames, with_recorded_end},
     sample_tap::SampleTap,
-    session::{not_started, read_options, result},
+    session_result::{SessionResult, not_started, result},
     state::SourceState,
 };
 

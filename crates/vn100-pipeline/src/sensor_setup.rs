@@ -2,35 +2,15 @@
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::{Register, SensorCommand};
-use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
+use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
 
 use crate::{
     channels::Channels,
-    live_source::{LiveError, LiveSource},
+    live_error::LiveError,
+    live_source::LiveSource,
     session_event::{OutputLeft, SessionEvent},
+    setup_error::SetupError,
 };
-
-/// Why a sensor is not set as requested, or its settings are not restored.
-#[derive(Debug, thiserror::Error)]
-pub enum SetupError {
-    /// It is not connected.
-    #[error(transparent)]
-    Live(#[from] LiveError),
-    /// Its settings cannot be written or restored.
-    #[error(transparent)]
-    Configure(#[from] ConfigureError),
-    /// Its output could not be paused again.
-    #[error(transparent)]
-    Command(#[from] CommandError),
-    /// Another one is on the port; it is left as it is.
-    #[error("another sensor is on the port: serial number {now}, expected {known}")]
-    AnotherSensor {
-        /// Its serial number.
-        now: String,
-        /// That of the one that was set.
-        known: String,
-    },
-}
 
 #[derive(Default)]
 pub(crate) struct SensorSetup {

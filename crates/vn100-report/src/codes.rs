@@ -1,7 +1,7 @@
 //! The codes of documents: the word for each in text and pages, and what it means. The project's
 //! documentation has them as a table.
 
-use vn100_analysis::noise::{Grade, NoCoefficient, Status, Verdict};
+use vn100_analysis::noise::{Grade, NoCoefficient, Status, Term, Verdict};
 use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
 
 /// A code of documents.
@@ -189,6 +189,16 @@ pub fn code_of_missing(from: MissingFrom) -> Code {
             "rejected lines",
             "each rejected line counts as one dropped sample; entirely missing lines are not detected",
         ),
+    }
+}
+
+pub(crate) fn term_name(term: Term) -> &'static str {
+    match term {
+        Term::Quantization => "quantization",
+        Term::White => "white",
+        Term::BiasInstability => "bias_instability",
+        Term::RateRandomWalk => "rate_random_walk",
+        Term::RateRamp => "rate_ramp",
     }
 }
 

@@ -13,49 +13,11 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::routes::App;
+use crate::app::App;
 
 /// The address of this machine that a connection came to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local(pub(crate) Option<IpAddr>);
-
-/// Names of this machine.
-#[derive(Debug)]
-pub(crate) struct Hosts {
-    names: Vec<String>,
-    advice: &'static str,
-}
-
-impl Hosts {
-    pub(crate) fn new(names: Vec<String>, advice: &'static str) -> Self {
-        Self { names: names.iter().map(|name| bare(name)).collect(), advice }
-    }
-
-    /// Whether the name is one of this machine, for a connection to `local`. The port does not
-    /// count: a tunnel may have another.
-    fn allows(&self, host: &str, local: Option<IpAddr>) -> bool {
-        let host = bare(host);
-        let is_loopback = local.is_some_and(|local| local.to_canonical().is_loopback());
-        let is_local = match host.parse::<IpAddr>() {
-            Ok(ip) if ip.is_loopback() => is_loopback,
-            Ok(ip) => local.is_some_and(|local| local.to_canonical() == ip.to_canonical()),
-            Err(_) => host == "localhost" && is_loopback,
-        };
-        is_local || self.names.contains(&host)
-    }
-}
-
-/// Without its port and the brackets of an address, in lower case.
-fn bare(host: &str) -> String {
-    let host = host.trim();
-    let name = match host.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
-        Some((address, _)) => address,
-        // an address of IPv6 has colons of its own
-        None if host.matches(':').count() > 1 => host,
-        None => host.split(':').next().unwrap_or(host),
-    };
-    name.trim_end_matches('.').to_ascii_lowercase()
-}
 
 /// The only name that a request asks for; `None` where there is none, or several.
 fn asked_host(uri: &Uri, headers: &HeaderMap) -> Option<String> {
@@ -101,6 +63,7 @@ pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: N
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hosts::Hosts;
 
     #[test]
     fn a_host_is_an_address_of_the_connection_or_a_name_of_the_machine() {

@@ -13,10 +13,12 @@
 //! | `metrics_file.rs` | the metrics as a file |
 //! | `drawing.rs` | the parts of the page, drawn when they have changed |
 
+mod app;
 mod connection;
 mod drawing;
 mod events;
 mod guard;
+mod hosts;
 mod metrics_file;
 mod routes;
 
@@ -38,11 +40,11 @@ use vn100_analysis::{RemedyWords, Snapshot};
 use vn100_pipeline::{EndReason, SourceState};
 use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
 
+use app::App;
 use drawing::{Drawer, PageState};
-use guard::Hosts;
+use hosts::Hosts;
 pub use metrics_file::MetricsFile;
 use metrics_file::keep_written;
-use routes::App;
 
 /// How often the page changes at most.
 const PERIOD: Duration = Duration::from_secs(1);

@@ -16,7 +16,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_report::MetricsForm;
 
-use crate::routes::App;
+use crate::app::App;
 
 const PERIOD: Duration = Duration::from_secs(15);
 

@@ -46,9 +46,9 @@ use vn100_protocol::DeviceError;
 pub use {register_table::Firmware, uart::SentByte};
 
 use crate::{
-    packets::SensorClock,
     profile::Profile,
     sensor::{Deltas, Processing, SensorModel},
+    sensor_clock::SensorClock,
 };
 
 /// From power-up, or from the answer to a restart, to the first output.

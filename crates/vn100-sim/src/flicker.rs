@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::noise::normal;
+use crate::normal::normal;
 
 /// Ratio of neighbouring time constants: the Allan deviation then ripples by 0.02 %.
 const RATIO: f64 = 4.0;

@@ -25,12 +25,14 @@ pub mod fault;
 mod flicker;
 pub mod message;
 pub mod noise;
+mod normal;
 mod onboard;
 pub mod packets;
 pub mod profile;
 pub mod pty;
 mod receiver;
 mod sensor;
+mod sensor_clock;
 mod thermal;
 mod usb;
 pub mod wire;
@@ -42,3 +44,6 @@ pub use onboard::{AveragingWindow, LowPass};
 pub use packets::PacketStream;
 pub use profile::{Profile, UnknownProfile};
 pub use thermal::{Thermal, ThermalError};
+
+/// Standard gravity, m/s².
+pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;

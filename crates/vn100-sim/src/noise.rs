@@ -4,10 +4,10 @@ use std::{f64::consts::TAU, num::NonZeroU32};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use crate::{
     flicker::Flicker,
+    normal::normal,
     onboard::{AveragingWindow, White},
 };
 
@@ -128,11 +128,6 @@ impl RandomWalk {
         }
         level
     }
-}
-
-/// A standard normal deviate.
-pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 /// Numbers of the random streams of one channel, which are part of every capture's recipe: append

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::noise::normal;
+use crate::normal::normal;
 
 /// Rates at which the sensor refreshes gyro and accelerometer, and the magnetometer, Hz.
 pub(crate) const IMU_REFRESH_HZ: u32 = 800;

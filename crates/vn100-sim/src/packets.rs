@@ -1,6 +1,5 @@
 //! Many packets as a file, with the clock of the sensor.
 
-use rand_chacha::ChaCha8Rng;
 use vn100_protocol::{MEASUREMENTS_PER_S, PacketMessage};
 
 use crate::{
@@ -9,9 +8,9 @@ use crate::{
         Firmware,
         binary::{PacketContents, PacketOutput},
     },
-    noise::{NoiseComponent, normal, random_stream},
     profile::Profile,
     sensor::Deltas,
+    sensor_clock::SensorClock,
 };
 
 /// When the sensor of a capture sends its first packet, in nanoseconds since it started.
@@ -19,33 +18,6 @@ const FIRST_NS: u64 = 1_250_000_000;
 
 /// How often thermometer and barometer are read.
 const SURROUNDINGS_HZ: u64 = 120;
-
-/// Number of the random stream of the clock, behind those of channels and surroundings.
-const CLOCK_STREAM: u32 = 13;
-
-/// By how much the clock of the sensor jitters, as that of a real one at 800 Hz does.
-const JITTER_NS: f64 = 4_500.0;
-
-/// The steps of that clock.
-const CLOCK_STEP_NS: u64 = 1_000;
-
-/// The device times of an emulated sensor.
-#[derive(Debug, Clone)]
-pub(crate) struct SensorClock {
-    random: ChaCha8Rng,
-}
-
-impl SensorClock {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self { random: random_stream(seed, CLOCK_STREAM, NoiseComponent::White) }
-    }
-
-    /// What it says so long after the start; jitter never takes it back by a tick.
-    pub(crate) fn read(&mut self, since_start_ns: u64) -> u64 {
-        let jitter_ns = (JITTER_NS * normal(&mut self.random)).clamp(-5.0 * JITTER_NS, 5.0 * JITTER_NS);
-        since_start_ns.saturating_add_signed(jitter_ns as i64) / CLOCK_STEP_NS * CLOCK_STEP_NS
-    }
-}
 
 /// The endless, seeded stream of an emulated sensor's packets.
 #[derive(Debug)]

@@ -3,13 +3,11 @@
 use thiserror::Error;
 
 use crate::{
+    STANDARD_GRAVITY_M_S2,
     noise::{NoiseTruth, Vibration},
     onboard::AveragingWindow,
     thermal::Thermal,
 };
-
-/// Standard gravity, m/s².
-pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 const HOUR_S: f64 = 3600.0;
 

@@ -6,10 +6,12 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
+    STANDARD_GRAVITY_M_S2,
     flicker::Flicker,
-    noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
+    noise::{NoiseComponent, NoiseTruth, RandomWalk, random_stream},
+    normal::normal,
     onboard::{AveragingWindow, IMU_REFRESH_HZ, LowPass, MAG_REFRESH_HZ, White},
-    profile::{Profile, STANDARD_GRAVITY_M_S2},
+    profile::Profile,
     thermal::{Thermal, ThermalBias},
 };
 

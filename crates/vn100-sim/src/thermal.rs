@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, fmt, str::FromStr};
 
 use thiserror::Error;
 
-use crate::profile::STANDARD_GRAVITY_M_S2;
+use crate::STANDARD_GRAVITY_M_S2;
 
 /// The truth of the sensor's temperature, and of what its residual compensation leaves.
 ///

@@ -7,13 +7,10 @@
 //! change.
 
 use super::chi_squared::{self, CHANNELS};
-use super::spikes::Spikes;
+use super::spikes::{FALSE_ALARM, Spikes};
 use crate::accumulate::blocks::{Spreads, WINDOW};
 use crate::accumulate::histogram::Histogram;
 use crate::accumulate::signal::ChannelSignal;
-
-/// Probability that a clean record of twelve channels shows one of these, for each of them.
-pub(super) const FALSE_ALARM: f64 = 1e-3;
 
 const MIN_BLOCKS: usize = 16;
 

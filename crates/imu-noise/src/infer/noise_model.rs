@@ -1,6 +1,7 @@
 //! Noise models: N, B, K and a ramp from the octaves of a record.
 
 mod boxcar;
+mod covariance;
 mod curve_reading;
 mod fit;
 mod gauss_markov;
@@ -12,6 +13,7 @@ mod parameter;
 mod record_length;
 mod regression;
 mod slope;
+mod term;
 
 use super::confidence::edf;
 use super::power_law::PowerLaw;
@@ -27,9 +29,10 @@ use joint::Component;
 pub use least_half_width::least_half_width;
 pub(crate) use least_squares::non_negative;
 use model::Model;
-pub use parameter::{PROVED_P, Parameter, Status, Term, Terms};
+pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 use slope::Slope;
+pub use term::{Term, Terms};
 
 /// Degrees of freedom of an octave, in a random walk, to have a part in the fit: two octaves that
 /// share all samples are too far from jointly normal, and would show next to nothing.

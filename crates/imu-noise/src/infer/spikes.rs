@@ -1,9 +1,10 @@
 //! Single samples far out, more of them than the tails of the noise have.
 
 use super::chi_squared::{self, CHANNELS};
-use super::noise_change::FALSE_ALARM;
 use crate::accumulate::histogram::Histogram;
 
+/// Probability that a clean record of twelve channels shows one of these, for each of them.
+pub(super) const FALSE_ALARM: f64 = 1e-3;
 /// Standard deviations from the median: where the tail begins, where it is compared, and beyond
 /// which a sample is a spike.
 const TAIL: f64 = 3.0;

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use super::gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
-use super::lag_tracker::{Judgement, LagTracker};
+use super::judgement::Judgement;
+use super::lag_tracker::LagTracker;
 use super::rate_estimates::fastest;
 use super::rate_search::{InitialRate, RateSearch, TrackedRate};
 

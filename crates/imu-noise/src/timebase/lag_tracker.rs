@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use super::envelope::Envelope;
 use super::gap_event::GapEvent;
+use super::judgement::{CONFIRMATIONS, Judgement};
 use super::rate_estimates::{LISTED_TOLERANCE, RUN, WHOLE_TOLERANCE, snap};
 use super::rate_increase::SuspectedIncrease;
 use super::rate_search::TrackedRate;
@@ -16,10 +17,6 @@ const DOUBT_PERIODS: f64 = 0.82;
 
 /// The same where the phase of the reads may jump by a period, see [`ReadPattern::may_jump`].
 const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
-
-/// Reads, or samples, that confirm what the ones before showed, besides the window of the reads: of
-/// the samples of a read only the last is about as early as it can be. Chosen.
-pub(super) const CONFIRMATIONS: usize = 12;
 
 /// Fall of the least lag, in periods per sample, above which it is not steady: the reader catches
 /// up, or its reads drift past the samples. No clock is off by 4000 ppm.
@@ -47,20 +44,6 @@ const SUSPICIOUS_PERIODS: f64 = 0.1;
 
 /// Lower rates are below the present one by this factor. Chosen.
 const LOWER: f64 = 0.9;
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Judgement {
-    /// They, or the gap before them, are certain.
-    Event(GapEvent),
-    /// The rate has not increased: the pending events hold.
-    IncreaseCleared,
-    /// The samples judged have this lower rate, in Hz.
-    Decreased(f64),
-    /// The pending samples have this higher rate, in Hz.
-    Increased(f64),
-    /// The pending samples come at this rate in Hz, which the sensor cannot have.
-    TooFast(f64),
-}
 
 /// Lags that are a gap if they last.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Samples that arrive early: their rate has risen, or those before them were late.
 
 use super::gap_event::GapEvent;
-use super::lag_tracker::{CONFIRMATIONS, Judgement};
+use super::judgement::{CONFIRMATIONS, Judgement};
 use super::rate_estimates::{COARSE_TOLERANCE, StretchCutter, TOO_FAST, fastest, snap};
 use super::rate_search::MANY_STRETCHES;
 

@@ -17,7 +17,8 @@ use super::{
 use crate::{
     assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
-    settings::{Detrend, Settings},
+    detrend::Detrend,
+    settings::Settings,
     snapshot::{MissingFrom, Outages, PlaceMark, Snapshot, Timing},
     warning::advice,
 };

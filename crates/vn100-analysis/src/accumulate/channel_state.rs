@@ -9,7 +9,8 @@ use vn100_protocol::{Channel, Quantity};
 use super::piece::{NotAppended, PieceStart};
 use crate::{
     averaging_times::AveragingTimes,
-    settings::{Detrend, Settings},
+    detrend::Detrend,
+    settings::Settings,
     snapshot::{ChannelSnapshot, RemovedTemperature},
 };
 

@@ -9,11 +9,13 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-use super::{AxisTemperature, ChannelAssessment, OctaveVariances, Onboard, WhiteBudget};
+use super::{
+    ChannelAssessment, OctaveVariances, axis_temperature::AxisTemperature, onboard::Onboard, white_budget::WhiteBudget,
+};
 use crate::{
+    detrend::Detrend,
     in_parallel::in_parallel,
     sensor::sensor_of,
-    settings::Detrend,
     snapshot::{RateFrom, Snapshot},
 };
 

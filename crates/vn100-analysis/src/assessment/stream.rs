@@ -1,144 +1,19 @@
 //! What changes the noise between the sensor and its stream: averaging and decimation on board, a
 //! filter of the bias, rounding.
 
-use imu_noise::{BoxcarWindow, RollOff};
-use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
+use vn100_protocol::Channel;
 
-use super::{ChannelAssessment, noise::LongTauValidity};
+use super::{
+    ChannelAssessment,
+    noise::LongTauValidity,
+    onboard::{Onboard, WindowFrom, filter},
+};
 use crate::{
-    accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Setting, Text},
     sensor::{sensor_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
-
-/// Refreshes of gyroscope and accelerometer per second.
-const IMU_REFRESH_HZ: f64 = 800.0;
-
-/// Averaging and decimation inside a VN-100, for one channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Onboard {
-    /// Refreshes of the channel's sensor per second.
-    pub refresh_hz: f64,
-    /// Samples of the channel per second.
-    pub rate_hz: f64,
-    /// The averaging window and the decimation.
-    pub window: BoxcarWindow,
-    /// Where the window comes from.
-    pub window_from: WindowFrom,
-}
-
-/// Where the averaging window of a sensor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WindowFrom {
-    /// Register 85, within the stream.
-    Register,
-    /// The user gave the setting of register 85.
-    Given,
-    /// None: the sensor integrates over the whole interval.
-    Integrated,
-    /// The sensor's factory default, which may have been changed.
-    Default,
-}
-
-impl WindowFrom {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Register, Self::Given, Self::Integrated, Self::Default];
-}
-
-impl Onboard {
-    /// Refreshes of the magnetometer per second.
-    pub const MAG_REFRESH_HZ: f64 = 250.0;
-
-    /// How far the factor may be off, relative, as the sensor's own roll-off is not known: measured
-    /// at 40 Hz with a window of four refreshes were 2.17 to 2.47 where the formula gives 2.236.
-    pub const UNCERTAINTY: f64 = 0.10;
-
-    /// [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise is aliased. Where the windows cover all
-    /// refreshes evenly, the density at low frequencies stays as it is, whatever the roll-off.
-    pub(crate) fn uncertainty_of(window: BoxcarWindow) -> f64 {
-        const EXACT: f64 = 1e-9;
-        if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
-    }
-
-    /// Whether the window is known; otherwise nothing can pass or fail by it.
-    #[must_use]
-    pub fn window_known(&self) -> bool {
-        self.window_from != WindowFrom::Default
-    }
-
-    /// The window that would bring the sensor's own density into the stream.
-    #[must_use]
-    pub fn unaliased_window(&self) -> u32 {
-        self.window.decimation.round() as u32
-    }
-
-    /// What the low pass of accelerometer and gyroscope, with their window, makes of neighbouring
-    /// outputs; `None` where these are independent, or where a long window that overlaps says more.
-    ///
-    /// The low pass is not documented: one second of a real sensor's output has autocorrelations of
-    /// 0.83, 0.49, 0.17, -0.02, -0.05 (gyro) and 0.86, 0.60, 0.35, 0.14, 0.08 (accelerometer) at
-    /// lags of 1.25 ms, behind a window of four of them.
-    pub(super) fn own_low_pass(&self) -> Option<RollOff> {
-        (self.refresh_hz == IMU_REFRESH_HZ).then(|| Self::low_pass_of(self.window, self.rate_hz)).flatten()
-    }
-
-    /// The same of a window on gyro or accelerometer, for outputs at this rate.
-    fn low_pass_of(window: BoxcarWindow, rate_hz: f64) -> Option<RollOff> {
-        /// Refreshes after which the low pass has forgotten.
-        const MEMORY: f64 = 3.0;
-        /// Refreshes averaged from which on the window says more.
-        const LONG: f64 = 8.0;
-        /// Refreshes averaged from which on neighbours are alike to less than 0.3 %.
-        const NEGLIGIBLE: f64 = 160.0;
-        /// Of the shortest window and low pass together, more than was measured.
-        const CORRELATION_S: f64 = 0.005;
-        let length = f64::from(window.length.max(1));
-        let between = window.decimation.max(1.0) - length;
-        let is_modelled = length >= LONG && between < 0.0;
-        (between < MEMORY && !is_modelled && length < NEGLIGIBLE)
-            .then_some(RollOff { correlation_samples: 1.0 + CORRELATION_S * rate_hz })
-    }
-
-    /// For a channel of a sensor of this make that is averaged on board.
-    pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> Option<Self> {
-        let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
-        let filter = filter(snapshot);
-        let averaging = filter.unwrap_or_default();
-        // a user knows of one window alone
-        let given = snapshot.given_window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
-        let (refresh_hz, window, mode) = match channel.quantity {
-            Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
-            Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),
-            Quantity::AngularRate => (IMU_REFRESH_HZ, averaging.gyro_window, averaging.gyro_mode),
-            Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => {
-                return None;
-            }
-        };
-        // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
-        let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;
-        let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
-        let rate_hz = snapshot.rate_of(results);
-        let decimation = refresh_hz / rate_hz;
-        if channel.increment_step.is_some() {
-            let window = BoxcarWindow { length: decimation.round() as u32, decimation };
-            return Some(Self { refresh_hz, rate_hz, window, window_from: WindowFrom::Integrated });
-        }
-        let window_from = match (filter, given) {
-            (Some(_), _) => WindowFrom::Register,
-            (None, Some(_)) => WindowFrom::Given,
-            (None, None) => WindowFrom::Default,
-        };
-        Some(Self { refresh_hz, rate_hz, window: BoxcarWindow { length, decimation }, window_from })
-    }
-}
-
-fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
-    let register = Register::IMU_FILTER;
-    let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
-    RegisterContents { register, fields }.value().ok()
-}
 
 /// `was_moved`: what the curves show is the motion.
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_moved: bool) -> Vec<Warning> {

@@ -118,7 +118,8 @@ impl Advice {
             let details = format!("{evidence} The list of rejected rows has the first of each reason.");
             self.warn(WarningKind::RejectedLines, headline, details);
         }
-        let damaged = tally.rejected.total() - tally.rejected.unchecked - rejected.total();
+        let damaged =
+            (tally.rejected.total()).saturating_sub(tally.rejected.unchecked).saturating_sub(rejected.total());
         if damaged > 0 {
             let headline = format!("{} rejected: checksum mismatch or malformed", of_all_lines(damaged, tally));
             let advice = match link.rejected_rows {

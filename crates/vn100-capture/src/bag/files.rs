@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, Read, Seek, SeekFrom},
+    io::{self, Read},
     sync::{Arc, atomic::AtomicU64},
 };
 
@@ -10,10 +10,11 @@ use super::{
     mcap::McapBag,
     ros1::{self, Ros1Bag},
     rosbag2::Rosbag2,
+    shared_file::SharedFile,
     sqlite,
     topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount},
 };
-use crate::{capture::CountedReader, recording};
+use crate::{counted_reader::CountedReader, recording};
 
 /// How much of a file is searched for a topic: a tool that merges may put much before it.
 const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
@@ -59,7 +60,7 @@ impl BagForm {
 /// Whether an MCAP file holds no topic of a recording of this program. One that this program wrote
 /// may be cut before it.
 pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
-    let shared = || file.try_clone().map(|file| SharedFile { file, at: 0 });
+    let shared = || file.try_clone().map(SharedFile::new);
     let mut head = Vec::new();
     shared()?.take(recording::HEAD_BYTES).read_to_end(&mut head)?;
     if recording::is_ours(&head) {
@@ -194,43 +195,10 @@ impl Messages {
 }
 
 fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
-    let file = CountedReader { inner: SharedFile { file: file.try_clone()?, at: 0 }, read: Arc::clone(read) };
+    let file = CountedReader { inner: SharedFile::new(file.try_clone()?), read: Arc::clone(read) };
     Ok(match form {
         BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
         BagForm::Mcap => Box::new(McapBag::open(file)?),
         BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or(BagError::OtherDatabase)?),
     })
-}
-
-/// A file with a position of its own: clones of one share theirs.
-pub(super) struct SharedFile {
-    file: File,
-    at: u64,
-}
-
-impl Read for SharedFile {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.file.seek(SeekFrom::Start(self.at))?;
-        let n = self.file.read(buffer)?;
-        self.at += n as u64;
-        Ok(n)
-    }
-}
-
-impl SharedFile {
-    pub(super) const fn position(&self) -> u64 {
-        self.at
-    }
-}
-
-impl Seek for SharedFile {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        if let SeekFrom::Start(at) = to {
-            self.at = at;
-        } else {
-            self.file.seek(SeekFrom::Start(self.at))?;
-            self.at = self.file.seek(to)?;
-        }
-        Ok(self.at)
-    }
 }

@@ -11,7 +11,7 @@ use mcap::{
     sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
 };
 
-use super::files::SharedFile;
+use super::shared_file::SharedFile;
 use super::topic::{
     BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
 };

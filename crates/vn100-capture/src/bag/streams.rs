@@ -7,7 +7,7 @@ use super::{
     topic::{BagError, Topic},
     topic_scan::{ScannedTopic, TopicScan},
 };
-use crate::{capture::CaptureOptions, csv::ColumnMap};
+use crate::{capture_options::CaptureOptions, csv::ColumnMap};
 
 /// A topic that is read, and what its samples are made of.
 #[derive(Debug)]

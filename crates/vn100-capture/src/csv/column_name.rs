@@ -5,7 +5,7 @@ use vn100_protocol::Quantity;
 
 use super::{
     column_map::{Unit, by_name, known, units},
-    stamp_columns::is_time_unit,
+    time_name::is_time_unit,
 };
 
 /// Names of a sensor, in lower case without anything between words; the first of each is ours.

@@ -17,7 +17,8 @@ use super::{
     resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
     sensor_column::several_sensors,
     shown,
-    stamp_columns::{StampColumns, StampSearch},
+    stamp_columns::StampColumns,
+    stamp_search::StampSearch,
 };
 
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.

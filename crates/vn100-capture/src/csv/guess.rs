@@ -6,7 +6,8 @@ use super::{
     column_map::{self, known},
     header::Header,
     number::Number,
-    stamp_columns::{StampColumns, is_time_name},
+    stamp_columns::StampColumns,
+    time_name::is_time_name,
 };
 
 /// Words in the names of columns, for the quantity of an axis.

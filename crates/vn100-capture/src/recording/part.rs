@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs,
     hash::{BuildHasher, RandomState},
     io,
     path::{Path, PathBuf},
@@ -11,9 +11,6 @@ use std::{
 };
 
 use mcap::records::Metadata;
-
-use super::reader::RecordingReader;
-use crate::unpack::unpacked_file;
 
 /// When a recording continues in the next part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,17 +38,6 @@ pub(super) const PART_METADATA: &str = "vn100.part";
 pub(super) const CONTINUED: &str = "continued in the next part";
 
 impl RecordingPart {
-    /// That of a file; `None` for what is no part of a recording. What is no file of the disk can
-    /// be read once, and is not read here.
-    #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
-        if !fs::metadata(path).ok()?.is_file() {
-            return None;
-        }
-        let reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
-        RecordingReader::open(reader).ok()?.recorded().part.clone()
-    }
-
     /// An identity that no other recording has.
     pub(super) fn new_id() -> String {
         // seeded by the system, and differently each time

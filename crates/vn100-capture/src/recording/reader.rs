@@ -3,7 +3,9 @@
 use std::{
     borrow::Cow,
     collections::{BTreeMap, VecDeque},
+    fs::{self, File},
     io::{self, ErrorKind, Read},
+    path::Path,
     sync::{Arc, OnceLock},
 };
 
@@ -16,7 +18,10 @@ use super::{
     part::{PART_METADATA, RecordingPart},
     reads::reads_of,
 };
-use crate::mcap_records::{McapRecords, Next};
+use crate::{
+    mcap_records::{McapRecords, Next},
+    unpack::unpacked_file,
+};
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 /// How much of a file is searched for a topic of recordings: a tool that merges files may put much
@@ -233,6 +238,19 @@ impl<R: Read> RecordingReader<R> {
         }
         self.head.push(metadata);
         Ok(())
+    }
+}
+
+impl RecordingPart {
+    /// That of a file; `None` for what is no part of a recording. What is no file of the disk can
+    /// be read once, and is not read here.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        if !fs::metadata(path).ok()?.is_file() {
+            return None;
+        }
+        let reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
+        RecordingReader::open(reader).ok()?.recorded().part.clone()
     }
 }
 

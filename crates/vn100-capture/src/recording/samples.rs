@@ -16,7 +16,7 @@ use super::{
     reader::{Entry, Recorded, RecordingEnd, RecordingReader},
 };
 use crate::{
-    capture::CountedReader,
+    counted_reader::CountedReader,
     read_samples::{Event, FileReader},
     source,
     unpack::{UnpackError, unpacked_file},

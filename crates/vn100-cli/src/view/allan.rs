@@ -23,8 +23,8 @@ use vn100_report::{
 use super::{
     chart::{ChartAxes, LABELS, dense, draw_cursor, draw_grid, put},
     curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE},
-    draw::{Regions, Scene, framed},
     parameters,
+    scene::{Regions, Scene, framed},
     sheet::SHEET,
     source::{SourcePhase, SourceView},
     state::Panel,

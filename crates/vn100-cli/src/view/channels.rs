@@ -20,7 +20,7 @@ use vn100_report::{
 };
 
 use super::{
-    draw::{Regions, Scene, framed},
+    scene::{Regions, Scene, framed},
     source::SourceView,
     state::Panel,
     theme::Theme,

@@ -6,6 +6,7 @@ use vn100_analysis::letter;
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
+    model_line::ModelLine,
     sheet,
     source::{ChannelGroup, SourceView},
     state::{ShownAxes, ShownPlot, ViewState},
@@ -38,14 +39,6 @@ pub(crate) struct AllanCurve {
 
 /// The letter of the reference in the plot.
 pub(crate) const REFERENCE: &str = "R";
-
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ModelLine {
-    /// Its letter; `None` for the whole.
-    pub(crate) term: Option<&'static str>,
-    /// Averaging time in seconds and deviation.
-    pub(crate) points: Vec<(f64, f64)>,
-}
 
 impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {

@@ -21,7 +21,7 @@ use vn100_report::{
 };
 
 use super::{
-    draw::Scene,
+    scene::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
     warnings::{in_gaps, shortened},

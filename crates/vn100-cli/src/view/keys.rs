@@ -9,7 +9,13 @@ use ratatui::{
 };
 use vn100_pipeline::Playback;
 
-use super::{draw::Scene, health::LEAST_NAME, question::Question, state::Panel, theme::Theme, warnings::shortened};
+use super::{
+    health::LEAST_NAME,
+    scene::Scene,
+    state::{Panel, Question},
+    theme::Theme,
+    warnings::shortened,
+};
 
 /// Columns of the keys that are always there: those that quit, and that show all others.
 const LEAST_KEYS: usize = 16;

@@ -7,7 +7,7 @@ use ratatui::{
 use vn100_pipeline::Command;
 
 use super::{
-    draw::Regions,
+    scene::Regions,
     source::SourceView,
     state::{Panel, ViewRequest, ViewState, step},
 };

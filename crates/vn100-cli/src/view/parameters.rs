@@ -17,7 +17,7 @@ use vn100_report::{
 };
 
 use super::{
-    draw::{Scene, framed},
+    scene::{Scene, framed},
     sheet,
     source::{ChannelGroup, SourceView},
     state::{Panel, ShownAxes},

@@ -22,7 +22,7 @@ use vn100_report::{
 use super::{
     chart::{ChartAxes, LABELS, draw_grid, put},
     curve::LogAxis,
-    draw::{Scene, framed_as},
+    scene::{Scene, framed_as},
     source::{ChannelGroup, SourceView},
     state::{Panel, ShownPlot},
     theme::{SIGNS, Theme},

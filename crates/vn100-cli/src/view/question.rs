@@ -5,18 +5,8 @@ use vn100_pipeline::Command;
 
 use super::{
     source::SourceView,
-    state::{ViewRequest, ViewState},
+    state::{Question, ViewRequest, ViewState},
 };
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Question {
-    StartOver,
-    EndWarmUp,
-    /// Where to go in a capture, in percent, as typed so far.
-    GoTo(String),
-    /// What is to be said of this place, as typed so far.
-    Mark(String),
-}
 
 /// Of the text of a mark.
 const MOST_SIGNS: usize = 120;

@@ -7,7 +7,7 @@ use vn100_analysis::{DatasheetFigure, FigureVerdict, StreamUnknown};
 use vn100_report::numbers::plain::{digits, digits_trimmed};
 
 use super::{
-    curve::ModelLine,
+    model_line::ModelLine,
     source::{ChannelGroup, SourceView},
     theme::Theme,
     units::shown_unit,

@@ -5,8 +5,7 @@ use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
 use super::{
-    overview::SortedBy,
-    question::Question,
+    sorted_by::SortedBy,
     source::{ChannelGroup, SourceView},
 };
 
@@ -80,6 +79,17 @@ pub(crate) enum ViewRequest {
     Save,
     /// Do something to the source shown.
     Control(Command),
+}
+
+/// What is asked before it is done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Question {
+    StartOver,
+    EndWarmUp,
+    /// Where to go in a capture, in percent, as typed so far.
+    GoTo(String),
+    /// What is to be said of this place, as typed so far.
+    Mark(String),
 }
 
 /// A part of a capture, while it is chosen.

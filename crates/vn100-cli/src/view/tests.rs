@@ -20,10 +20,10 @@ use vn100_pipeline::{Playback, Speed};
 use vn100_report::health::{NextOctave, next_octave};
 
 use super::{
-    draw::{Regions, Scene, draw},
-    question::Question,
+    draw::draw,
+    scene::{Regions, Scene},
     source::{SourcePhase, SourceView},
-    state::{Panel, Selection, ShownAxes, ViewState},
+    state::{Panel, Question, Selection, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};

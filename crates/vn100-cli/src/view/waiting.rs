@@ -10,7 +10,7 @@ use vn100_driver::LinkState;
 use vn100_report::numbers::plain::grouped;
 
 use super::{
-    draw::Scene,
+    scene::Scene,
     source::{SourcePhase, SourceView},
 };
 

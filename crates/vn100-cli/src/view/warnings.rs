@@ -12,7 +12,7 @@ use vn100_analysis::{Severity, Warning};
 use vn100_report::{names::rejected_lines, numbers::plain::grouped};
 
 use super::{
-    draw::{Scene, framed},
+    scene::{Scene, framed},
     source::SourceView,
     state::Panel,
     theme::Theme,

@@ -7,10 +7,6 @@ use vn100_protocol::{Register, SensorCommand};
 use super::{PortAction, link_context::LinkContext};
 use crate::{link::LinkState, link_error::LinkError};
 
-/// The baud rates of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the
-/// order in which they are tried: the factory default, the faster ones, the slower ones.
-pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
-
 /// The question: every firmware answers it.
 const QUESTION: SensorCommand = SensorCommand::ReadRegister(Register::MODEL);
 

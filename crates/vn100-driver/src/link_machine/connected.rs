@@ -7,7 +7,7 @@ use vn100_protocol::{Frame, Register, Reply};
 
 use super::{
     PortAction,
-    link_context::{FIRST_DELAY, FrameScanner, LinkContext, nanoseconds},
+    link_context::{FIRST_DELAY, FrameCounts, FrameScanner, LinkContext, nanoseconds},
     requests::RequestEvent,
 };
 use crate::{
@@ -275,15 +275,6 @@ const PAUSE_MEMORY_S: f64 = 4.0;
 
 /// Weight of a new period in the estimate: a read may bring one frame more or less.
 const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
-
-/// How many frames with a right checksum a stream has carried so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct FrameCounts {
-    /// All of them.
-    pub(super) good: u64,
-    /// Those that are not replies: the output that the sensor sends by itself.
-    pub(super) output: u64,
-}
 
 /// The recent past of one connection.
 #[derive(Debug, Clone)]

@@ -6,7 +6,7 @@ use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
 use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
-use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, other_device::OtherDevice, requests::Requests};
+use super::{LinkOutput, OpenPort, PortAction, other_device::OtherDevice, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
@@ -16,6 +16,15 @@ use crate::{
 /// The first and the longest delay before an attempt to reconnect.
 pub(super) const FIRST_DELAY: Duration = Duration::from_millis(100);
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
+
+/// How many frames with a right checksum a stream has carried so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct FrameCounts {
+    /// All of them.
+    pub(super) good: u64,
+    /// Those that are not replies: the output that the sensor sends by itself.
+    pub(super) output: u64,
+}
 
 pub(super) struct LinkContext {
     /// The name of the port as the user gave it.

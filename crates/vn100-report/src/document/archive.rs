@@ -14,12 +14,9 @@ use vn100_analysis::{
     in_parallel,
 };
 
-use super::{
-    noise::{claim_name, term_name},
-    pool::PoolDocument,
-};
+use super::{noise::claim_name, pool::PoolDocument};
 use crate::{
-    codes::{code_of_status, code_of_verdict},
+    codes::{code_of_status, code_of_verdict, term_name},
     measured::{Completion, Evaluation, Measured},
     units::{channel_values, si_unit},
 };

@@ -4,8 +4,8 @@ use serde::Serialize;
 use vn100_analysis::ChannelNoise;
 use vn100_analysis::noise::{Sensor, SlopeLine, Term};
 
-use super::noise::term_name;
 use crate::{
+    codes::term_name,
     graphical::{GRAPHICAL, laboratory_unit, not_read_code},
     units::si_unit,
 };

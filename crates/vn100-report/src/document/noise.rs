@@ -6,7 +6,7 @@ use vn100_analysis::{Aliasing, AxisTemperature, ChannelNoise, FigureVerdict, Fil
 
 use super::{graphical::ClassicalDocument, temperature::TemperatureDocument};
 use crate::{
-    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window},
+    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window, term_name},
     names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, p_without, sentence},
     units::si_unit,
 };
@@ -298,16 +298,6 @@ pub(crate) fn sides_name(sides: Sides) -> &'static str {
     match sides {
         Sides::One => "one",
         Sides::Two => "two",
-    }
-}
-
-pub(crate) fn term_name(term: Term) -> &'static str {
-    match term {
-        Term::Quantization => "quantization",
-        Term::White => "white",
-        Term::BiasInstability => "bias_instability",
-        Term::RateRandomWalk => "rate_random_walk",
-        Term::RateRamp => "rate_ramp",
     }
 }
 

@@ -8,8 +8,11 @@ use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, Parameter, Sensor};
 use vn100_analysis::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, Unpooled, sensor_of};
 
-use super::{deviation_name, estimator_name, noise::term_name};
-use crate::{codes::code_of_status, units::si_unit};
+use super::{deviation_name, estimator_name};
+use crate::{
+    codes::{code_of_status, term_name},
+    units::si_unit,
+};
 
 /// The JSON document of a pool.
 #[derive(Debug, Serialize)]

@@ -7,11 +7,8 @@ use vn100_analysis::protocol::Register;
 use vn100_analysis::{ChannelNoise, RemedyWords};
 
 use crate::{
-    codes::{code_of_rate, code_of_status, code_of_verdict},
-    document::{
-        noise::{sides_name, term_name},
-        source::RecordingDocument,
-    },
+    codes::{code_of_rate, code_of_status, code_of_verdict, term_name},
+    document::{noise::sides_name, source::RecordingDocument},
     graphical::{GRAPHICAL, not_read_code},
     measured::Record,
     names::{p_without, sentence},

@@ -10,15 +10,14 @@ use vn100_analysis::protocol::Quantity;
 
 use super::{
     Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value,
-    axes::Scale, fitted_model::FittedModel, pretty_unit, quiet, solid,
+    axes::Scale,
+    fitted_model::{FLAT, FittedModel},
+    pretty_unit, quiet, solid,
 };
 use crate::{
     names::deviation_name,
     units::{ChannelValues, Point},
 };
-
-/// √(2 ln 2/π): the flat part of a curve over its B.
-pub(crate) const FLAT: f64 = 0.664_28;
 
 /// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its
 /// terms, what the graphical rules read. All over the same range, to be compared by eye.

@@ -6,14 +6,15 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelNoise, letter};
 
-use super::{
-    Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, allan::FLAT, axes::Scale, pretty_unit, quiet, solid,
-};
+use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, pretty_unit, quiet, solid};
 use crate::{
     numbers::digits,
     summary::parameter_unit,
     units::{ChannelValues, Point},
 };
+
+/// √(2 ln 2/π): the flat part of a curve over its B.
+pub(crate) const FLAT: f64 = 0.664_28;
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.
 pub(super) struct FittedModel<'a> {

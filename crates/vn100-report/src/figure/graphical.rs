@@ -7,7 +7,8 @@ use vn100_analysis::{ChannelNoise, letter};
 
 use super::{
     Colour, Dash, Figure, LegendSample, Marker, Plot,
-    allan::{FLAT, axes, curve, id_of, in_unit, series},
+    allan::{axes, curve, id_of, in_unit, series},
+    fitted_model::FLAT,
     pretty_unit, quiet, solid,
 };
 use crate::{

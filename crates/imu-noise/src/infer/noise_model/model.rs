@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::{
+    covariance::Covariance,
     joint::{Component, JointMeans, MOST_COMPONENTS},
     least_squares::dot,
     slope::Slope,
@@ -231,30 +232,5 @@ impl Model {
     /// The term of noise that octave `a` of a Gauss-Markov process is most like.
     fn like_gauss_markov(&self, a: usize, time: f64) -> usize {
         if self.factors[a] < time { self.noise - 1 } else { self.white }
-    }
-}
-
-/// Of all statistics, the lower triangle of a symmetric matrix, row by row.
-pub(super) struct Covariance {
-    values: Vec<f64>,
-}
-
-impl Covariance {
-    fn new(statistics: usize) -> Self {
-        Self { values: vec![0.0; statistics * (statistics + 1) / 2] }
-    }
-
-    /// Up to the diagonal.
-    pub(super) fn row(&mut self, i: usize) -> &mut [f64] {
-        &mut self.values[i * (i + 1) / 2..][..=i]
-    }
-
-    pub(super) fn variance(&self, i: usize) -> f64 {
-        self.between(i, i)
-    }
-
-    /// Of statistic `i` and one up to it.
-    pub(super) fn between(&self, i: usize, j: usize) -> f64 {
-        self.values[i * (i + 1) / 2 + j]
     }
 }

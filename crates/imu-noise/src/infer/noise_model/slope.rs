@@ -3,7 +3,7 @@
 
 use core::f64::consts::PI;
 
-use super::{Term, least_squares::dot, model::Covariance};
+use super::{covariance::Covariance, least_squares::dot, term::Term};
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
 
 /// Places in the record at which the covariance of a difference with the slope is taken.

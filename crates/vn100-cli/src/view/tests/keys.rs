@@ -8,8 +8,8 @@ use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     keys::KEYS,
     mouse::mouse,
-    question::Question,
     source::SourceView,
+    state::Question,
     state::{Panel, Selection, ShownAxes, ShownPlot, ViewRequest, ViewState},
 };
 

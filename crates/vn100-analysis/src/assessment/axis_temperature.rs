@@ -1,0 +1,91 @@
+//! What is known of an axis and the temperature of the sensor.
+
+use std::fmt;
+
+use imu_noise::{NoCoefficient, TemperatureCoefficient};
+
+/// Share of the temperature in the variance of some octave from which on it would be taken for
+/// noise.
+const POSES_AS_NOISE: f64 = 0.1;
+/// How the bias of one axis follows the temperature of the sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisTemperature {
+    /// From the lowest to the highest mean of a block, in °C; `None` where there were too few.
+    pub excursion_c: Option<f64>,
+    /// Of the temperature with time, -1 to 1; likewise.
+    pub correlation_with_time: Option<f64>,
+    /// The temperature was asked for between the rows.
+    pub is_polled: bool,
+    /// In the unit of the channel per °C, or why there is none.
+    pub coefficient: Result<TemperatureCoefficient, WhyNoCoefficient>,
+    /// The axes of the record together (Holm) prove that this one follows the temperature.
+    pub is_proved: bool,
+    /// It was removed from the deviations and all that was fitted to them.
+    pub is_removed: bool,
+    /// Of a proved coefficient the deviation of each octave, before and after it is removed; none
+    /// where gaps leave less than nine tenths of the record in one stretch.
+    pub deviations: Vec<BeforeAndAfter>,
+}
+
+/// The deviation of an octave, in the unit of the channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeforeAndAfter {
+    /// Averaging factor.
+    pub m: u64,
+    /// As measured.
+    pub before: f64,
+    /// Without what the temperature made.
+    pub after: f64,
+}
+
+/// Why an axis has no temperature coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WhyNoCoefficient {
+    /// The sensor was moved.
+    Moved,
+    /// The stream does not carry the bias of the axis.
+    BiasNotInStream,
+    /// The values do not vary.
+    Constant,
+    /// The record of the temperature does not show one.
+    Temperature(NoCoefficient),
+}
+
+impl WhyNoCoefficient {
+    /// All of them, with numbers of no record.
+    pub const ALL: [Self; 6] = [
+        Self::Moved,
+        Self::BiasNotInStream,
+        Self::Constant,
+        Self::Temperature(NoCoefficient::TooShort { blocks: 0 }),
+        Self::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
+        Self::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
+    ];
+}
+
+impl fmt::Display for WhyNoCoefficient {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Moved => f.write_str("the sensor was moved"),
+            Self::BiasNotInStream => f.write_str("the bias is not in the stream"),
+            Self::Constant => f.write_str("the values do not vary"),
+            Self::Temperature(why) => why.fmt(f),
+        }
+    }
+}
+
+impl AxisTemperature {
+    /// Bias instability, random walk and ramp would be fitted to what the temperature made: they
+    /// are no more than bounded. Not where it has less than a tenth of the variance of any octave.
+    #[must_use]
+    pub fn poses_as_noise(&self) -> bool {
+        self.is_proved && !self.is_removed && (self.deviations.is_empty() || self.largest_share() > POSES_AS_NOISE)
+    }
+
+    /// The most that the temperature has in the variance of an octave, 0 to 1.
+    #[must_use]
+    pub fn largest_share(&self) -> f64 {
+        let share = |BeforeAndAfter { before, after, .. }: &BeforeAndAfter| 1.0 - (after / before).powi(2);
+        self.deviations.iter().map(share).fold(0.0, f64::max)
+    }
+}

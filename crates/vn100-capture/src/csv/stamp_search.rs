@@ -1,0 +1,227 @@
+//! Which columns hold the stamps of the rows, and in which form: by their names and what stands in
+//! them.
+
+use super::{
+    ColumnUse, CsvError,
+    clock::ClockForm,
+    column_map::{MappedStamp, STAMP},
+    header::Header,
+    number::Number,
+    shown,
+    stamp::{StampForm, StampScan, StampUnit},
+    stamp_columns::StampColumns,
+    time_name::TimeName,
+};
+
+/// The words of the name of the sensor's own time, as tables of samples have it.
+const DEVICE_TIME: [&str; 2] = ["device", "time"];
+
+/// In fewer rows, stamps of whole seconds may be but two.
+const FEWEST_ROWS_OF_COARSE: usize = 500;
+
+/// Most rows of a logger with its own stamps may repeat the stamp before.
+const REPEATED_SHARE: f64 = 0.2;
+
+/// The names of the columns, and what stands in the first rows.
+pub(super) struct StampSearch<'a> {
+    pub(super) header: &'a Header,
+    pub(super) rows: &'a [Vec<Vec<u8>>],
+    /// Columns that hold something else.
+    pub(super) taken: Vec<usize>,
+}
+
+impl StampSearch<'_> {
+    /// The columns that the user named.
+    pub(super) fn mapped(&self, map: &MappedStamp) -> Result<StampColumns, CsvError> {
+        let place = self.header.mapped_place(STAMP, &map.column)?;
+        let mut columns = vec![(place, ColumnUse::Stamp(map.form))];
+        if let Some((column, unit)) = &map.part {
+            columns.push((self.header.mapped_place(STAMP, column)?, ColumnUse::StampPart(*unit)));
+        }
+        if !self.rows.is_empty() && self.cells(place).all(|cell| map.form.nanoseconds(cell).is_none()) {
+            return Err(self.no_stamps(place));
+        }
+        if map.part.is_none() && self.is_coarse(place) {
+            return Err(CsvError::CoarseStamps { column: self.header.names[place].clone(), rows: self.rows.len() });
+        }
+        Ok(self.completed(columns))
+    }
+
+    /// The columns by what they are called, else by what stands in them.
+    ///
+    /// # Errors
+    /// Where a column that can only be one of stamps is not understood.
+    pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
+        if let Some(columns) = self.device_time() {
+            return Ok(Some(columns));
+        }
+        match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
+            Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
+            None => Ok(self.likely()),
+        }
+    }
+
+    /// As [`found`](Self::found), where any column may hold something else: only columns that
+    /// ascend from row to row.
+    pub(super) fn likely(&self) -> Option<StampColumns> {
+        if let Some(columns) = self.device_time() {
+            return Some(columns);
+        }
+        let by_name = || {
+            let named = self.free().filter(|&place| self.name(place).is_time());
+            { named }.find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))
+        };
+        let exactly = self.free().filter(|&place| self.name(place).is_stamp() && self.ascends(place));
+        let exactly = { exactly }.find_map(|place| Some((place, self.form(place).ok()?)));
+        let single = |(place, form)| vec![(place, ColumnUse::Stamp(form))];
+        let by_content = || self.free().find_map(|place| Some((place, StampForm::Clock(self.clock(place).ok()??))));
+        let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
+        columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
+    }
+
+    /// The time at which the sensor measured each row, which is better than any of its arrival.
+    fn device_time(&self) -> Option<StampColumns> {
+        let is_device_time = |place: &usize| self.name(*place).words == DEVICE_TIME && self.ascends(*place);
+        let place = self.free().find(is_device_time)?;
+        Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
+    }
+
+    /// Whatever its name, the first that can be nothing but times.
+    pub(super) fn unnamed(&self) -> Option<StampColumns> {
+        let (place, form) =
+            self.free().find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))?;
+        Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))
+    }
+
+    /// Seconds in one column, and what is added to them in another of the same name but for that.
+    fn pair(&self) -> Option<Vec<(usize, ColumnUse)>> {
+        let [seconds_unit, rest @ ..] = StampUnit::ALL;
+        let all_numbers = |place: usize| self.cells(place).all(|cell| Number::parse(cell).is_some());
+        let in_unit = |unit: StampUnit| {
+            self.free().filter(move |&place| self.name(place).unit == Some(unit) && all_numbers(place))
+        };
+        in_unit(seconds_unit).find_map(|seconds| {
+            let base = self.name(seconds).words;
+            // whole seconds, or the other column is a time of its own
+            let is_whole = self.cells(seconds).filter_map(Number::parse).all(|number| number.decimals() == 0);
+            rest.into_iter().filter(|_| is_whole).find_map(|unit| {
+                let part = in_unit(unit).find(|&place| self.name(place).words == base)?;
+                let limit = 1.0 / unit.seconds();
+                let is_part =
+                    self.cells(part).filter_map(Number::parse).all(|part| (0.0..limit).contains(&part.value()));
+                let form = ColumnUse::Stamp(StampForm::Unit(seconds_unit));
+                is_part.then(|| vec![(seconds, form), (part, ColumnUse::StampPart(unit))])
+            })
+        })
+    }
+
+    /// In which form the stamps of a column are.
+    fn form(&self, place: usize) -> Result<StampForm, CsvError> {
+        let mut scan = StampScan::default();
+        self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
+        if scan.is_empty() {
+            return match self.clock(place)? {
+                Some(form) => Ok(StampForm::Clock(form)),
+                None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::ALL[0])),
+                None => Err(self.no_stamps(place)),
+            };
+        }
+        let named = self.name(place).unit.filter(|&unit| scan.may_be(unit));
+        let unit = named.map_or_else(|| scan.unit(), Ok).map_err(|unsure| CsvError::StampUnit {
+            column: self.header.names[place].clone(),
+            argument: self.header.argument(place),
+            step: unsure.step,
+            units: unsure.units,
+        })?;
+        Ok(StampForm::Unit(unit))
+    }
+
+    /// Dates, or times of day; `None` where no cell is one.
+    fn clock(&self, place: usize) -> Result<Option<ClockForm>, CsvError> {
+        let fits = |form: &ClockForm| {
+            let mut cells = self.cells(place).filter(|cell| !cell.is_empty()).peekable();
+            cells.peek().is_some() && cells.all(|cell| form.nanoseconds(cell).is_some())
+        };
+        let fitting: Vec<ClockForm> = ClockForm::ALL.into_iter().filter(fits).collect();
+        match fitting[..] {
+            [ClockForm::DayFirst, ClockForm::MonthFirst] => Err(CsvError::DateOrder {
+                column: self.header.names[place].clone(),
+                argument: self.header.argument(place),
+            }),
+            [form, ..] => Ok(Some(form)),
+            [] => Ok(None),
+        }
+    }
+
+    /// Whether so many rows share each stamp that these show no rate, as of an epoch in a float of
+    /// 32 bits.
+    fn is_coarse(&self, place: usize) -> bool {
+        let stamps: Vec<&[u8]> = self.cells(place).collect();
+        let changes = stamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        stamps.len() >= FEWEST_ROWS_OF_COARSE && changes <= 1
+    }
+
+    /// Whether the stamps of a column ascend from row to row, but for a few.
+    fn ascends(&self, place: usize) -> bool {
+        let Ok(form) = self.form(place) else { return false };
+        let stamps: Vec<i64> = self.cells(place).filter_map(|cell| form.nanoseconds(cell)).collect();
+        let backwards = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        stamps.last() > stamps.first() && 20 * backwards <= stamps.len() && !self.is_coarse(place)
+    }
+
+    fn no_stamps(&self, place: usize) -> CsvError {
+        let first = self.cells(place).next().unwrap_or_default();
+        CsvError::Stamps { column: self.header.names[place].clone(), text: shown(first) }
+    }
+
+    fn completed(&self, columns: Vec<(usize, ColumnUse)>) -> StampColumns {
+        let stamps: Vec<i64> = self.rows.iter().filter_map(|row| stamp_ns(&columns, row)).collect();
+        let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+        let repeated = steps.iter().filter(|&&step| step == 0).count();
+        let are_few = (repeated as f64) < REPEATED_SHARE * steps.len() as f64;
+        steps.retain(|&step| step > 0);
+        steps.sort_unstable();
+        let repeated_step_ns = steps.get(steps.len() / 2).copied().filter(|_| are_few);
+        StampColumns { columns, repeated_step_ns }
+    }
+
+    fn free(&self) -> impl Iterator<Item = usize> {
+        (0..self.header.names.len()).filter(|place| !self.taken.contains(place))
+    }
+
+    fn cells(&self, place: usize) -> impl Iterator<Item = &[u8]> {
+        self.rows.iter().filter_map(move |row| row.get(place).map(Vec::as_slice))
+    }
+
+    fn name(&self, place: usize) -> TimeName {
+        TimeName::of(&self.header.described(place))
+    }
+}
+
+impl StampColumns {
+    /// As a column map names them.
+    pub(super) fn named(&self, header: &Header) -> String {
+        let column = |&(place, column): &(usize, ColumnUse)| {
+            let form = match column {
+                ColumnUse::Stamp(form) => form.name(),
+                ColumnUse::StampPart(unit) => unit.name,
+                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => "",
+            };
+            format!("{}:{form}", header.argument(place))
+        };
+        self.columns.iter().map(column).collect::<Vec<_>>().join("+")
+    }
+}
+
+/// The stamp of a row cut into fields.
+fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
+    columns.iter().try_fold(0_i64, |sum, &(place, column)| {
+        let cell = row.get(place)?;
+        let part = match column {
+            ColumnUse::Stamp(form) => form.nanoseconds(cell)?,
+            ColumnUse::StampPart(unit) => StampForm::Unit(unit).nanoseconds(cell)?,
+            ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => 0,
+        };
+        sum.checked_add(part)
+    })
+}

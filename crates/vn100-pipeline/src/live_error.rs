@@ -1,0 +1,28 @@
+//! Why a live source cannot be used.
+
+use std::io;
+
+use tokio::task;
+
+/// Why a live source cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// It cannot be opened, or no sensor answers on it.
+    #[error("{0}")]
+    NoSensor(io::Error),
+    /// It was stopped before a sensor was connected.
+    #[error("interrupted")]
+    Stopped,
+    /// A stream without a way back.
+    #[error("standard input is not a sensor that replies: name a port")]
+    NoCommands,
+    /// Likewise, where the temperature is asked for.
+    #[error("the temperature cannot be polled on standard input: name a port")]
+    NoTemperature,
+    /// The thread that reads a stream cannot be started.
+    #[error("cannot start reading")]
+    Read(#[source] io::Error),
+    /// The task of the link has ended.
+    #[error("internal error: the link stopped")]
+    LinkTask(#[from] task::JoinError),
+}
