@@ -12,12 +12,12 @@ const TYPES: [(&str, &[(&str, &str)]); 8] = [
     ("grade", &[("imu-noise/src/infer/verdict.rs", "Grade")]),
     ("rate_from", &[("vn100-analysis/src/snapshot.rs", "RateFrom")]),
     ("missing_from", &[("vn100-analysis/src/snapshot.rs", "MissingFrom")]),
-    ("window_from", &[("vn100-analysis/src/assessment/stream.rs", "WindowFrom")]),
+    ("window_from", &[("vn100-analysis/src/assessment/onboard.rs", "WindowFrom")]),
     ("end_reason", &[("vn100-analysis/src/source_facts.rs", "EndKind")]),
     (
         "temperature.reason",
         &[
-            ("vn100-analysis/src/assessment/temperature.rs", "WhyNoCoefficient"),
+            ("vn100-analysis/src/assessment/axis_temperature.rs", "WhyNoCoefficient"),
             ("imu-noise/src/infer/temperature.rs", "NoCoefficient"),
         ],
     ),
