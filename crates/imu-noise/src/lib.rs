@@ -120,8 +120,7 @@ pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
 pub use infer::temperature::{
-    LEAST_BLOCKS, LEAST_EXCURSION_C, NoCoefficient, ONE_DIRECTION, TemperatureCoefficient, TemperatureRemoval,
-    TemperatureSearch,
+    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
 };
 pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};

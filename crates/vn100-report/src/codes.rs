@@ -43,7 +43,7 @@ pub(crate) const fn status_of_temperature(temperature: &AxisTemperature) -> Stat
 
 /// Why there is no temperature coefficient.
 #[must_use]
-pub const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
+pub(crate) const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
     let (name, meaning) = match why {
         WhyNoCoefficient::Moved => ("moved", "the sensor was moved"),
         WhyNoCoefficient::BiasNotInStream => {
@@ -69,7 +69,7 @@ const fn code(key: &'static str, code: &'static str, word: &'static str, meaning
 
 /// A verdict on a figure of a data sheet.
 #[must_use]
-pub fn code_of_verdict(verdict: Verdict) -> Code {
+pub(crate) fn code_of_verdict(verdict: Verdict) -> Code {
     let of = |name, word, meaning| code("verdict", name, word, meaning);
     match verdict {
         Verdict::Pass => {
@@ -112,7 +112,7 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
 
 /// What is known of a parameter.
 #[must_use]
-pub const fn code_of_status(status: Status) -> Code {
+pub(crate) const fn code_of_status(status: Status) -> Code {
     const fn of(name: &'static str, word: &'static str, meaning: &'static str) -> Code {
         code("status", name, word, meaning)
     }
@@ -139,7 +139,7 @@ pub const fn code_of_status(status: Status) -> Code {
 
 /// A class of gyroscopes.
 #[must_use]
-pub fn code_of_grade(grade: Grade) -> Code {
+pub(crate) fn code_of_grade(grade: Grade) -> Code {
     let of = |name, meaning| code("grade", name, name, meaning);
     match grade {
         Grade::Navigation => {
@@ -204,7 +204,7 @@ pub(crate) fn term_name(term: Term) -> &'static str {
 
 /// Where the averaging window comes from.
 #[must_use]
-pub fn code_of_window(from: WindowFrom) -> Code {
+pub(crate) fn code_of_window(from: WindowFrom) -> Code {
     let of = |name, word, meaning| code("window_from", name, word, meaning);
     match from {
         WindowFrom::Register => of("register", "register 85", "the capture contains register 85"),

@@ -30,10 +30,7 @@ mod toml_text;
 pub mod units;
 mod words;
 
-pub use codes::{
-    Code, all_codes, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status,
-    code_of_verdict, code_of_window,
-};
+pub use codes::{Code, all_codes, code_of_missing, code_of_rate};
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,

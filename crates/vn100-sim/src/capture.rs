@@ -107,7 +107,7 @@ impl Generator {
 
     /// The temperature (degC) and the pressure (kPa) of the next sample.
     #[must_use]
-    pub fn next_surroundings(&mut self) -> [f32; 2] {
+    fn next_surroundings(&mut self) -> [f32; 2] {
         self.readings += 1;
         self.next_surroundings_at((self.readings - 1) as f64 * self.interval_s)
     }

@@ -55,7 +55,7 @@ use crate::{
 pub const BOOT: Duration = Duration::from_millis(1250);
 
 /// How long the flash takes to be written.
-pub const FLASH_WRITE: Duration = Duration::from_millis(500);
+const FLASH_WRITE: Duration = Duration::from_millis(500);
 
 /// Ticks of the sensor, Hz.
 const TICK_HZ: u64 = 800;
@@ -236,7 +236,7 @@ impl Device {
 
     /// Makes the line run at another rate, as if another program had asked for it; any rate but
     /// zero.
-    pub fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
+    pub(crate) fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
         self.advance(ns(now));
         self.registers.ports[PORT].baud = baud.get();
         self.uart.baud = baud.get();

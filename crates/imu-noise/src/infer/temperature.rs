@@ -15,10 +15,10 @@ use series::BlockSeries;
 pub const LEAST_EXCURSION_C: f64 = 1.0;
 
 /// Least correlation of the temperature with time that counts as one direction only.
-pub const ONE_DIRECTION: f64 = 0.9;
+const ONE_DIRECTION: f64 = 0.9;
 
 /// Fewest blocks: they must show the noise, too.
-pub const LEAST_BLOCKS: usize = 32;
+const LEAST_BLOCKS: usize = 32;
 
 /// Lags that are searched at a time, without lag included.
 const LAGS: usize = 8;
@@ -157,12 +157,6 @@ impl TemperatureSearch {
     #[must_use]
     pub const fn correlation_with_time(&self) -> f64 {
         self.correlation
-    }
-
-    /// Where the stretch begins and ends, in seconds from the first sample of the record.
-    #[must_use]
-    pub fn stretch_s(&self) -> (f64, f64) {
-        self.series.stretch_s()
     }
 
     /// Of the axis with this number, `unit_per_count`: at the level `confidence`, 0 < p < 1. `None`

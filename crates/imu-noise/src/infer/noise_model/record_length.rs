@@ -2,7 +2,7 @@
 //! itself, and how long a record must be to show a parameter.
 
 use super::{
-    ChannelCurve, NoiseFit, NoiseModel, Parameter, Status, Term, Terms,
+    NoiseModel, Parameter, Status, Term, Terms,
     model::Model,
     parameter::{PRESENT, PROVED_P},
     regression::Regression,
@@ -17,14 +17,6 @@ const UNLUCKY: f64 = 0.02;
 const UNLUCKY_SLOPE: f64 = 2.706;
 
 impl NoiseModel {
-    /// The fit to what records with these parameters show on average, in the units of the terms:
-    /// what a record as long as this can be expected to say of them, before it is made. Terms the
-    /// model does not have are ignored, those not named are zero.
-    #[must_use]
-    pub fn expected_fit(&self, truth: &[(Term, f64)], confidence: f64) -> NoiseFit {
-        self.fit_to_expected(&self.parameters(truth), confidence)
-    }
-
     /// Whether about nine of ten records with these parameters estimate `term`. The squared
     /// amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky
     /// record shows the quantile of χ² at 2 % instead, and a slope that only one in ten exceeds,
@@ -121,19 +113,6 @@ impl NoiseModel {
             named.map_or(0.0, |(_, value)| (value / term.per_second(self.shape.interval_s)).powi(2))
         };
         self.noise.iter().copied().chain(ramp).map(parameter).collect()
-    }
-
-    fn fit_to_expected(&self, parameters: &[f64], confidence: f64) -> NoiseFit {
-        let Some(model) = self.expecting_model() else { return self.fit(&ChannelCurve::default(), confidence) };
-        let places = self.octaves.last().map_or(0, |(place, _)| place + 1);
-        let mut variances = vec![f64::NAN; places];
-        for (i, (place, _)) in self.octaves.iter().enumerate() {
-            variances[*place] = model.expected(parameters, i);
-        }
-        let has_slope = self.with_ramp.is_some();
-        let slope2 = |model: &Model| model.expected(parameters, self.octaves.len());
-        let slope = has_slope.then(|| slope2(model).sqrt() / self.shape.interval_s);
-        self.fit(&ChannelCurve::new(&variances, slope), confidence)
     }
 }
 

@@ -60,11 +60,6 @@ impl BlockSeries {
         self.block_s * self.temperatures_c.len() as f64
     }
 
-    pub(super) fn stretch_s(&self) -> (f64, f64) {
-        let start_s = self.first_block as f64 * self.block_s;
-        (start_s, start_s + self.duration_s())
-    }
-
     pub(super) fn excursion_c(&self) -> f64 {
         let ends = |(low, high): (f64, f64), value: &f64| (low.min(*value), high.max(*value));
         let (low, high) = self.temperatures_c.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);

@@ -163,8 +163,8 @@ fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
         broken.push_temperature(index as u64, &[(10.0 * cycle(index as f64 * INTERVAL_S)).round() as i32]);
     }
     let search = TemperatureSearch::new(&broken, INTERVAL_S, 0.1).unwrap();
-    let (start_s, end_s) = search.stretch_s();
-    assert!(start_s == 0.0 && (1190.0..=1200.0).contains(&end_s), "{start_s} to {end_s}");
+    let (first_block, end_s) = (search.series.first_block, search.series.duration_s());
+    assert!(first_block == 0 && (1190.0..=1200.0).contains(&end_s), "block {first_block} to {end_s} s");
     assert!(search.removal(0, 20.0, 0.0).is_none(), "a third of the record is elsewhere");
 }
 
