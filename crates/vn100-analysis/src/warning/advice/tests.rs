@@ -92,3 +92,13 @@ fn rejected_packets_are_warned_of() {
     assert_eq!(warned(0), None);
     assert_eq!(warned(3).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
 }
+
+#[test]
+fn counts_that_contradict_each_other_end_in_no_panic() {
+    // as bytes of a state may say them
+    let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+    (snapshot.link.tally.packets, snapshot.link.tally.measured_packets.samples) = (1, 3);
+    let mut advice = Advice::default();
+    advice.on_lines(&snapshot, &StreamFindings::default());
+    assert!(advice.warnings.iter().all(|warning| warning.kind != WarningKind::OtherMessages));
+}
