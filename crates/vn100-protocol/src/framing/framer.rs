@@ -13,7 +13,7 @@ use memchr::{memchr_iter, memchr3};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
-    framing::packet::{self, Packet, PacketHead, PacketStart},
+    framing::packet::{self, Packet, PacketHead, PacketRun, PacketStart},
     framing::sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
 };
@@ -210,20 +210,27 @@ impl Framer {
         }
     }
 
-    /// The packet at the head of `input` where it is like the one before, as nearly all are, and no
-    /// sentence completes it; counts it.
+    /// The packets at the head of `input` that are like the one before, as nearly all are, and that
+    /// no sentence completes, at most `most` of them; counts them.
     #[inline]
-    pub(crate) fn quick_packet<'a>(&mut self, input: &'a [u8]) -> Option<Packet<'a>> {
-        let raw = self.packet_head.packet(input)?;
-        if is_completed_by_sentence(input, raw.len(), false) != Some(false) {
-            return None;
+    pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> PacketRun<'a> {
+        let (bytes, length) = self.packet_head.run(input, most);
+        let is_unclear = |at: &usize| {
+            let packet = at - at % length;
+            is_completed_by_sentence(&input[packet..], length, false) != Some(false)
+        };
+        let bytes = match memchr_iter(b'$', bytes).find(is_unclear) {
+            None => bytes,
+            Some(at) => &bytes[..at - at % length],
+        };
+        let run = PacketRun { bytes, length, offset: self.offset };
+        if !bytes.is_empty() {
+            self.advance(bytes.len());
+            self.tally.packet_bytes += bytes.len() as u64;
+            self.tally.packets += run.count() as u64;
+            self.line_end_of = LineEndOf::Nothing;
         }
-        let packet = Packet { raw, offset: self.offset };
-        self.advance(raw.len());
-        self.tally.packet_bytes += raw.len() as u64;
-        self.tally.packets += 1;
-        self.line_end_of = LineEndOf::Nothing;
-        Some(packet)
+        run
     }
 
     fn skip(&mut self, length: usize) {

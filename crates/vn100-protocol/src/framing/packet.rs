@@ -9,7 +9,7 @@
 //! taken for a packet.
 
 use crate::{
-    framing::checksum::crc16,
+    framing::checksum::{crc16, crc16_behind},
     packet::field::{GROUPS, PacketField},
 };
 
@@ -31,6 +31,36 @@ pub struct Packet<'a> {
     pub offset: u64,
 }
 
+/// Packets one after the other, all of the same length and with a right CRC.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PacketRun<'a> {
+    /// The bytes of all of them; none for no packet.
+    pub(crate) bytes: &'a [u8],
+    /// Of one packet; at least 1.
+    pub(crate) length: usize,
+    /// The offset of the first, in bytes from the beginning of the stream.
+    pub(crate) offset: u64,
+}
+
+impl<'a> PacketRun<'a> {
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.bytes.len() / self.length
+    }
+
+    /// One by one.
+    pub(crate) fn packets(self) -> impl Iterator<Item = Packet<'a>> {
+        let offsets = (self.offset..).step_by(self.length);
+        self.bytes.chunks_exact(self.length).zip(offsets).map(|(raw, offset)| Packet { raw, offset })
+    }
+}
+
+impl<'a> From<&Packet<'a>> for PacketRun<'a> {
+    fn from(packet: &Packet<'a>) -> Self {
+        Self { bytes: packet.raw, length: packet.raw.len().max(1), offset: packet.offset }
+    }
+}
+
 /// What the bytes behind a 0xFA are.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum PacketStart {
@@ -50,7 +80,10 @@ pub(crate) struct PacketHead {
     /// The first eight bytes; the mask leaves those of the groups and field words.
     bytes: u64,
     mask: u64,
-    /// 0 before the first.
+    /// How many those are, and their CRC without the 0xFA.
+    head_length: usize,
+    head_crc: u16,
+    /// Of the whole packet; 0 before the first.
     length: usize,
 }
 
@@ -58,28 +91,35 @@ impl PacketHead {
     /// Those of a packet with at most three groups and at least eight bytes; others are found more
     /// slowly.
     pub(crate) fn remember(&mut self, packet: &[u8]) {
-        if self.length != packet.len() || self.is_of(packet).is_none() {
-            let head_bits = 8 * (2 + 2 * packet[1].count_ones());
-            let bytes = packet.first_chunk().map_or(0, |head| u64::from_le_bytes(*head));
-            let mask = u64::MAX >> (64 - head_bits.min(64));
-            let is_whole = head_bits <= 64 && packet.len() >= 8;
-            let length = if is_whole { packet.len() } else { 0 };
-            *self = Self { bytes: bytes & mask, mask, length };
+        if self.length != packet.len() || !self.is_of(packet) {
+            let head_length = 2 + 2 * packet[1].count_ones() as usize;
+            *self = match packet.first_chunk() {
+                Some(head) if head_length <= head.len() => {
+                    let mask = u64::MAX >> (64 - 8 * head_length);
+                    let head_crc = crc16(&packet[1..head_length]);
+                    let bytes = u64::from_le_bytes(*head) & mask;
+                    Self { bytes, mask, head_length, head_crc, length: packet.len() }
+                }
+                _ => Self::default(),
+            };
         }
     }
 
-    /// The packet at the head of `input`; `None` where it begins otherwise, or is not whole.
+    /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and the
+    /// length of each. None where it begins otherwise, or with one that is not whole.
     #[inline]
-    pub(crate) fn packet<'a>(&self, input: &'a [u8]) -> Option<&'a [u8]> {
-        self.is_of(input)?;
-        let raw = input.get(..self.length)?;
-        (crc16(&raw[1..]) == 0).then_some(raw)
+    pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> (&'a [u8], usize) {
+        // before the first packet, none has this length
+        let length = if self.length > 0 { self.length } else { usize::MAX };
+        let is_good =
+            |packet: &&[u8]| self.is_of(packet) && crc16_behind(self.head_crc, &packet[self.head_length..]) == 0;
+        let packets = input.chunks_exact(length).take(most).take_while(is_good).count();
+        (&input[..packets * length], length)
     }
 
     #[inline]
-    fn is_of(&self, input: &[u8]) -> Option<()> {
-        let head = u64::from_le_bytes(*input.first_chunk()?);
-        (self.length > 0 && head & self.mask == self.bytes).then_some(())
+    fn is_of(&self, input: &[u8]) -> bool {
+        input.first_chunk().is_some_and(|head| u64::from_le_bytes(*head) & self.mask == self.bytes)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     framing::checksum::Check,
     framing::framer::{Frame, Framer, Options},
-    framing::packet::{MAX_PACKET, Packet},
+    framing::packet::{MAX_PACKET, Packet, PacketRun},
     framing::sentence::{RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
     message::GrammarError,
@@ -75,8 +75,13 @@ impl Decoder {
     /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most
     /// about 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
-        if let Some(rest) = self.finish_carried(bytes, &mut sink) {
-            let incomplete = decode(&mut self.framer, rest, false, &mut sink);
+        self.push_to(bytes, &mut sink);
+    }
+
+    /// As [`push`](Self::push), with runs of packets as they are.
+    pub(crate) fn push_to(&mut self, bytes: &[u8], sink: &mut impl Sink) {
+        if let Some(rest) = self.finish_carried(bytes, sink) {
+            let incomplete = decode(&mut self.framer, rest, false, sink);
             self.carry[..incomplete.len()].copy_from_slice(incomplete);
             self.carried = incomplete.len();
         }
@@ -85,7 +90,12 @@ impl Decoder {
     /// Ends the stream: bytes kept back are decoded as they stand. Offsets and
     /// [`tally`](Self::tally) continue with bytes pushed later.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
-        decode(&mut self.framer, &self.carry[..self.carried], true, &mut sink);
+        self.finish_to(&mut sink);
+    }
+
+    /// As [`finish`](Self::finish), with runs of packets as they are.
+    pub(crate) fn finish_to(&mut self, sink: &mut impl Sink) {
+        decode(&mut self.framer, &self.carry[..self.carried], true, sink);
         self.carried = 0;
     }
 
@@ -108,7 +118,7 @@ impl Decoder {
 
     /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part
     /// of `bytes` that is left, or `None` when all of it had to be carried too.
-    fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl FnMut(Item<'_>)) -> Option<&'a [u8]> {
+    fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl Sink) -> Option<&'a [u8]> {
         if self.carried == 0 {
             return Some(bytes);
         }
@@ -120,7 +130,7 @@ impl Decoder {
             let (consumed, item) = self.framer.next_item(&self.carry[at..filled], false);
             at += consumed;
             match item {
-                Some(item) => sink(item),
+                Some(item) => sink.item(item),
                 None if at < self.carried => {
                     self.carry.copy_within(at..filled, 0);
                     self.carried = filled - at;
@@ -135,14 +145,42 @@ impl Decoder {
     }
 }
 
-/// Calls `sink` with each item; returns what is left, which is incomplete.
+/// Takes what a decoder finds.
+pub(crate) trait Sink {
+    /// Takes one thing.
+    fn item(&mut self, item: Item<'_>);
+
+    /// Takes packets that follow each other, at least one.
+    fn packets(&mut self, run: PacketRun<'_>);
+}
+
+impl<F: FnMut(Item<'_>)> Sink for F {
+    fn item(&mut self, item: Item<'_>) {
+        self(item);
+    }
+
+    fn packets(&mut self, run: PacketRun<'_>) {
+        run.packets().for_each(|packet| self(Item::Packet(packet)));
+    }
+}
+
+/// What is done with packets is done with so many of them at a time: their bytes are still at hand.
+const MOST_PACKETS: usize = 64;
+
+/// Gives `sink` each item; returns what is left, which is incomplete.
 #[inline]
-fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl FnMut(Item<'_>)) -> &'a [u8] {
+fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl Sink) -> &'a [u8] {
     loop {
+        let run = framer.packet_run(rest, MOST_PACKETS);
+        if !run.bytes.is_empty() {
+            rest = &rest[run.bytes.len()..];
+            sink.packets(run);
+            continue;
+        }
         let (consumed, item) = framer.next_item(rest, end);
         rest = &rest[consumed..];
         match item {
-            Some(item) => sink(item),
+            Some(item) => sink.item(item),
             None => return rest,
         }
     }
@@ -159,7 +197,7 @@ impl Framer {
             self.tally.samples += 1;
             return (at + template::LENGTH, Some(Item::Sample(sample)));
         }
-        if let Some(packet) = self.quick_packet(&input[at..]) {
+        if let Some(packet) = self.packet_run(&input[at..], 1).packets().next() {
             return (at + packet.raw.len(), Some(Item::Packet(packet)));
         }
         let (consumed, item) = self.any_item(&input[at..], end_of_input);

@@ -2,7 +2,7 @@
 
 use alloc::{collections::BTreeMap, vec::Vec};
 
-use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket};
+use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket, framing::packet::PacketRun};
 
 /// A sensor has three binary outputs, which may be set anew: of more only the sum is known.
 const MOST_OTHER_HEADERS: usize = 16;
@@ -54,6 +54,36 @@ impl PacketReader {
                 PacketOutcome::Rejected(rejected)
             }
         }
+    }
+
+    /// Appends the counts and device times of packets that are rows with nothing else to be said of
+    /// them. Nothing is appended, and the result is false, where one is not.
+    #[inline]
+    pub(super) fn read_run(
+        &mut self,
+        packets: &PacketRun<'_>,
+        counts: &mut Vec<i32>,
+        device_ns: &mut Vec<u64>,
+    ) -> bool {
+        let is_measured = |form: &&PacketForm| packets.packets().next().is_some_and(|first| form.is_of(&first));
+        let Some(form) = self.form.as_ref().filter(is_measured) else { return false };
+        let (rows, times) = (counts.len(), device_ns.len());
+        let mut last = self.last_device_ns;
+        let mut is_plain = form.read_run(packets, counts);
+        for packet in packets.packets() {
+            let now = form.device_ns(&packet);
+            is_plain &= !is_repeated(last, now) && form.saturation(&packet) == 0;
+            device_ns.extend(now);
+            last = now;
+        }
+        if !is_plain {
+            counts.truncate(rows);
+            device_ns.truncate(times);
+            return false;
+        }
+        self.counts.samples += packets.count() as u64;
+        self.last_device_ns = last;
+        true
     }
 
     #[cold]

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketHeader, PrintFormat, Quantity, Register,
-    RegisterContents, Reply, Sample, Sentence, Tally, VNIMU,
+    RegisterContents, Reply, Sample, Sentence, Tally, VNIMU, framing::packet::PacketRun, message::decoder::Sink,
 };
 
 /// How a stream is read.
@@ -152,7 +152,7 @@ impl SampleReader {
             // a count takes four bytes of its packet, and nine of its sentence, or more
             let bytes_per_count = if self.stream.packets.form.is_some() { 4 } else { 9 };
             self.stream.open.counts.reserve(bytes.len() / bytes_per_count);
-            self.decoder.push(bytes, |item| self.stream.put(item));
+            self.decoder.push_to(bytes, &mut self.stream);
         }
     }
 
@@ -183,7 +183,7 @@ impl SampleReader {
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
-            self.decoder.finish(|item| self.stream.put(item));
+            self.decoder.finish_to(&mut self.stream);
         }
         self.stream.choose_packets();
     }
@@ -203,7 +203,7 @@ impl SampleReader {
                 self.stream.seal_rows();
             }
             let rows = self.stream.row();
-            self.stream.put(item);
+            self.stream.item(item);
             if self.stream.row() > rows {
                 let tally = self.tally();
                 self.stream.open.tallies.push(tally);
@@ -228,8 +228,8 @@ fn code(header: &[u8]) -> u8 {
     AsyncType::from_header(header).unwrap_or(AsyncType::OFF).0
 }
 
-impl Stream {
-    fn put(&mut self, item: Item<'_>) {
+impl Sink for Stream {
+    fn item(&mut self, item: Item<'_>) {
         if let Item::Rejected(rejected) = &item {
             self.diagnose(|| Diagnostic::Refused {
                 reason: rejected.kind.to_string(),
@@ -248,6 +248,18 @@ impl Stream {
         }
     }
 
+    #[inline]
+    fn packets(&mut self, run: PacketRun<'_>) {
+        let first = self.open.counts.len();
+        if self.packets.read_run(&run, &mut self.open.counts, &mut self.open.device_ns) {
+            self.note_arrival_of(first);
+        } else {
+            run.packets().for_each(|packet| self.put_packet(&packet));
+        }
+    }
+}
+
+impl Stream {
     fn diagnose(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
         if self.is_diagnosed {
             self.open.diagnostics.push(diagnostic());

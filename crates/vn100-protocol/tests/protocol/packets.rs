@@ -445,6 +445,88 @@ proptest! {
     }
 }
 
+/// What a test does to a packet with saturation bits, of which others follow and precede.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    Repeated,
+    NotANumber,
+    Saturated,
+    Flipped,
+    /// Its CRC is the beginning of the sentence behind it.
+    Completed,
+    Cut,
+    Other,
+}
+
+fn changed_packet(number: u64, change: Option<Change>) -> Vec<u8> {
+    let mut packet = bytes(SATURATION);
+    // a dollar sign in every fourth of them
+    packet[14] = if number.is_multiple_of(4) { b'$' } else { 0x28 };
+    let time_ns = match change {
+        Some(Change::Repeated) => number * 1_250_000,
+        _ => (number + 1) * 1_250_000,
+    };
+    packet[6..14].copy_from_slice(&time_ns.to_le_bytes());
+    match change {
+        Some(Change::NotANumber) => packet[26..30].copy_from_slice(&f32::NAN.to_le_bytes()),
+        Some(Change::Saturated) => packet[42] = 0x40,
+        Some(Change::Other) => return bytes(EVERYTHING),
+        _ => {}
+    }
+    let mut packet = sealed(packet);
+    match change {
+        Some(Change::Flipped) => packet[20] ^= 2,
+        Some(Change::Cut) => packet.truncate(30),
+        Some(Change::Completed) => {
+            packet.truncate(44);
+            let right = (0..=u16::MAX).find(|low_bits: &u16| {
+                packet[38..40].copy_from_slice(&low_bits.to_le_bytes());
+                crc16(&packet[1..]) == u16::from_be_bytes(*b"$V")
+            });
+            assert!(right.is_some());
+            packet.extend(b"$VNRRG,01,VN-100*5A\r\n");
+        }
+        _ => {}
+    }
+    packet
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn packets_that_follow_each_other_are_read_like_single_ones(
+        changes in proptest::collection::vec((0_u64..200, 0_usize..7), 0..8),
+        diagnostics in any::<bool>(),
+    ) {
+        use Change::{Completed, Cut, Flipped, NotANumber, Other, Repeated, Saturated};
+        let kinds = [Repeated, NotANumber, Saturated, Flipped, Completed, Cut, Other];
+        let change = |number| changes.iter().find(|(at, _)| *at == number).map(|(_, kind)| kinds[*kind]);
+        let stream: Vec<u8> = (0..200).flat_map(|number| changed_packet(number, change(number))).collect();
+        let read_in_pieces = |length| {
+            let mut reader = SampleReader::new(ReadOptions { diagnostics, ..ReadOptions::default() });
+            let (mut counts, mut device_ns, mut marks, mut refused) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+            let mut rows = 0;
+            for (piece, at_ns) in stream.chunks(length).zip(0..) {
+                reader.push(piece, Some(at_ns));
+                for batch in reader.take_batches() {
+                    marks.extend(batch.marks.iter().map(|mark| (rows + mark.before_row, mark.kind)));
+                    counts.extend_from_slice(&batch.counts);
+                    device_ns.extend_from_slice(&batch.device_ns);
+                    rows += batch.row_count();
+                    refused.extend(batch.diagnostics);
+                }
+            }
+            reader.finish();
+            (counts, device_ns, marks, refused, reader.tally())
+        };
+        let single = read_in_pieces(1);
+        prop_assert_eq!(&read_in_pieces(stream.len()), &single);
+        prop_assert_eq!(&read_in_pieces(1000), &single);
+        let completed = (0..200).filter(|number| matches!(change(*number), Some(Completed))).count();
+        prop_assert_eq!(single.4.replies, completed as u64);
+    }
+}
+
 #[test]
 fn what_the_sensor_measures_less_often_is_taken_less_often() {
     let form = PacketForm::new(0x05, &[0x0001, 0x003E]).unwrap();
