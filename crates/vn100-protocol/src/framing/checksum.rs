@@ -84,23 +84,76 @@ pub fn xor8(bytes: &[u8]) -> u8 {
 /// ```
 #[must_use]
 pub fn crc16(bytes: &[u8]) -> u16 {
-    crc16_behind(0, bytes)
-}
-
-/// The CRC of bytes that end with these, from the CRC of those before them.
-#[inline]
-pub(crate) fn crc16_behind(crc: u16, bytes: &[u8]) -> u16 {
     // the bytes of a block do not wait for each other: a fifth of the time of byte after byte
     let (rest, blocks) = bytes.as_rchunks::<BLOCK>();
     let (rest, eights) = rest.as_rchunks::<8>();
     let (rest, fours) = rest.as_rchunks::<4>();
-    let crc = rest.iter().fold(crc, |crc, byte| crc << 8 ^ CRC16[0][usize::from((crc >> 8) as u8 ^ byte)]);
+    let crc = rest.iter().fold(0, |crc, byte| crc << 8 ^ CRC16[0][usize::from((crc >> 8) as u8 ^ byte)]);
     let crc = fours.iter().fold(crc, crc16_of_block);
     let crc = eights.iter().fold(crc, crc16_of_block);
     blocks.iter().fold(crc, crc16_of_block)
 }
 
-/// The same of a block of two to [`BLOCK`] bytes.
+/// [`crc16`] of at most [`MAX_WORDS`] words of eight bytes and seven bytes more, by carry-less
+/// multiplication: half the time.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "pclmulqdq,sse4.1,movbe")]
+#[inline]
+pub(crate) fn crc16_by_products(bytes: &[u8]) -> u16 {
+    use core::arch::x86_64::{
+        __m128i, _mm_clmulepi64_si128, _mm_cvtsi64_si128, _mm_cvtsi128_si64, _mm_extract_epi64, _mm_xor_si128,
+    };
+    let (head, words) = bytes.as_rchunks::<8>();
+    let Some((last, words)) = words.split_last() else { return crc16(bytes) };
+    // the remainder of a word is that of its product with the power of x that its place is worth, which the
+    // polynomial leaves sixteen bits of
+    let times = |word: u64, power: u64| _mm_clmulepi64_si128::<0>(of(word), of(power));
+    let low = |product: __m128i| _mm_cvtsi128_si64(product) as u64;
+    #[inline]
+    #[target_feature(enable = "sse4.1")]
+    fn of(word: u64) -> __m128i {
+        _mm_cvtsi64_si128(word as i64)
+    }
+
+    let head = head.iter().fold(0, |word, byte| word << 8 | u64::from(*byte));
+    let mut powers = POWERS.iter();
+    let mut sum = of(u64::from_be_bytes(*last));
+    for (word, power) in words.iter().rev().zip(&mut powers) {
+        sum = _mm_xor_si128(sum, times(u64::from_be_bytes(*word), *power));
+    }
+    if let Some(power) = powers.next() {
+        sum = _mm_xor_si128(sum, times(head, *power));
+    }
+    let high = _mm_extract_epi64::<1>(sum) as u64;
+    let word = low(sum) ^ low(times(high, POWERS[0]));
+    crc16_of_block(0, &word.to_be_bytes())
+}
+
+/// The longest of [`crc16_by_products`].
+pub(crate) const MAX_WORDS: usize = 80;
+
+/// x^64, x^128, ... modulo the polynomial.
+static POWERS: [u64; MAX_WORDS] = {
+    let mut powers = [0; MAX_WORDS];
+    let (mut power, mut place) = (1_u16, 0);
+    while place < MAX_WORDS {
+        let mut bit = 0;
+        while bit < 64 {
+            power = shifted(power);
+            bit += 1;
+        }
+        powers[place] = power as u64;
+        place += 1;
+    }
+    powers
+};
+
+/// Times x, modulo the polynomial.
+const fn shifted(crc: u16) -> u16 {
+    if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ 0x1021 }
+}
+
+/// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from that of those before it.
 #[inline]
 fn crc16_of_block<const LENGTH: usize>(crc: u16, block: &[u8; LENGTH]) -> u16 {
     let mut before = [0; LENGTH];
@@ -120,7 +173,7 @@ static CRC16: [[u16; 256]; BLOCK] = {
         let mut crc = (byte as u16) << 8;
         let mut bit = 0;
         while bit < 8 {
-            crc = if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ 0x1021 };
+            crc = shifted(crc);
             bit += 1;
         }
         tables[0][byte] = crc;
@@ -195,12 +248,11 @@ mod tests {
         }
 
         #[test]
-        fn the_crc_of_a_beginning_continues(bytes: Vec<u8>, at: prop::sample::Index) {
-            let (begin, rest) = bytes.split_at(at.index(bytes.len() + 1));
+        fn the_crc_is_that_of_bit_after_bit(bytes in proptest::collection::vec(any::<u8>(), 0..700)) {
             let bit_by_bit = bytes.iter().fold(0_u16, |crc, byte| {
                 (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| crc << 1 ^ (0x1021 * (crc >> 15)))
             });
-            prop_assert_eq!(crc16_behind(crc16(begin), rest), bit_by_bit);
+            prop_assert_eq!(crc16(&bytes), bit_by_bit);
         }
     }
 }

@@ -8,8 +8,14 @@
 //! CRC alone decides, over whatever bytes these are: one in 65 536 false starts with known masks is
 //! taken for a packet.
 
+use core::{iter::Take, slice::ChunksExact};
+
+use multiversion::{multiversion, target::target_cfg};
+
+#[cfg(target_arch = "x86_64")]
+use crate::framing::checksum::crc16_by_products;
 use crate::{
-    framing::checksum::{crc16, crc16_behind},
+    framing::checksum::{MAX_WORDS, crc16},
     packet::field::{GROUPS, PacketField},
 };
 
@@ -80,9 +86,6 @@ pub(crate) struct PacketHead {
     /// The first eight bytes; the mask leaves those of the groups and field words.
     bytes: u64,
     mask: u64,
-    /// How many those are, and their CRC without the 0xFA.
-    head_length: usize,
-    head_crc: u16,
     /// Of the whole packet; 0 before the first.
     length: usize,
 }
@@ -96,9 +99,7 @@ impl PacketHead {
             *self = match packet.first_chunk() {
                 Some(head) if head_length <= head.len() => {
                     let mask = u64::MAX >> (64 - 8 * head_length);
-                    let head_crc = crc16(&packet[1..head_length]);
-                    let bytes = u64::from_le_bytes(*head) & mask;
-                    Self { bytes, mask, head_length, head_crc, length: packet.len() }
+                    Self { bytes: u64::from_le_bytes(*head) & mask, mask, length: packet.len() }
                 }
                 _ => Self::default(),
             };
@@ -111,9 +112,7 @@ impl PacketHead {
     pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> (&'a [u8], usize) {
         // before the first packet, none has this length
         let length = if self.length > 0 { self.length } else { usize::MAX };
-        let is_good =
-            |packet: &&[u8]| self.is_of(packet) && crc16_behind(self.head_crc, &packet[self.head_length..]) == 0;
-        let packets = input.chunks_exact(length).take(most).take_while(is_good).count();
+        let packets = if self.is_of(input) { good_packets(self, input.chunks_exact(length).take(most)) } else { 0 };
         (&input[..packets * length], length)
     }
 
@@ -122,6 +121,26 @@ impl PacketHead {
         input.first_chunk().is_some_and(|head| u64::from_le_bytes(*head) & self.mask == self.bytes)
     }
 }
+
+/// How many of these begin alike, one after the other, and have a right CRC.
+#[multiversion(targets("x86_64+pclmulqdq+sse4.1+movbe"))]
+fn good_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
+    #[target_cfg(not(target_feature = "pclmulqdq"))]
+    use crc16 as crc;
+    #[target_cfg(target_feature = "pclmulqdq")]
+    use crc16_by_products as crc;
+
+    let mut good = 0;
+    for packet in packets {
+        if !(head.is_of(packet) && crc(&packet[1..]) == 0) {
+            break;
+        }
+        good += 1;
+    }
+    good
+}
+
+const _: () = assert!(MAX_PACKET <= 8 * MAX_WORDS);
 
 /// Classifies `input`, which begins with 0xFA.
 pub(crate) fn classify(input: &[u8]) -> PacketStart {
@@ -198,8 +217,28 @@ fn payload_length(word: u16, fields: &[PacketField; 16]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::{Decoder, Item, Options};
+
+    proptest! {
+        /// Of every length: the CRC of the tables is that of the products, where the processor has these.
+        #[test]
+        fn packets_are_good_with_a_right_crc_alone(
+            mut bytes in proptest::collection::vec(any::<u8>(), 7..MAX_PACKET - 2),
+            at: prop::sample::Index,
+            bit in 0_u8..8,
+        ) {
+            bytes.extend(crc16(&bytes[1..]).to_be_bytes());
+            let head = PacketHead { bytes: 0, mask: 0, length: bytes.len() };
+            let good = |bytes: &[u8]| good_packets(&head, bytes.chunks_exact(bytes.len()).take(1));
+            prop_assert_eq!(good(&bytes), 1);
+            let at = 1 + at.index(bytes.len() - 1);
+            bytes[at] ^= 1 << bit;
+            prop_assert_eq!(good(&bytes), 0);
+        }
+    }
 
     fn bytes(hex: &str) -> Vec<u8> {
         let digits: Vec<_> = hex.bytes().filter(|byte| *byte != b' ').collect();
