@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Snapshot};
 
-/// The assessment of one source, made by the first reader, on its own thread, and again when the
-/// record has grown by a twentieth: making one costs as much as many seconds of measuring, and the
+/// The assessment of one source, made on the thread of the reader that first asks for it, and again
+/// when the record has grown by a twentieth: an assessment takes as long as the measurement of many
+/// seconds of data, and the measurement never waits for it. Clones share it.
 /// measurement never waits for it. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Assessor {
@@ -20,7 +21,8 @@ impl Assessor {
         Self { confidence, latest: Arc::default() }
     }
 
-    /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
+    /// The assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
+    /// its samples. The call takes milliseconds where the assessment is made anew.
     #[must_use]
     pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
         // an assessment that panicked was not kept
@@ -44,9 +46,9 @@ impl Assessor {
     }
 }
 
-/// Looks whether goals are met or out of reach: at every second of data time at first, later
-/// whenever the record has grown by a twentieth. The very samples are looked at each time, so that
-/// where the measurement ends depends on them alone.
+/// Checks whether the goals are met or out of reach: at every second of data time at first, later
+/// whenever the record has grown by a twentieth. It always assesses the samples of that moment, so
+/// that where the measurement ends depends on the samples alone.
 #[derive(Debug, Default)]
 pub(crate) struct GoalCheck {
     next_second: u64,

@@ -22,7 +22,8 @@ const WAITING_EVENTS: usize = 64;
 /// States of every second that may wait to be taken; then the measurement waits.
 const WAITING_SECONDS: usize = 4;
 
-/// Called with every event of a source before it is measured, as by a log. It must not block.
+/// Called with every event of a source before the event is measured, as by a log. It must not
+/// block.
 pub type EventObserver = Arc<dyn Fn(&Event) + Send + Sync>;
 
 /// The session's ends of its channels.
@@ -30,9 +31,9 @@ pub(crate) struct Channels {
     pub(crate) state: watch::Sender<SourceState>,
     pub(crate) commands: mpsc::Receiver<Command>,
     pub(crate) events: mpsc::Sender<SessionEvent>,
-    /// The states of every second of data time; when it is full the measurement waits.
+    /// The states of every second of data time; while the channel is full the measurement waits.
     pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
-    /// Also receives the samples. A capture or a stream waits until they are taken.
+    /// Also receives the samples. While it is full, a capture or a stream waits.
     pub(crate) samples: Option<SampleTap>,
     pub(crate) observer: Option<EventObserver>,
     /// Ends the session.
@@ -40,7 +41,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Reports an event. It is dropped where the last 64 are not taken: events change no result.
+    /// Reports an event. It is dropped where 64 events wait already: events change no result.
     pub(crate) fn report(&self, event: SessionEvent) {
         let _ = self.events.try_send(event);
     }

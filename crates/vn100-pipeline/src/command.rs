@@ -7,7 +7,7 @@ pub enum Command {
     EndWarmUp,
     /// Discard everything so far and restart; data time counts from here.
     StartOver,
-    /// Mark this place of a live stream, and of its recording, with a text.
+    /// Mark this place of a live stream, and of its recording, with this text.
     Mark(String),
     /// End the session. What was measured so far is the result.
     Stop,
@@ -19,11 +19,14 @@ pub enum Command {
     Faster,
     /// The next lower speed of the playback.
     Slower,
-    /// Continue the playback at this part of the capture, 0 to 1; else at the nearer end.
+    /// Continue the playback at this part of the capture, from 0 (its start) to 1 (its end); other
+    /// values are taken for the nearer of the two.
     GoTo(f64),
-    /// Continue the playback so much of the capture, -1 to 1, from where it is or is about to be.
+    /// Move the playback by this part of the capture, from -1 to 1, relative to its place, or to
+    /// the place that an earlier command moves it to.
     Seek(f64),
-    /// Measure this part of the capture alone, from and to 0 to 1, and pause at its end.
+    /// Measure the part of the capture from the first to the second value alone, each from 0 to 1,
+    /// and pause at its end.
     Select(f64, f64),
 }
 
@@ -36,6 +39,6 @@ pub enum CommandRefusal {
     AtEnd,
     /// The measurement is over.
     Over,
-    /// Marks are for the stream of a live link, which is open.
+    /// Only the stream of an open live link can be marked.
     NoMark,
 }

@@ -20,7 +20,7 @@ pub enum EndReason {
     DurationReached,
     /// All goals are met, or one is out of reach.
     GoalsDecided,
-    /// It was stopped by [`Command::Stop`](crate::Command::Stop) or by the token of its source.
+    /// The session was stopped by [`Command::Stop`](crate::Command::Stop) or by its token.
     Stopped,
     /// Reading failed; the result holds what came before.
     SourceFailed(io::Error),
@@ -28,23 +28,24 @@ pub enum EndReason {
     OtherMessages {
         /// The message that was measured.
         message: String,
-        /// The latest of the others; `None` where these are binary packets.
+        /// The latest of the other messages; `None` where these are binary packets.
         other: Option<MessageName>,
-        /// The rate of the record in hertz, where the sensor sends at another one now.
+        /// The rate of the record in hertz, where the sensor sends at another one now; `None` where
+        /// it does not.
         rate_hz: Option<f64>,
     },
     /// The sensor sends at another rate than that of the record.
     OtherRate(RateChange),
     /// The sensor sends, and never sent a measurement.
     NoMeasurement,
-    /// No sample has arrived for the longest time allowed.
+    /// No sample has arrived for the time after which the source is given up.
     GaveUp {
-        /// How long that was.
+        /// That time.
         after: Duration,
-        /// Why the link is down, where it is and that is known.
+        /// Why the link is down; `None` where it is up, or where the cause is not known.
         cause: Option<String>,
     },
-    /// The session has lasted as long by the clock as it was allowed to.
+    /// The session has lasted as long by the clock as it may, which is this long.
     WallTime(Duration),
 }
 
@@ -58,7 +59,7 @@ pub struct Shortfall {
 }
 
 impl EndReason {
-    /// The same as a code.
+    /// The reason as a code, without its details.
     #[must_use]
     pub const fn kind(&self) -> EndKind {
         match self {
@@ -95,19 +96,19 @@ pub enum StartError {
     /// The [`LiveSource`](crate::LiveSource) had failed before the session began.
     #[error(transparent)]
     StreamInput(Box<dyn Error + Send + Sync>),
-    /// It holds values of any sensor, nothing in it shows their rate, and none was given.
+    /// The capture holds values of any sensor, their rate cannot be found, and none was given.
     #[error("its sample rate is unknown{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
     RateUnknown {
-        /// Why its times do not show it; `None` where it has none.
+        /// Why the times of the capture do not show the rate; `None` where it has none.
         refusal: Option<Refusal>,
     },
-    /// The session was stopped before.
+    /// The session was stopped before the source was opened.
     #[error("not read, interrupted")]
     Stopped,
 }
 
 impl fmt::Display for EndReason {
-    /// As a word, as recordings hold it.
+    /// The reason as a word, the one that recordings hold.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotStarted(error) => error.fmt(f),

@@ -4,16 +4,16 @@ use std::time::Duration;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Excluded {
-    /// Until the measurement was last started over.
+    /// Data time up to where the measurement was last started over.
     before: Duration,
-    /// After that, as warm-up.
+    /// Data time after that, excluded as warm-up.
     warm_up: Duration,
-    /// The measurement began with this as its skip.
+    /// Whether the measurement began with this exclusion as its skip.
     is_carried: bool,
 }
 
 impl Excluded {
-    /// Of a part of the record that begins there.
+    /// The exclusion of everything before `begin`.
     pub(crate) fn until(begin: Duration) -> Self {
         Self { before: Duration::ZERO, warm_up: begin, is_carried: true }
     }
@@ -22,8 +22,8 @@ impl Excluded {
         self.warm_up = so_far;
     }
 
-    /// Everything is excluded. Whether the warm-up must be ended again: a skip that was carried
-    /// would count once more from here.
+    /// Excludes everything so far. Returns whether the warm-up must be ended again: a skip that was
+    /// carried would count once more from here.
     #[must_use]
     pub(crate) fn start_over(&mut self, so_far: Duration) -> bool {
         self.before = self.before.saturating_add(so_far);
@@ -31,8 +31,8 @@ impl Excluded {
         self.is_carried
     }
 
-    /// For another measurement from the beginning of the record, as far as `place` of data time;
-    /// what reaches beyond that place is dropped.
+    /// The exclusion for another measurement from the beginning of the record up to `place` of data
+    /// time; what reaches beyond that place is dropped.
     pub(crate) fn carried_to(self, place: Duration) -> Self {
         let total = self.total();
         if total.is_zero() || total > place {
@@ -41,7 +41,8 @@ impl Excluded {
         Self { before: Duration::ZERO, warm_up: total, is_carried: true }
     }
 
-    /// Data time from the beginning of the record: a measurement with this skip gives the same.
+    /// Excluded data time from the beginning of the record: a measurement with this skip gives the
+    /// same result.
     pub(crate) fn total(self) -> Duration {
         self.before.saturating_add(self.warm_up)
     }

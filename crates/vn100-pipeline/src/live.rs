@@ -23,33 +23,35 @@ use crate::{
     wall_limits::{Deadlines, WallLimits},
 };
 
-/// How often register 54 is read where the temperature is asked for.
+/// The interval between two reads of register 54, where the temperature is polled.
 const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
 
 /// A live source, and how it is measured.
 pub struct LiveSpec {
-    /// Its name in results.
+    /// The name of the source in results.
     pub name: String,
-    /// `serial`, `tcp`, `sim` or `stdin`; `None` while it is not known.
+    /// `serial`, `tcp`, `sim` or `stdin`; `None` while the kind is not known.
     pub kind: Option<&'static str>,
-    /// The source; an error ends the session at once.
+    /// The source; an error ends the session at once, with
+    /// [`StartError::StreamInput`](crate::StartError).
     pub source: Result<LiveSource, Box<dyn Error + Send + Sync>>,
-    /// How it is measured.
+    /// How the samples are measured.
     pub settings: Settings,
-    /// Whether the temperature is read between the samples.
+    /// Whether the temperature is polled between the samples (register 54).
     pub temperature: bool,
     /// What the sensor is set to for the measurement; `None` to leave it as it is.
     pub output: Option<OutputSettings>,
-    /// The conditions of the measurement, as the user wrote them down.
+    /// The conditions of the measurement, as the user wrote them down: name and text.
     pub conditions: BTreeMap<String, String>,
-    /// The recording; `None` for none.
+    /// The recording to make; `None` for none.
     pub recording: Option<RecordingSpec>,
-    /// Whether the state of every second is sent to [`Session::seconds`](crate::Session::seconds).
-    /// A stream waits until each is taken; of a link those are dropped that are not taken in time.
+    /// Whether the state at every second of data time is sent to
+    /// [`Session::seconds`](crate::Session::seconds). A stream waits until each state is taken; of
+    /// a link, states that are not taken in time are dropped.
     pub each_second: bool,
-    /// Takes the samples as well.
+    /// Also receives the samples; `None` for no such receiver.
     pub samples: Option<SampleTap>,
-    /// What ends it by the clock.
+    /// What ends the session by the clock.
     pub limits: WallLimits,
     /// Ends the session.
     pub stop: CancellationToken,
@@ -68,7 +70,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Ok(source) => source,
         Err(error) => return channels.end(not_started(StartError::StreamInput(error), &channels)),
     };
-    // first: nothing is changed for a recording that cannot be made
+    // first, so that no setting is changed for a recording that cannot be made
     let recorder = match &spec.recording {
         Some(recording) => {
             match recording.begin(metadata(&spec.conditions, &spec.settings, source.options.read.measured)).await {
@@ -83,7 +85,8 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Ok(setup) => {
             let keep = setup.changes.clone();
             if keep.iter().any(|change| change.register == Register::BAUD_RATE) {
-                // it is found where it is now, and without power where it was
+                // the sensor is searched at its present baud rate; without power it is back at the
+                // former one
                 source.options.baud = None;
             }
             let result = measure_and_record(&source, keep, recorder, &spec, start, &mut channels).await;
@@ -95,7 +98,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     channels.end(result)
 }
 
-/// The result of a source that is not measured; a recording that was begun is removed.
+/// The result of a source that is not measured; a recording that was begun and is empty is removed.
 async fn not_measured(
     error: StartError,
     recorder: Option<Recorder>,
@@ -156,9 +159,10 @@ async fn measure_and_record(
     SessionResult { recording: Some(state), unrecorded_bytes, ..result }
 }
 
-/// Waits until the link has closed its port: whether an output found paused is so again.
+/// Waits until the link has closed its port. Returns whether an output that was found paused is
+/// paused again.
 async fn closed(link: &LinkHandle) -> Option<bool> {
-    // a link that has ended has no state
+    // where the task of the link has ended, its state is not known
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
         Ok(LinkState::Closed { paused_again }) => *paused_again,
         _ => None,

@@ -7,16 +7,16 @@ use tokio::task;
 /// Why a live source cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
-    /// It cannot be opened, or no sensor answers on it.
+    /// The source cannot be opened, or no sensor answers on it.
     #[error("{0}")]
     NoSensor(io::Error),
-    /// It was stopped before a sensor was connected.
+    /// The source was stopped before a sensor was connected.
     #[error("interrupted")]
     Stopped,
-    /// A stream without a way back.
+    /// The source is a stream, which no command can be sent on.
     #[error("standard input is not a sensor that replies: name a port")]
     NoCommands,
-    /// Likewise, where the temperature is asked for.
+    /// The source is a stream, on which the temperature cannot be polled.
     #[error("the temperature cannot be polled on standard input: name a port")]
     NoTemperature,
     /// The thread that reads a stream cannot be started.

@@ -14,23 +14,25 @@ use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
 
 use crate::{channels::EventObserver, live_error::LiveError};
 
-/// A source that can be opened, more than once if it is a link.
+/// A source that can be opened: more than once if it is a link, once if it is a stream.
 pub struct LiveSource {
     input: LiveInput,
-    /// How it is opened and read. A session sets what it needs itself: reading line by line, the
-    /// recording, the temperature, the desired settings and the serial number.
+    /// How the source is opened and read. A session itself sets what it needs: that bytes are read
+    /// line by line, the recording, the poll of the temperature, the desired settings and the
+    /// serial number.
     pub options: LinkOptions,
-    /// Sees every event.
+    /// Called with every event; `None` for no observer.
     pub observer: Option<EventObserver>,
 }
 
 enum LiveInput {
     Link(Box<dyn OpenLink>),
-    /// A stream that nothing can be sent to; `None` when it is taken.
+    /// A stream that nothing can be sent on; `None` once it is taken.
     Stream(Mutex<Option<Box<dyn Read + Send>>>),
 }
 
-/// A connector of any kind. Each opening has a clone, so that it knows what the others learned.
+/// A connector of any kind. Each opening has a clone, which shares what earlier ones have learned
+/// of the port.
 trait OpenLink: Send + Sync {
     fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>);
 }
@@ -48,7 +50,8 @@ impl LiveSource {
         Self::new(LiveInput::Link(Box::new(connect)))
     }
 
-    /// The output of a sensor on a stream, such as standard input. It is stamped when it is read.
+    /// The output of a sensor on a stream, such as standard input. Bytes are stamped when they are
+    /// read.
     #[must_use]
     pub fn stream(reader: impl Read + Send + 'static) -> Self {
         Self::new(LiveInput::Stream(Mutex::new(Some(Box::new(reader)))))
@@ -58,12 +61,13 @@ impl LiveSource {
         Self { input, options: LinkOptions::default(), observer: None }
     }
 
-    /// Opens it for commands: waits until the sensor is connected or until `stop`, does `work`, and
-    /// closes it again. Once begun, `work` handles `stop` itself: it may have settings to restore.
-    /// Where a serial number is given, a sensor with another one counts as not connected.
+    /// Opens the link for commands: waits until the sensor is connected or until `stop`, does
+    /// `work`, and closes the link. Once begun, `work` handles `stop` itself: it may have settings
+    /// to restore. Where a serial number is given, a sensor with another one counts as not
+    /// connected.
     ///
     /// # Errors
-    /// [`LiveError`] when no sensor is connected; else the error of the work.
+    /// [`LiveError`] when no sensor is connected; else the error of `work`.
     pub async fn with_link<T, E, F>(
         &self,
         known_serial: Option<&str>,
@@ -110,7 +114,7 @@ impl LiveSource {
         }
     }
 
-    /// Opens it for a measurement; events report the outcome. The link is `None` for a
+    /// Opens the source for a measurement; the events report the outcome. The link is `None` for a
     /// stream.
     pub(crate) fn open(
         &self,
@@ -133,7 +137,7 @@ impl LiveSource {
     }
 }
 
-/// A source that can wait, with a copy of all its inputs for a recording.
+/// A source that can wait, and that copies all its inputs to a recording.
 struct Tee<S> {
     source: S,
     recording: Option<mpsc::Sender<StreamInput>>,
@@ -143,7 +147,7 @@ impl<S: Source> Source for Tee<S> {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = self.source.next_input().await?;
         if let (Some(recording), Some(input)) = (&self.recording, &input) {
-            // a recording that has stopped reports that itself
+            // a recording that has ended reports why
             let _ = recording.send(input.clone()).await;
         }
         Ok(input)

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Every channel is bounded; of batches of one line 256 may wait. The loop takes events as fast as
-//! it can, or as fast as a paced replay says; it waits only for the receiver of the states of
-//! every second, and only while it reads a capture or a stream: these can wait. A face that looks
-//! at the state sees the latest one and misses those between.
+//! it can, or at the pace of a replay. It waits only for the receiver of the states of every
+//! second, and only while it reads a capture or a stream, which can wait. A face sees the latest
+//! state and misses those between two looks.
 
 mod commands;
 mod ending;
@@ -50,24 +50,24 @@ use crate::{
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
-    /// What was excluded before, as in `settings`.
+    /// What was excluded before; the settings contain it as their skip.
     pub(crate) excluded: Excluded,
     pub(crate) origin: Origin,
-    /// Whether the settings end it where its recording ended: what little follows there is read,
-    /// too, for how that was.
+    /// Whether the settings end the measurement where it ended when it was recorded: the few bytes
+    /// that follow are read as well, for the recorded reason of the end.
     pub(crate) ends_as_recorded: bool,
 }
 
 pub(crate) enum Origin {
-    /// A live sensor, whose stream is watched. A stop ends its reading; the measurement ends with
-    /// the last event that was read.
+    /// A live sensor, whose stream is watched. A stop ends the reading, and the measurement ends
+    /// with the last event that was read.
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
-    /// A capture, read as fast as possible. A stop ends it as it does a live sensor.
+    /// A capture, read as fast as possible. A stop ends it in the same way as a live sensor.
     Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// A capture whose samples are delayed. It lasts until the stop, as it can seek back from its
-    /// end.
+    /// A capture replayed at a pace. The measurement lasts until the stop, because the replay can
+    /// seek back from its end.
     Paced(PaceStart),
-    /// Events of any source, until their end or the stop.
+    /// Events of any source, until their end or until the stop.
     Events,
 }
 
@@ -128,7 +128,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     let mut pending = VecDeque::new();
     loop {
         tokio::select! {
-            // a command received in time counts
+            // a command that was received in time counts
             biased;
             Some(command) = channels.commands.recv() => {
                 if let Some(again) = source.handle(command, channels) {
@@ -160,13 +160,13 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                     source.stand_at_end(channels);
                 }
             }
-            // after the events: a sample that waits to be measured was not late
+            // after the events: a sample that waits to be measured has arrived in time
             () = passed(source.give_up_at()), if !stop.is_cancelled() => source.give_up(channels),
         }
     }
 }
 
-/// Waits until that time; for ever where there is none.
+/// Waits until that time; for ever where it is `None`.
 async fn passed(time: Option<Instant>) {
     match time {
         Some(time) => sleep_until(time).await,
@@ -174,7 +174,8 @@ async fn passed(time: Option<Instant>) {
     }
 }
 
-/// Dropping the future loses nothing: what was received waits in `pending`.
+/// The next event or command. Dropping the future loses nothing: what was received waits in
+/// `pending`.
 async fn next_due(
     events: &mut mpsc::Receiver<Event>,
     pending: &mut VecDeque<Event>,
@@ -204,7 +205,7 @@ async fn next_due(
     pending.pop_front()
 }
 
-/// Waits until a watched value changes; for ever where there is none, or it never will again.
+/// Waits until a watched value changes; for ever where it is `None` or cannot change any more.
 async fn changed<T>(watched: &mut Option<watch::Receiver<T>>) {
     if let Some(watched) = watched
         && watched.changed().await.is_ok()
@@ -224,17 +225,17 @@ struct Measuring {
     excluded: Excluded,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
-    /// Of a live source.
+    /// The limits by the clock, of a live source.
     deadlines: Option<Deadlines>,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
-    /// Of the latest snapshot.
+    /// The nominal rate of the latest snapshot.
     rate_hz: f64,
-    /// Seconds of data time whose states were sent.
+    /// Number of seconds of data time whose states were sent.
     seconds: u64,
-    /// The latest snapshot is outdated.
+    /// Whether the latest snapshot is outdated.
     has_changed: bool,
-    /// Why the stream is given up although the sensor still sends.
+    /// Why the stream is given up although the sensor still sends; `None` while it is not.
     stream_ended: Option<EndReason>,
     end: Option<(EndReason, Option<FileReport>)>,
 }
@@ -243,7 +244,7 @@ impl Measuring {
     /// Takes an event; `None` when the reading task has ended.
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
-            // the samples before that are valid
+            // the samples received until now are valid
             let error = io::Error::other("the task that reads the source stopped");
             self.end = Some((EndReason::SourceFailed(error), None));
             return;
@@ -269,7 +270,7 @@ impl Measuring {
                 self.tap(&batch, channels).await;
                 self.absorb(&batch, channels).await;
             }
-            // with a lost link the pending rows are resolved
+            // when the link is lost, the gap before the pending rows is decided
             Event::Link(event) => {
                 self.analysis.take_link_event(&event);
                 if let (true, LinkEventKind::PortShared { program }) = (self.watchdog.is_some(), event.kind) {
@@ -295,7 +296,7 @@ impl Measuring {
         self.look(channels).await;
     }
 
-    /// Measures from the first sample again; the states of past seconds are not sent again.
+    /// Measures again from the first sample; the states of past seconds are not sent a second time.
     fn measure_again(&mut self) {
         let settings = self.analysis.settings().clone();
         let settings = match self.excluded.total() {
@@ -337,7 +338,7 @@ impl Measuring {
         }
     }
 
-    /// After an event: whether it ends the measurement, or completes a second.
+    /// After an event: checks whether the measurement ends, or a second is complete.
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
@@ -360,7 +361,7 @@ impl Measuring {
         self.seconds = self.analysis.seconds();
         self.publish(channels);
         let state = channels.state.borrow().clone();
-        // without a receiver the measurement continues
+        // without a receiver of the states the measurement continues
         if self.link.is_some() {
             let _ = seconds.try_send(state);
         } else {
@@ -371,7 +372,7 @@ impl Measuring {
         }
     }
 
-    /// Whether a face sees the snapshots, or the pace depends on their rate.
+    /// Whether a face sees the snapshots, or the pace of the replay depends on their rate.
     fn is_watched(&self, channels: &Channels) -> bool {
         self.pace.is_some() || channels.state.receiver_count() > 0
     }
@@ -405,7 +406,8 @@ impl Measuring {
     }
 }
 
-/// So that a result that ends between two reads is the same however they were cut.
+/// Reads line by line where a result may end between two reads: such a result is then the same
+/// however the bytes were split into reads.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     let ends_between = settings.duration.is_some() || !settings.until.is_empty();
     ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }

@@ -6,13 +6,14 @@ use tokio::time::Instant;
 
 use crate::command::Command;
 
-/// Speeds in seconds of data a second; above the last one is as fast as possible.
+/// The speeds that commands step through, in seconds of data per second; above the last one the
+/// replay is as fast as possible.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Speed {
-    /// So many seconds of data in a second; above 0.
+    /// This many seconds of data per second; above 0.
     Times(f64),
     /// As fast as the machine can.
     Max,
@@ -49,13 +50,14 @@ impl Speed {
 pub struct Playback {
     /// Samples replayed.
     pub samples: u64,
-    /// Samples in the capture; `None` until they are counted, and for what cannot be read twice.
+    /// Samples in the capture; `None` until they are counted, and for a capture that cannot be read
+    /// twice.
     pub total: Option<u64>,
-    /// How fast it continues.
+    /// The speed at which the replay continues.
     pub speed: Speed,
     /// Whether it is paused.
     pub paused: bool,
-    /// The capture, or as much of it as was to be measured, was replayed to its end.
+    /// Whether the capture, or the part that was to be measured, was replayed to its end.
     pub at_end: bool,
 }
 
@@ -63,7 +65,7 @@ pub struct Playback {
 pub(crate) struct PaceStart {
     pub(crate) speed: Speed,
     pub(crate) paused: bool,
-    /// So many samples come at once.
+    /// Samples that are replayed at once, as fast as possible.
     pub(crate) run_to: u64,
 }
 
@@ -74,9 +76,9 @@ pub(crate) struct Pace {
     speed: Speed,
     paused: bool,
     at_end: bool,
-    /// From when on, and from which sample, the clock runs.
+    /// When the clock of the pace was set, and the sample that was due then.
     since: (Instant, u64),
-    /// Samples up to here are due at once.
+    /// Samples up to this one are due at once.
     run_to: u64,
 }
 
@@ -85,7 +87,7 @@ pub(crate) struct Pace {
 pub(crate) enum Due {
     Now,
     At(Instant),
-    /// Nothing but a command.
+    /// The next sample is not due before a command.
     Never,
 }
 
@@ -120,7 +122,7 @@ impl Pace {
         }
     }
 
-    /// Takes a command for the playback. After the end only the speed can be chosen.
+    /// Executes a command for the playback. At the end only the speed can be chosen.
     pub(crate) fn handle(&mut self, command: Command, now: Instant) {
         match command {
             Command::TogglePause if !self.at_end => self.paused = !self.paused,
@@ -135,24 +137,25 @@ impl Pace {
         self.since = (now, self.samples);
     }
 
-    /// Samples replayed once it is where it is to go.
+    /// The number of samples replayed once the place that was asked for is reached.
     pub(crate) fn destination(&self) -> u64 {
         self.samples.max(self.run_to)
     }
 
-    /// As fast as possible until so many samples are replayed.
+    /// Replays as fast as possible until this many samples are replayed.
     pub(crate) fn run_to(&mut self, samples: u64, now: Instant) {
         self.run_to = samples;
         self.since = (now, self.samples);
     }
 
-    /// To an earlier place, `samples` from the start: seeking back from the end pauses there, or
-    /// playback would run to the end again.
+    /// The start of a replay to an earlier place, `samples` from the start. After seeking back from
+    /// the end the replay is paused there: else it would run to the end again.
     pub(crate) fn back_to(&self, samples: u64) -> PaceStart {
         PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
     }
 
-    /// The part of the capture up to there, at once; it pauses behind it.
+    /// The start of a replay of the part of the capture up to `samples`, as fast as possible; it
+    /// pauses there.
     pub(crate) fn part_to(&self, samples: u64) -> PaceStart {
         PaceStart { speed: self.speed, paused: true, run_to: samples }
     }

@@ -1,5 +1,5 @@
-//! The recording of a session, with the conditions of the measurement, and when it was to end. A
-//! replay ends there too: a line more may have come by the time that was over.
+//! The recording of a session, with the conditions of the measurement, and when the measurement was
+//! to end. A replay ends there too, although the recording may hold a line more.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
@@ -12,17 +12,18 @@ use vn100_capture::{RecordError, Recorded, Recorder, RecordingState, Rotation};
 pub struct RecordingSpec {
     /// The file.
     pub path: PathBuf,
-    /// Whether to append to an existing recording, after a break, and to begin it where there is
-    /// none; else the file must be new.
+    /// Whether to append to an existing recording, after a break, and to begin one where there is
+    /// none; where it is `false`, the file must be new.
     pub resume: bool,
-    /// When it continues in the next file; `None` for one file.
+    /// When the recording continues in the next file; `None` for one file.
     pub rotation: Option<Rotation>,
-    /// Added to the reason of the end: the data time excluded by command, for the replay.
+    /// The words for data time that was excluded by command. They are appended to the recorded
+    /// reason of the end, so that a replay shows it.
     pub excluded_note: fn(Duration) -> String,
 }
 
 impl RecordingSpec {
-    /// Begins the recording. An existing one is copied first, which takes its time.
+    /// Begins the recording. An existing one that is resumed is copied first, which takes time.
     pub(crate) async fn begin(&self, metadata: BTreeMap<String, String>) -> Result<Recorder, RecordError> {
         let Self { path, resume, rotation, .. } = self.clone();
         let failed = |error| RecordError::Io { path: self.path.clone(), source: std::io::Error::other(error) };
@@ -34,7 +35,8 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
-    /// A new recording in which nothing came is removed, not to be in the way of the next.
+    /// Ends the recording. A new recording in which nothing arrived is removed, so that its name is
+    /// free for the next.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
         let is_new = !recorder.is_resumed();
         let state = match excluded {
@@ -42,20 +44,20 @@ impl RecordingSpec {
             excluded => recorder.finish(&format!("{reason}; {}", (self.excluded_note)(excluded))).await,
         };
         if state.bytes == 0 && state.error.is_none() && is_new {
-            // one that cannot be removed holds nothing
+            // an empty file that cannot be removed does no harm
             let _ = fs::remove_file(&state.path);
         }
         state
     }
 }
 
-/// The data time that the measurement was to last.
+/// The data time that was to be measured.
 const DURATION: &str = "measured.duration";
 
-/// The goals that were to end it, with semicolons between them.
+/// The goals that were to end the measurement, separated by semicolons.
 const UNTIL: &str = "measured.until";
 
-/// What was measured of sentences and packets, where that was asked for.
+/// Whether sentences or packets were measured, where one of them was chosen.
 const MEASURED: &str = "measured.frames";
 const SENTENCES: &str = "sentences";
 const PACKETS: &str = "packets";
@@ -93,8 +95,8 @@ pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>
     (!users.is_empty()).then_some(users)
 }
 
-/// What is measured of a recording: what was measured when it was made, where nothing else is asked
-/// for.
+/// Whether sentences or packets of a recording are measured: as chosen now, else as when it was
+/// recorded.
 pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> MeasuredFrames {
     match (asked, recorded.metadata.get(MEASURED).map(String::as_str)) {
         (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,
@@ -105,7 +107,8 @@ pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> Mea
 
 /// The settings with the end of the recorded measurement, where they name none.
 pub(crate) fn with_recorded_end(mut settings: Settings, recorded: &Recorded) -> Settings {
-    // of a resumed recording it is the end before the break, and a part ends where the next begins
+    // a resumed recording has the limits of the measurement before the break, and a part does not
+    // end where the whole does
     if !recorded.resumed && recorded.part.is_none() {
         let duration = || humantime::parse_duration(recorded.metadata.get(DURATION)?).ok();
         settings.duration = settings.duration.or_else(duration);

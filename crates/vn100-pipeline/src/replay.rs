@@ -27,31 +27,32 @@ use crate::{
 /// A capture, and how it is measured.
 #[derive(Clone)]
 pub struct ReplaySpec {
-    /// The file; `-` for standard input.
+    /// The file; `-` is standard input.
     pub path: PathBuf,
-    /// What the user says of its content.
+    /// What the user says of the content of the file.
     pub capture: CaptureOptions,
-    /// Whether the topic is one of several streams of the file, each a session of its own.
+    /// Whether the topic is one of several streams of the file, each with a session of its own.
     pub is_one_of_several: bool,
-    /// How it is measured. Where these name no end, that of the recorded measurement is taken.
+    /// How the samples are measured. Where the settings name no end, that of the recorded
+    /// measurement is taken.
     pub settings: Settings,
-    /// How its bytes are read.
+    /// How the bytes are read.
     pub read: ReadOptions,
     /// The pace of the replay; `None` for a measurement as fast as the machine can.
     pub speed: Option<Speed>,
-    /// Whether the state of every second is sent to [`Session::seconds`](crate::Session::seconds).
+    /// Whether the state at every second of data time is sent to
+    /// [`Session::seconds`](crate::Session::seconds).
     pub each_second: bool,
-    /// Takes the samples as well.
+    /// Also receives the samples; `None` for no such receiver.
     pub samples: Option<SampleTap>,
-    /// Sees every event.
+    /// Called with every event; `None` for no observer.
     pub observer: Option<EventObserver>,
     /// Ends the session.
     pub stop: CancellationToken,
 }
 
 impl ReplaySpec {
-    /// All of a file, as fast as the machine can, and nothing said of its content or of how it is
-    /// measured.
+    /// The whole file, as fast as the machine can, with all options at their defaults.
     #[must_use]
     pub fn of(path: impl Into<PathBuf>) -> Self {
         Self {
@@ -68,9 +69,9 @@ impl ReplaySpec {
         }
     }
 
-    /// The file's name without its folder, for a result does not depend on the place of its
-    /// capture, that of a recording for its parts together; and the topic if that is one of several
-    /// streams.
+    /// The name of the source in results: the file's name without its folder, because a result does
+    /// not depend on where its capture is; for the parts of a recording that of the recording. The
+    /// topic follows where it is one of several streams.
     #[must_use]
     pub fn name(&self) -> String {
         let path = match self.capture.later_parts.is_empty() {
@@ -84,8 +85,8 @@ impl ReplaySpec {
         }
     }
 
-    /// What an archive calls it: the path as it was given, and the topic if that is one of several
-    /// streams. Bytes of a path that are no text are escaped.
+    /// The name of the source in an archive: the path as it was given, and the topic where it is
+    /// one of several streams. Bytes of a path that are not text are escaped.
     #[must_use]
     pub fn name_with_folder(&self) -> String {
         let path = self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned);
@@ -116,7 +117,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     let mut is_counted = false;
     loop {
         let opened = tokio::select! {
-            // checked first: after a stop no further file is begun
+            // checked first: after a stop no further file is opened
             biased;
             () = channels.stop.cancelled() => Err(StartError::Stopped),
             opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
@@ -129,7 +130,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
             Err(error) => {
                 let result = channels.end(not_started(error, &channels));
                 if pace.is_some() {
-                    // it lives as long as the parallel replays
+                    // the token lives as long as the parallel replays
                     channels.stop.cancelled().await;
                 }
                 return result;
@@ -154,7 +155,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
             MeasurementEnd::Ended(ending) if holds_values && is_rate_unknown(&ending) => {
                 let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
-                // what was read stays read
+                // the bytes read before a seek still count
                 channels.state.send_modify(|state| {
                     *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
                 });
@@ -166,13 +167,14 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     }
 }
 
-/// Whether the rate had to be assumed, and anything depends on it.
+/// Whether the rate had to be assumed, and a result depends on it.
 fn is_rate_unknown(ending: &Ending) -> bool {
     let timing = &ending.snapshot.timing;
     timing.rate_from == RateFrom::Assumed && timing.samples > 1
 }
 
-/// Publishes the metadata of an opened capture; returns the settings with the end that these name.
+/// Publishes the metadata of an opened capture. Returns the settings with the end that the metadata
+/// names.
 fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> Settings {
     let source = SourceFacts {
         kind: Some(kind(capture, &spec.name())),
@@ -210,7 +212,8 @@ async fn measure_capture(
             if let MeasurementEnd::Ended(Ending { reason, .. }) = &end
                 && !(ends_as_recorded || matches!(reason, EndReason::SourceEnded | EndReason::SourceFailed(_)))
             {
-                // whether the end of the recording was read ahead is chance
+                // whether the reader has already reached the end of the recording is a matter of
+                // timing
                 channels
                     .state
                     .send_modify(|state| state.recorded.iter_mut().for_each(|recorded| recorded.end = Arc::default()));
@@ -225,7 +228,8 @@ async fn measure_capture(
     }
 }
 
-/// Of a recording, what was measured when it was made, where nothing else is asked for.
+/// How the bytes of a recording are read: sentences or packets as chosen now, else as when it was
+/// recorded.
 fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
     match &capture.recorded {
         Some(recorded) => ReadOptions { measured: recorded_frames(read.measured, recorded), ..read },
@@ -233,12 +237,13 @@ fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
     }
 }
 
-/// For the place of its replay. What cannot be read twice is not counted.
+/// Counts the samples of the capture, for the place of its replay. A capture that cannot be read
+/// twice is not counted.
 async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop: CancellationToken) {
     if spec.path == Path::new("-") {
         return;
     }
-    // one that cannot be opened again has no count either
+    // a capture that cannot be opened again has no count either
     let Ok(capture) = spec.open().await else { return };
     let read = as_recorded(spec.read, &capture);
     let Ok(mut events) = capture.read(read, stop) else { return };

@@ -15,14 +15,15 @@ const WAITING_BATCHES: usize = 1024;
 /// What a writer of samples receives.
 #[derive(Debug)]
 pub enum SampleEvent {
-    /// The next samples.
+    /// The next samples, one batch of the source.
     Batch(Box<Batch>),
-    /// The capture is read from its start again: the samples so far are to be discarded.
+    /// The capture is read again from its start: the samples received so far are to be discarded.
     Again,
 }
 
-/// Sends the samples of a session to a writer. A link never waits for the writer: what does not fit
-/// is dropped and counted. A capture or a stream waits.
+/// Sends the samples of a session to a writer. A link never waits for the writer: batches that do
+/// not fit into the channel of 1024 are dropped, and their samples counted. A capture or a stream
+/// waits.
 #[derive(Debug, Clone)]
 pub struct SampleTap {
     batches: mpsc::Sender<SampleEvent>,
@@ -30,24 +31,25 @@ pub struct SampleTap {
 }
 
 impl SampleTap {
-    /// A tap, and what comes out of it until the session ends.
+    /// A tap, and the receiver of its events, which end with the session.
     #[must_use]
     pub fn new() -> (Self, mpsc::Receiver<SampleEvent>) {
         let (batches, receiver) = mpsc::channel(WAITING_BATCHES);
         (Self { batches, dropped: Arc::default() }, receiver)
     }
 
-    /// How many samples were dropped, now and later.
+    /// The number of samples that were dropped. The counter is shared and keeps counting.
     #[must_use]
     pub fn dropped(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.dropped)
     }
 
-    /// A writer that has ended takes no more samples. That is no loss: it reports why itself.
+    /// Sends an event. A writer that has ended takes no more samples, which is not counted as a
+    /// loss: the writer reports why it ended.
     pub(crate) async fn send(&self, event: SampleEvent, can_wait: bool, stop: &CancellationToken) {
         if can_wait {
             tokio::select! {
-                // a stop waits for no writer
+                // after a stop no writer is waited for
                 _ = self.batches.send(event) => {}
                 () = stop.cancelled() => {}
             }

@@ -16,14 +16,15 @@ use crate::{
 pub(crate) struct SensorSetup {
     pub(crate) changes: Vec<Change>,
     serial: Option<String>,
-    /// Whether its output was found paused.
+    /// Whether the output was found paused.
     was_paused: bool,
-    /// Whether its output was paused here, and may be so still.
+    /// Whether this session paused the output and may not have resumed it.
     may_be_paused: bool,
 }
 
 impl SensorSetup {
-    /// A stop is the end of the data and no error: nothing is changed then, or left to be undone.
+    /// Configures the sensor. A stop meanwhile is the end of the data and no error: then nothing
+    /// stays changed that would have to be restored.
     pub(crate) async fn new(
         source: &LiveSource,
         settings: Option<OutputSettings>,
@@ -46,7 +47,7 @@ impl SensorSetup {
                 }
                 Ok(Self::default())
             }
-            // restored once more, on a link of its own
+            // restored once more, over a link of its own
             Err(SetupError::Configure(ConfigureError::Left { cause, changes, may_be_paused, .. }))
                 if matches!(*cause, ConfigureError::Interrupted { .. }) =>
             {
@@ -56,13 +57,13 @@ impl SensorSetup {
         }
     }
 
-    /// Whether the sensor is as it was before.
+    /// Restores the settings. Returns whether the sensor is as it was before.
     pub(crate) async fn undo(self, source: &LiveSource, known_serial: Option<&str>, channels: &Channels) -> bool {
         let Self { changes, serial, was_paused, may_be_paused } = self;
         if changes.is_empty() && !was_paused && !may_be_paused {
             return true;
         }
-        // not to be stopped: only a kill of the program ends this
+        // a stop does not interrupt this: only the end of the process does
         let undo = async |link: LinkHandle| {
             let restored = restore_same(&link, &changes, serial.as_deref()).await;
             if was_paused || may_be_paused {
@@ -87,13 +88,13 @@ impl SensorSetup {
     }
 }
 
-/// The serial number of a sensor; `None` where it does not report one.
+/// The serial number of a sensor; `None` where the sensor does not report one.
 async fn serial(link: &LinkHandle) -> Option<String> {
     let contents = link.read(Register::SERIAL_NUMBER).await;
     contents.ok().flatten().map(|contents| contents.fields.to_string())
 }
 
-/// Another sensor is left as it is.
+/// Restores the settings; another sensor on the port is left as it is.
 async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<(), SetupError> {
     if let (Some(known), Some(now)) = (known, serial(link).await)
         && now != known

@@ -33,16 +33,18 @@ pub struct Session {
     pub commands: mpsc::Sender<Command>,
     /// Events besides the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
-    /// The state at every second of data time, if asked for. Until they are taken, a capture or a
-    /// stream waits; a link cannot wait, and the states of some seconds are then dropped.
+    /// The state at every second of data time, if the specification asks for it. Until a state is
+    /// taken, a capture or a stream waits; a link cannot wait, and the states of some seconds are
+    /// then dropped.
     pub seconds: mpsc::Receiver<SourceState>,
-    /// The result. It fails only where the task panics, or the runtime ends before.
+    /// The result. Awaiting it fails only where the task panics, or the runtime ends before.
     pub result: JoinHandle<SessionResult>,
 }
 
 impl Session {
-    /// Measures a live sensor until it is stopped, its goals are decided or its stream ends: begins
-    /// the recording, configures the sensor, measures, ends the recording, restores the settings.
+    /// Measures a live sensor until the session is stopped, its goals are decided or its stream
+    /// ends: begins the recording, configures the sensor, measures, ends the recording, restores
+    /// the settings.
     ///
     /// # Panics
     /// Outside a tokio runtime with time enabled.
@@ -60,8 +62,8 @@ impl Session {
         face.run(run_live(spec, channels))
     }
 
-    /// Measures a capture to its end, or until it is stopped; with a speed, at the pace of the
-    /// sensor and until it is stopped.
+    /// Measures a capture to its end, or until the session is stopped; with a speed, at the pace of
+    /// the sensor, and until the session is stopped.
     ///
     /// # Panics
     /// Outside a tokio runtime with time enabled.

@@ -6,32 +6,32 @@ use vn100_driver::{Change, Configured};
 
 use crate::{command::CommandRefusal, setup_error::SetupError, watchdog::RateEvent};
 
-/// Something that happened in a session; the result of it is in the [state](crate::SourceState).
+/// Something that happened in a session; its effect is in the [state](crate::SourceState).
 #[derive(Debug)]
 pub enum SessionEvent {
-    /// The sensor was set as requested, before its measurement.
+    /// The sensor was set as requested, before the measurement.
     SensorConfigured(Configured),
     /// The settings of the sensor were restored.
     SettingsRestored {
-        /// Its output is paused again, as it was found.
+        /// Whether the output is paused again, as it was found.
         output_paused: bool,
     },
     /// The settings of the sensor could not be restored.
     SettingsNotRestored {
-        /// Why.
+        /// Why not.
         error: SetupError,
-        /// What may stay changed.
+        /// The registers that may stay changed.
         changes: Vec<Change>,
-        /// How its output may be left, where that is not as it was found.
+        /// How the output may be left, where that is not as it was found.
         output: Option<OutputLeft>,
     },
-    /// An output that was found paused, and resumed for the measurement, is paused again.
+    /// The output, which was found paused and resumed for the measurement, is paused again.
     OutputPausedAgain,
-    /// An output that was found paused could not be paused again.
+    /// The output, which was found paused, could not be paused again.
     OutputNotPausedAgain,
     /// Another program has the port open too.
     PortShared {
-        /// Its name, and the number of its process.
+        /// The name of the program, and the number of its process.
         program: String,
     },
     /// The rate of the stream changed.
@@ -45,28 +45,29 @@ pub enum SessionEvent {
     },
     /// Everything before this is excluded, and the measurement began anew.
     StartedOver {
-        /// Data time until then.
+        /// Data time up to the restart.
         after: Duration,
     },
-    /// The same beginning is excluded although the capture is replayed from its start again.
+    /// The replay began again from the start of the capture, and its beginning is still excluded.
     StillExcluded {
-        /// Data time at the beginning.
+        /// The excluded data time.
         first: Duration,
     },
-    /// Nothing is excluded: the capture is replayed to a place before the end of what was.
+    /// Nothing is excluded any more: the capture is replayed up to a place before the end of the
+    /// excluded part.
     NoLongerExcluded {
-        /// Data time until where it was.
+        /// The data time that had been excluded.
         until: Duration,
     },
-    /// A command had no effect.
+    /// A command had no effect, for this reason.
     Refused(CommandRefusal),
 }
 
 /// The output of a sensor whose settings could not be restored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputLeft {
-    /// It is on, and was found paused.
+    /// The output is on, and was found paused.
     On,
-    /// It may be paused, and was found on.
+    /// The output may be paused, and was found on.
     MaybePaused,
 }

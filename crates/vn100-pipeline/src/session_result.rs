@@ -13,30 +13,31 @@ use crate::{
     measure::Ending,
 };
 
-/// The result of a session. Where nothing could be measured it is the result of no samples.
+/// The result of a session. Where nothing could be measured, the snapshot is that of no samples.
 #[derive(Debug)]
 pub struct SessionResult {
-    /// The source; its `error` is for the face to put into words.
+    /// The facts of the source; their `error` is `None`, for the face to put into words.
     pub facts: SourceFacts,
-    /// All numbers.
+    /// All numbers of the measurement.
     pub snapshot: Arc<Snapshot>,
-    /// Of this very snapshot.
+    /// The assessment of exactly this snapshot.
     pub assessment: Assessment,
-    /// The sums it rests on, finished; `None` where nothing was measured.
+    /// The sums that the snapshot is read from, finished; `None` where nothing was measured.
     pub analysis: Option<Box<Analysis>>,
-    /// Why it ended.
+    /// Why the session ended.
     pub end: Arc<EndReason>,
-    /// The data time that it lacks of what was asked for; `None` where it has all, or none was.
+    /// The data time that is missing from what was asked for; `None` where none is missing, or no
+    /// duration was asked for.
     pub shortfall: Option<Shortfall>,
-    /// Goals that were not met.
+    /// The goals that were not met.
     pub unmet: Vec<UnmetGoal>,
-    /// Data time at the beginning that was excluded by command; zero for nothing.
+    /// Data time at the beginning that was excluded by command; zero where none was.
     pub excluded: Duration,
-    /// The recording that was made meanwhile, if one was asked for and begun.
+    /// The recording made during the measurement; `None` where none was asked for or begun.
     pub recording: Option<RecordingState>,
     /// Bytes that the recording lacks because the disk did not take them in time.
     pub unrecorded_bytes: u64,
-    /// Whether the sensor is set as it was before, as far as the session changed it.
+    /// Whether the sensor is set as before, as far as the session changed its settings.
     pub is_restored: bool,
 }
 
@@ -68,11 +69,11 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
 }
 
-/// Times before are those of a simulation, or since the sensor was switched on.
+/// Earlier times are those of a simulation, or count from when the sensor was switched on.
 const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
 
-/// When the first row of a table was measured, if its times count since 1970. A date may be that of
-/// any time zone.
+/// When the first row of a table was measured, where its times count since 1970. A date may be that
+/// of any time zone.
 fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
     let is_count = |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
     let counts = csv.times.as_ref()?.split('+').all(is_count);
@@ -80,8 +81,8 @@ fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
     Some(RecordingFacts { started_ns: Some(started_ns), ..RecordingFacts::default() })
 }
 
-/// When a bag was recorded, if its times are dates and not those of a simulation; its end only
-/// where it was read to there.
+/// When a bag was recorded, where its times are dates and not those of a simulation; the end only
+/// where the bag was read to its end.
 fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
     let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
     let end = match reason {

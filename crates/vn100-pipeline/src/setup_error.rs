@@ -7,21 +7,21 @@ use crate::live_error::LiveError;
 /// Why a sensor is not set as requested, or its settings are not restored.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
-    /// It is not connected.
+    /// The sensor is not connected.
     #[error(transparent)]
     Live(#[from] LiveError),
-    /// Its settings cannot be written or restored.
+    /// The settings cannot be written or restored.
     #[error(transparent)]
     Configure(#[from] ConfigureError),
-    /// Its output could not be paused again.
+    /// The output could not be paused again.
     #[error(transparent)]
     Command(#[from] CommandError),
-    /// Another one is on the port; it is left as it is.
+    /// Another sensor is on the port; it is left as it is.
     #[error("another sensor is on the port: serial number {now}, expected {known}")]
     AnotherSensor {
-        /// Its serial number.
+        /// The serial number of the sensor on the port.
         now: String,
-        /// That of the one that was set.
+        /// The serial number of the sensor whose settings were changed.
         known: String,
     },
 }

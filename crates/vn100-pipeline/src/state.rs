@@ -16,41 +16,41 @@ use crate::{assessor::Assessor, end_reason::EndReason, pace::Playback};
 pub struct SourceState {
     /// How far the session has come.
     pub stage: Stage,
-    /// The link of a live source; `None` for what is no link.
+    /// The link of a live source; `None` for any other source.
     pub link: Option<LinkState>,
-    /// The recording that is made; `None` where there is none.
+    /// The recording that is being made; `None` where there is none.
     pub recording: Option<RecordingState>,
     /// Bytes that the recording lacks because the disk did not take them in time.
     pub unrecorded_bytes: u64,
     /// Where a paced replay is; `None` for any other source.
     pub playback: Option<Playback>,
-    /// Stored bytes of the capture that were read; 0 for a live source.
+    /// Stored (compressed) bytes of the capture that were read; 0 for a live source.
     pub stored_bytes_read: u64,
-    /// The latest results.
+    /// The latest numbers.
     pub snapshot: Arc<Snapshot>,
     /// What is known of the source from the beginning.
     pub(crate) source: Arc<SourceFacts>,
     pub(crate) recorded: Option<Recorded>,
-    /// Assesses the source.
+    /// Makes and shares the assessment of the source.
     pub assessor: Assessor,
 }
 
 /// How far a session has come.
 #[derive(Debug, Clone)]
 pub enum Stage {
-    /// Before the measurement: the source is opened, the sensor set.
+    /// Before the measurement: the source is opened and the sensor configured.
     Preparing,
     /// Samples are measured. A paced replay stays in this stage at its end, because it can seek
     /// back.
     Measuring,
-    /// The measurement is over: its recording is ended and the settings of the sensor restored.
+    /// The measurement is over: the recording is ended and the settings of the sensor are restored.
     Finishing,
-    /// It is over.
+    /// The session is over, for this reason.
     Ended(Arc<EndReason>),
 }
 
 impl SourceState {
-    /// A source of which only the facts are known.
+    /// The state of a source of which only the facts are known.
     #[must_use]
     pub fn new(source: SourceFacts, settings: &Settings) -> Self {
         Self {
@@ -67,7 +67,8 @@ impl SourceState {
         }
     }
 
-    /// Name of the source: of a file without its folder, of a port, `-` for standard input.
+    /// Name of the source: of a file without its folder, of a port as given, `-` for standard
+    /// input.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.source.name
@@ -79,7 +80,8 @@ impl SourceState {
         self.assessor.latest(&self.snapshot)
     }
 
-    /// The error is `None`: it is for the face to put into words.
+    /// The facts of the source at this moment. Their `error` is `None`: the face puts the reason of
+    /// an end into words.
     #[must_use]
     pub fn facts(&self) -> SourceFacts {
         let end = match &self.stage {
@@ -89,7 +91,8 @@ impl SourceState {
         SourceFacts { end, ..self.facts_at(end.is_some()) }
     }
 
-    /// How a replayed recording ended is read ahead, and counts only once that was reached.
+    /// The facts of the source. The recorded end of a replayed recording is read ahead, and is part
+    /// of the facts only once the replay has `ended`.
     pub(crate) fn facts_at(&self, ended: bool) -> SourceFacts {
         SourceFacts {
             recording: self.recorded.as_ref().map(|recorded| recording_facts(recorded, ended)),
@@ -119,14 +122,14 @@ fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
     }
 }
 
-/// A paced replay as results say it.
+/// A paced replay as facts of its source.
 #[must_use]
 pub fn playback_facts(playback: Playback) -> PlaybackFacts {
     let Playback { samples, total, paused, at_end, .. } = playback;
     PlaybackFacts { samples, total, paused, at_end }
 }
 
-/// A link as results say it.
+/// The state of a link as facts of its source.
 #[must_use]
 pub fn link_facts(state: &LinkState) -> LinkFacts {
     let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, ..LinkFacts::default() };

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// What ends a live session by the clock; nothing by default.
+/// What ends a live session by the clock; by default nothing does.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct WallLimits {
-    /// How long no sample may come once the sensor was there.
+    /// How long no sample may arrive after the sensor was first connected; `None` for ever.
     pub give_up: Option<Duration>,
-    /// How long the session may take from its start.
+    /// How long the session may last from its start; `None` for ever.
     pub wall: Option<Duration>,
 }
 
@@ -18,7 +18,7 @@ pub struct WallLimits {
 pub(crate) struct Deadlines {
     pub(crate) limits: WallLimits,
     start: Instant,
-    /// When the latest sample came, or else when the sensor was first there.
+    /// When the latest sample arrived, or else when the sensor was first connected.
     last_sign: Option<Instant>,
 }
 
@@ -27,7 +27,7 @@ impl Deadlines {
         Self { limits, start, last_sign: None }
     }
 
-    /// The sensor is there: from now on its samples are waited for.
+    /// The sensor is connected: from now on its samples are waited for.
     pub(crate) fn note_connected(&mut self, now: Instant) {
         self.last_sign.get_or_insert(now);
     }
@@ -36,12 +36,12 @@ impl Deadlines {
         self.last_sign = Some(now);
     }
 
-    /// When the session is over, whatever comes.
+    /// When the session ends, whatever arrives; `None` for never.
     pub(crate) fn wall_at(&self) -> Option<Instant> {
         self.start.checked_add(self.limits.wall?)
     }
 
-    /// When the sensor is given up unless a sample comes before.
+    /// When the source is given up unless a sample arrives before; `None` for never.
     pub(crate) fn give_up_at(&self) -> Option<Instant> {
         self.last_sign?.checked_add(self.limits.give_up?)
     }

@@ -7,8 +7,8 @@ use vn100_analysis::{RateChange, Snapshot};
 
 use crate::end_reason::EndReason;
 
-/// A sensor that sends no measurement in this time, or none at its rate, was set to something else.
-/// A burst of bytes that were delayed on the way is shorter.
+/// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
+/// other output. A burst of bytes that were delayed on the way is shorter.
 pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 #[derive(Debug, Default)]
@@ -19,7 +19,7 @@ pub(crate) struct StreamWatchdog {
     other_rate: Option<OtherRate>,
 }
 
-/// A rate that is not that of the record, and since when the sensor has sent at it.
+/// A rate that is not that of the record, and when the sensor began to send at it.
 #[derive(Debug)]
 struct OtherRate {
     change: RateChange,
@@ -31,21 +31,21 @@ struct OtherRate {
 pub enum RateEvent {
     /// The sensor sends at another rate than that of the record; those samples are excluded.
     Changed(RateChange),
-    /// It sends at the rate of the record again, in hertz.
+    /// The sensor sends at the rate of the record again, in hertz.
     Restored(f64),
 }
 
-/// Why a stream that still brings lines is over.
+/// Why a stream that still carries frames is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StreamEnd {
-    /// Other messages come, and none that is measured.
+    /// Other messages arrive, and none that is measured.
     OtherMessages,
-    /// All samples come at another rate than that of the record.
+    /// All samples arrive at another rate than that of the record.
     OtherRate,
 }
 
 impl StreamEnd {
-    /// With what the latest snapshot says of it.
+    /// The reason of the end, with the details from the latest snapshot.
     pub(crate) fn reason(self, snapshot: &Snapshot) -> EndReason {
         match (self, &snapshot.layout, snapshot.rate_change) {
             (Self::OtherRate, _, Some(change)) => EndReason::OtherRate(change),
@@ -62,7 +62,7 @@ impl StreamEnd {
 impl StreamWatchdog {
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// Each change once.
+    /// The change of the rate since the last call; each change is reported once.
     pub(crate) fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
         let reported = self.other_rate.as_ref().map(|other| other.change);
         self.other_rate = match (snapshot.rate_change, self.other_rate.take()) {
@@ -76,8 +76,8 @@ impl StreamWatchdog {
         }
     }
 
-    /// Whether no measurement has come for [`NO_MEASUREMENT_AFTER`] although the sensor sends, or
-    /// none at the rate of the record. Time in which the link is not up does not count.
+    /// Whether no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the sensor sends,
+    /// or none at the rate of the record. Time in which the link is not up does not count.
     pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<StreamEnd> {
         let (other_messages, other_rate) =
             (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
@@ -90,7 +90,7 @@ impl StreamWatchdog {
 
     fn is_at_other_rate(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
         let Some(other) = &mut self.other_rate else { return false };
-        // time in which nothing comes is no time at that rate
+        // time in which nothing arrives does not count as time at that rate
         if !is_up || snapshot.rate_change.is_none() {
             other.since = None;
             return false;
@@ -101,7 +101,8 @@ impl StreamWatchdog {
     fn is_all_other_messages(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
         let link = &snapshot.link;
         let others = link.other_messages() + link.tally.packets;
-        // before the first sample a sensor that only answers counts as well: silence is for the link to report
+        // before the first sample a sensor that only answers counts as well; a silence is reported
+        // by the link
         let others = if snapshot.layout.is_none() { others + link.tally.replies } else { others };
         if !is_up || link.samples() != self.samples {
             (self.samples, self.others, self.only_others_since) = (link.samples(), others, None);

@@ -1,4 +1,4 @@
-//! What all answers are made of.
+//! What all answers of the server are made from.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,18 +15,18 @@ use crate::{
     hosts::Hosts,
 };
 
-/// What all answers are made of.
+/// What all answers of the server are made from.
 pub(crate) struct App {
     pub(crate) drawer: Arc<Mutex<Drawer>>,
     pub(crate) page: watch::Sender<Arc<PageState>>,
     pub(crate) streams: Arc<Semaphore>,
-    /// The program ends, and those who read have its last state.
+    /// Cancelled when the program ends and every reader has received the last state.
     pub(crate) over: CancellationToken,
     pub(crate) hosts: Hosts,
 }
 
 impl App {
-    /// Asks the drawer, which may take its time.
+    /// Calls `what` with the drawer on a thread that may block: drawing takes milliseconds.
     pub(crate) async fn ask<T: Send + 'static>(
         &self,
         what: impl FnOnce(&mut Drawer, Instant) -> T + Send + 'static,
@@ -36,7 +36,7 @@ impl App {
         spawn_blocking(asked).await.map_err(|_| StatusCode::INTERNAL_SERVER_ERROR)
     }
 
-    /// Draws the page for those who read its events.
+    /// Draws the page, and publishes it to the readers of its events.
     pub(crate) async fn draw(&self) {
         if let Ok(page) = self.ask(Drawer::draw).await {
             self.page.send_replace(page);

@@ -1,5 +1,5 @@
-//! Connections: few at a time, and none that is slow with its question, large, or does not take its
-//! answer.
+//! Connections: few at a time, and none that sends its request slowly, sends a large one, or does
+//! not read its answer.
 
 use std::{
     io,
@@ -30,23 +30,24 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{GRACE, guard::Local};
 
-/// Further ones are closed at once.
+/// Connections at the same time; further ones are closed at once.
 const CONNECTIONS: usize = 128;
 
-/// A request has to come within this time, and a connection that is kept may be idle for it.
+/// The longest wait for a request, also for the next one on a connection that is kept open.
 const REQUEST_WITHIN: Duration = Duration::from_secs(5);
 
-/// Something of an answer has to be taken within this time.
+/// The longest time in which a reader may take nothing of its answer.
 const TAKE_WITHIN: Duration = Duration::from_secs(20);
 
-/// Of a request, with all its headers.
+/// The longest request, with all its headers.
 const REQUEST_BYTES: usize = 16 << 10;
 const HEADERS: usize = 64;
 
-/// Where a connection cannot be accepted, as for too many open files.
+/// The delay before the next attempt where a connection cannot be accepted, as with too many open
+/// files.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
 
-/// Answers until it is over.
+/// Accepts connections and answers their requests until `over` is cancelled.
 pub(crate) async fn accept(listener: TcpListener, router: Router, over: &CancellationToken) {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     let open = TaskTracker::new();

@@ -1,5 +1,5 @@
-//! The parts of the page. What an assessment says is drawn when there is a new one, the last
-//! minutes every few seconds, and what is left at each look.
+//! The parts of the page. Curves and parameters are drawn again for a new assessment, the recent
+//! signal every few seconds, and all other parts at each look.
 
 #[cfg(test)]
 mod tests;
@@ -21,22 +21,22 @@ use vn100_report::{
 
 use crate::{ReportSettings, ServedSource, Words};
 
-/// A result lasts so long at least; at first a third of the time since the start.
+/// A drawn result is kept at least this long; at first for a third of the time since the start.
 const RESULT_LASTS: Duration = Duration::from_secs(10);
 const SIGNAL_LASTS: Duration = Duration::from_secs(10);
-/// However often they are asked for.
+/// A drawn page is kept this long, however often it is requested.
 const PAGE_LASTS: Duration = Duration::from_millis(250);
 const REPORT_LASTS: Duration = Duration::from_secs(5);
-/// What no reader asks for any more is dropped after so long.
+/// A drawn part that no reader requests is dropped after this time.
 const DRAWN_LASTS: Duration = Duration::from_secs(30);
 
-/// A silence of a stream that is worth a word.
+/// The shortest silence of a stream that the page mentions.
 const SILENT: Duration = Duration::from_secs(3);
 
 /// The page at one moment.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PageState {
-    /// Of this run of the program.
+    /// Identifies this run of the program: its start in microseconds since 1970.
     run: u64,
     version: u64,
     parts: Vec<Arc<Versioned>>,
@@ -44,7 +44,7 @@ pub(crate) struct PageState {
 
 #[derive(Debug)]
 struct Versioned {
-    /// Of the page in which it changed last.
+    /// The version of the page in which the part changed last.
     version: u64,
     part: Arc<PagePart>,
 }
@@ -63,12 +63,12 @@ impl PageState {
         self.parts.iter().filter(move |part| part.version > version).map(|part| Arc::clone(&part.part))
     }
 
-    /// Without its parts; those drawn next are new to every reader.
+    /// The page without its parts; those drawn next are new to every reader.
     fn forgotten(&self) -> Self {
         Self { parts: Vec::new(), ..*self }
     }
 
-    /// The page with these parts.
+    /// The next version of the page, with these parts.
     fn next(&self, parts: Vec<Arc<PagePart>>) -> Self {
         let version = self.version + 1;
         let drawn = |part: Arc<PagePart>| match self.parts.iter().find(|old| old.part.id == part.id) {
@@ -81,7 +81,7 @@ impl PageState {
     }
 }
 
-/// Draws the page, and makes the documents of the same state.
+/// Draws the page, and makes the documents of the same states.
 pub(crate) struct Drawer {
     sources: Vec<SourceDrawer>,
     evaluation: Arc<Evaluation>,
@@ -95,7 +95,7 @@ pub(crate) struct Drawer {
     open_metrics: Kept,
 }
 
-/// What is not made again for a while.
+/// A rendered answer that is kept for a while.
 #[derive(Debug, Default)]
 struct Kept(Option<(Instant, Bytes)>);
 
@@ -105,7 +105,7 @@ impl Kept {
         self.0.get_or_insert_with(|| (now, make().into())).1.clone()
     }
 
-    /// Drops what was made so long ago.
+    /// Drops an answer that was rendered at least `lasts` ago.
     fn forget(&mut self, now: Instant, lasts: Duration) {
         self.0.take_if(|(at, _)| now.saturating_duration_since(*at) >= lasts);
     }
@@ -124,7 +124,7 @@ impl Drawer {
             let prefix = if is_alone { String::new() } else { run_prefix(place) };
             SourceDrawer::new(source, prefix, now)
         };
-        // another run has another number, as far as the clock is set
+        // a later run has another number, unless the clock was set back by exactly that time
         let run = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_micros() as u64;
         Self {
             sources: sources.into_iter().enumerate().map(of).collect(),
@@ -153,7 +153,7 @@ impl Drawer {
         }
     }
 
-    /// Whether anything drawn is kept.
+    /// Whether any drawn part is kept.
     pub(crate) const fn is_drawn(&self) -> bool {
         self.drawn_at.is_some()
     }
@@ -194,7 +194,7 @@ impl Drawer {
         live_page(&names, &parts, &format!("{}-{}", page.run, page.version), self.report_settings.program.name)
     }
 
-    /// The JSON document, of several sources an array of them.
+    /// The JSON document of `--json`; of several sources an array of their documents.
     pub(crate) fn documents(&mut self, now: Instant) -> Bytes {
         let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
         self.documents.get(now, PAGE_LASTS, || {
@@ -223,7 +223,7 @@ impl Drawer {
             let names: Vec<String> = (0..records.len()).map(run_name).collect();
             let together = if is_alone { Figures::default() } else { Figures::together(&records, &names) };
             let mut page = Vec::new();
-            // memory takes everything
+            // writing into memory does not fail
             let _ = write_page(&mut page, &records, &figures, &together, options);
             String::from_utf8_lossy(&page).into_owned()
         })
@@ -271,13 +271,13 @@ struct SourceDrawer {
     goals: Goals,
     prefix: String,
     began: Instant,
-    /// Samples that were there at the last look, and since when.
+    /// Number of samples at the last change of it that a look has found, and the time of that look.
     samples: (u64, Instant),
     results: Option<Results>,
     signal: Option<(Instant, Arc<PagePart>)>,
 }
 
-/// What was drawn of an assessment.
+/// The parts drawn from one assessment.
 struct Results {
     assessment: Arc<Assessment>,
     is_over: bool,
@@ -285,7 +285,7 @@ struct Results {
     parts: Vec<Arc<PagePart>>,
 }
 
-/// What one look has seen.
+/// What one look at a source has found.
 struct Seen {
     facts: SourceFacts,
     snapshot: Arc<Snapshot>,
@@ -312,12 +312,12 @@ impl Seen {
     }
 }
 
-/// Whether no sample comes any more.
+/// Whether the measurement has ended, so that no more samples follow.
 fn is_over(state: &SourceState) -> bool {
     matches!(state.stage, Stage::Ended(_)) || state.playback.is_some_and(|playback| playback.at_end)
 }
 
-/// The facts, with why the result is not whole.
+/// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState, words: Words) -> SourceFacts {
     let error = match &state.stage {
         Stage::Ended(reason) => (words.end)(state.name(), reason, &state.snapshot),
@@ -339,7 +339,8 @@ impl SourceDrawer {
         }
     }
 
-    /// Since when no sample has come, in a stream that should give some.
+    /// For how long no sample has come in a stream that should carry some; `None` where samples
+    /// come.
     fn silent(&self, state: &SourceState, now: Instant) -> Option<Duration> {
         let is_paused = state.playback.is_some_and(|playback| playback.paused);
         let silent = now.saturating_duration_since(self.samples.1);
@@ -384,7 +385,7 @@ impl SourceDrawer {
         Seen { facts, snapshot, assessment, stage: state.stage, silent }
     }
 
-    /// Facts, numbers, what they say, and the age of the last sample.
+    /// Facts, snapshot, assessment, and the age of the last sample.
     fn numbers(&self, words: Words, now: Instant) -> (SourceFacts, Arc<Snapshot>, Arc<Assessment>, Option<Duration>) {
         let state = self.state.borrow().clone();
         let age = (self.samples.0 > 0).then(|| now.saturating_duration_since(self.samples.1));

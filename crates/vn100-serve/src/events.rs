@@ -21,7 +21,7 @@ use vn100_report::PagePart;
 
 use crate::drawing::PageState;
 
-/// Where a reader has come: the run of the program, and the version of its page.
+/// How far a reader has come: the run of the program, and the version of its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct EventPlace {
     pub(crate) run: u64,
@@ -29,14 +29,14 @@ pub(crate) struct EventPlace {
 }
 
 impl EventPlace {
-    /// As the events are numbered.
+    /// The place in the form of event ids, `run-version`; `None` for any other text.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let (run, version) = text.split_once('-')?;
         Some(Self { run: run.parse().ok()?, version: version.parse().ok()? })
     }
 }
 
-/// A comment is sent after so long without an event: it shows that the other end is still there.
+/// A comment is sent after this time without an event: it shows that the server is still there.
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
 
 /// The content of a part, which all readers share.
@@ -48,7 +48,7 @@ impl AsRef<[u8]> for Html {
     }
 }
 
-/// What a reader is shown.
+/// Which parts of the page a reader receives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ShownParts {
     /// Every part.
@@ -58,7 +58,7 @@ pub(crate) enum ShownParts {
 }
 
 impl ShownParts {
-    /// By their prefixes, with commas between them.
+    /// The details of the sources with these prefixes, separated by commas.
     pub(crate) fn open(prefixes: &str) -> Self {
         Self::Open(prefixes.split(',').filter(|prefix| !prefix.is_empty()).map(str::to_owned).collect())
     }
@@ -75,10 +75,10 @@ impl ShownParts {
 pub(crate) struct PageEvents {
     pages: WatchStream<Arc<PageState>>,
     over: Pin<Box<WaitForCancellationFutureOwned>>,
-    /// `None` for a reader that has received nothing yet.
+    /// What the reader has received so far; `None` for nothing.
     place: Option<EventPlace>,
     shown: ShownParts,
-    /// Of the state that is being sent.
+    /// The text that is still to be sent of the present state.
     unsent: VecDeque<Bytes>,
     quiet: Interval,
     is_over: bool,
@@ -98,7 +98,8 @@ impl PageEvents {
         Self { pages, over, place, shown, unsent: VecDeque::new(), quiet, is_over: false, _stream: stream }
     }
 
-    /// Takes what the reader does not have of this page; whether it is of another run.
+    /// Takes the parts of this page that the reader does not have. Whether the reader had those of
+    /// another run.
     fn take(&mut self, page: &PageState) -> bool {
         let run = page.run();
         if self.place.is_some_and(|place| place.run != run) {
@@ -107,7 +108,7 @@ impl PageEvents {
         let (seen, version) = (self.place.map_or(0, |place| place.version), page.version());
         let mut parts = page.since(seen).filter(|part| self.shown.has(part)).peekable();
         while let Some(part) = parts.next() {
-            // the last says where a reader continues
+            // the id of the last event is where the reader continues
             let end = if parts.peek().is_some() { "\n\n".into() } else { format!("\nid: {run}-{version}\n\n") };
             let begin = format!("event: snapshot\ndata: {}\ndata: ", part.id);
             self.unsent.extend([begin.into(), Bytes::from_owner(Html(part)), end.into()]);
@@ -116,7 +117,7 @@ impl PageEvents {
         false
     }
 
-    /// An event behind which nothing comes.
+    /// The last event of the stream.
     fn last(&mut self, event: &'static str) -> Poll<Option<Result<Bytes, Infallible>>> {
         self.is_over = true;
         Poll::Ready(Some(Ok(Bytes::from_static(event.as_bytes()))))

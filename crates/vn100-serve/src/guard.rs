@@ -1,5 +1,5 @@
-//! Which requests are answered: those that only read, and that ask for this machine by a name that
-//! is its own. A page of another site that has had its name point here is refused (DNS rebinding).
+//! Which requests are answered: those that only read, and whose host is a name or an address of
+//! this machine. A foreign page whose name resolves to this machine is refused (DNS rebinding).
 
 use std::{net::IpAddr, sync::Arc};
 
@@ -19,7 +19,7 @@ use crate::app::App;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local(pub(crate) Option<IpAddr>);
 
-/// The only name that a request asks for; `None` where there is none, or several.
+/// The host that a request names; `None` where it names none, or several.
 fn asked_host(uri: &Uri, headers: &HeaderMap) -> Option<String> {
     let mut hosts = headers.get_all(HOST).iter();
     let host = hosts.next()?.to_str().ok()?;
@@ -29,7 +29,7 @@ fn asked_host(uri: &Uri, headers: &HeaderMap) -> Option<String> {
     Some(uri.host().unwrap_or(host).to_owned())
 }
 
-/// What every answer says of itself: no other site may show it, load it, or learn of it.
+/// Headers of every answer: no other site may frame the page, load it, or learn of it.
 const HEADERS: [(HeaderName, &str); 5] = [
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "no-referrer"),
@@ -38,7 +38,7 @@ const HEADERS: [(HeaderName, &str); 5] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// Of all answers that do not bring their own.
+/// The content security policy of all answers without one of their own.
 const POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {

@@ -28,7 +28,7 @@ impl Hosts {
     }
 }
 
-/// Without its port and the brackets of an address, in lower case.
+/// A host without its port and the brackets of an IPv6 address, in lower case.
 fn bare(host: &str) -> String {
     let host = host.trim();
     let name = match host.strip_prefix('[').and_then(|rest| rest.split_once(']')) {

@@ -46,58 +46,59 @@ use hosts::Hosts;
 pub use metrics_file::MetricsFile;
 use metrics_file::keep_written;
 
-/// How often the page changes at most.
+/// The shortest interval between two versions of the page.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Streams of events at the same time.
+/// The most streams of events at the same time.
 const STREAMS: usize = 16;
 
-/// How long those who read may take with the end.
+/// How long readers may take for the last state before the server ends without them.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// What is served.
+/// What a [`Server`] serves, and to whom.
 pub struct ServeSpec {
-    /// Where it is asked for; `None` for the file of metrics alone.
+    /// Accepts the connections to the page; `None` to write the file of metrics alone.
     pub listener: Option<TcpListener>,
-    /// The metrics in a file.
+    /// The file of metrics; `None` for none.
     pub metrics_file: Option<MetricsFile>,
-    /// Names of this machine under which it may be asked for, beside its addresses.
+    /// Host names that a request may ask for, besides the addresses of this machine.
     pub host_names: Vec<String>,
-    /// What to do about a name that is not among them.
+    /// What an answer that refuses another host name advises.
     pub host_advice: &'static str,
-    /// The sources, in their order.
+    /// The sources, in the order of the page.
     pub sources: Vec<ServedSource>,
-    /// What results are completed with.
+    /// The data sheet and the reference that the results are compared with.
     pub evaluation: Arc<Evaluation>,
-    /// How a face calls things.
+    /// The words of a face for remedies and ends.
     pub words: Words,
-    /// What was asked for, as a user would ask for it again.
+    /// The command line, as a user would repeat it.
     pub asked: String,
-    /// What makes reports.
+    /// The program that reports name as their maker.
     pub program: Program<'static>,
-    /// Two-sided level of intervals.
+    /// Two-sided level of the confidence intervals, 0 < p < 1.
     pub confidence: f64,
 }
 
-/// A source that is shown.
+/// A source that the page shows.
 #[derive(Debug)]
 pub struct ServedSource {
-    /// Of its session.
+    /// The published state of its session.
     pub state: watch::Receiver<SourceState>,
-    /// What its measurement ends by.
+    /// What its measurement ends by: durations and precisions.
     pub goals: Goals,
 }
 
-/// How a face calls what the user can do, and what happened.
+/// The words of a face for what the user can do and for what happened.
 #[derive(Debug, Clone, Copy)]
 pub struct Words {
-    /// What can be done.
+    /// What the user can do about a warning.
     pub remedy: RemedyWords,
-    /// Why the result of the source of that name is not whole; `None` where it is.
+    /// Why the result of the source with that name is not complete; `None` where it is.
     pub end: fn(&str, &EndReason, &Snapshot) -> Option<String>,
 }
 
-/// Serves until it is dropped.
+/// A running server. It serves until it is dropped, which waits half a second at most for slow
+/// readers and then for the end of its thread.
 #[derive(Debug)]
 pub struct Server {
     address: Option<SocketAddr>,
@@ -106,10 +107,11 @@ pub struct Server {
 }
 
 impl Server {
-    /// Begins to serve, on a thread of its own.
+    /// Starts to serve, on a thread of its own.
     ///
     /// # Errors
-    /// Where the listener cannot be used, or no thread be started.
+    /// When the listener cannot be made non-blocking or its address not be read, or when the thread
+    /// cannot be started.
     pub fn start(spec: ServeSpec) -> io::Result<Self> {
         let address = spec.listener.as_ref().map(TcpListener::local_addr).transpose()?;
         spec.listener.iter().try_for_each(|listener| listener.set_nonblocking(true))?;
@@ -128,7 +130,7 @@ impl Server {
         Ok(Self { address, ending, thread })
     }
 
-    /// Where it is asked for; `None` for the file of metrics alone.
+    /// The address that the server listens at; `None` where it writes the file of metrics alone.
     #[must_use]
     pub const fn address(&self) -> Option<SocketAddr> {
         self.address
@@ -136,17 +138,17 @@ impl Server {
 }
 
 impl Drop for Server {
-    /// Sends the last state to those who read, and ends.
+    /// Sends the last state to all readers, writes the metrics once more, and ends the thread.
     fn drop(&mut self) {
         self.ending.cancel();
         if let Some(thread) = self.thread.take() {
-            // a panic there is reported, and ends nothing here
+            // a panic of the thread was reported where it occurred
             let _ = thread.join();
         }
     }
 }
 
-/// What a report says beside the results.
+/// What a report says besides the results.
 #[derive(Debug, Clone)]
 struct ReportSettings {
     asked: String,
@@ -183,7 +185,7 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
     if let Some(listener) = listener {
         connection::accept(listener, routes::router(&app), &app.over).await;
     }
-    // a panic there is reported, and ends nothing here
+    // a panic of the task was reported where it occurred
     let _ = keeping.await;
     if let Some(file) = file {
         let _ = time::timeout(GRACE, file).await;

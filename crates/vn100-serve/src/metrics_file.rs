@@ -22,13 +22,13 @@ const PERIOD: Duration = Duration::from_secs(15);
 
 /// A file of metrics that is kept up to date.
 pub struct MetricsFile {
-    /// Replaced each time.
+    /// The file; it is replaced as a whole every 15 s and at the end.
     pub path: PathBuf,
-    /// Takes why it could not be written; not again until it was written.
+    /// Receives why the file cannot be written: once, until a write has succeeded again.
     pub failed: Box<dyn Fn(String) + Send>,
 }
 
-/// Writes it now, every so often, and once more at the end.
+/// Writes the metrics now, every 15 s, and once more at the end.
 pub(crate) async fn keep_written(file: MetricsFile, app: Arc<App>, over: CancellationToken) {
     let mut ticks = time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -55,11 +55,11 @@ pub(crate) async fn keep_written(file: MetricsFile, app: Arc<App>, over: Cancell
 
 fn replace(path: &Path, text: &[u8]) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
-    // readers of the folder take what ends as the file does
+    // a collector reads all files whose names end in `.prom`
     beside.push(".new");
     let written = fs::File::create(&beside).and_then(|mut file| file.write_all(text));
     written.and_then(|()| fs::rename(&beside, path)).inspect_err(|_| {
-        // the error is that of the write
+        // the error to report is that of the write
         let _ = fs::remove_file(&beside);
     })
 }

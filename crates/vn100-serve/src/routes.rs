@@ -1,4 +1,4 @@
-//! What is answered.
+//! The addresses of the server, and what each answers.
 
 use std::sync::Arc;
 
@@ -94,17 +94,17 @@ async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
     text("text/event-stream", Body::from_stream(events))
 }
 
-/// Where the reader has come: a browser that connects again says it by itself.
+/// How far the reader has come: a browser that connects again sends the id of its last event.
 fn place(headers: &HeaderMap, query: Option<&str>) -> Option<EventPlace> {
     let again = headers.get("last-event-id").and_then(|id| EventPlace::parse(id.to_str().ok()?));
     let since = || query?.split('&').find_map(|part| EventPlace::parse(part.strip_prefix("since=")?));
     again.or_else(since)
 }
 
-/// What the reader shows: a page says which details are open.
+/// Which parts the reader shows: the page names the sources whose details are open.
 fn shown(query: Option<&str>) -> ShownParts {
     let open = query.and_then(|query| query.split('&').find_map(|part| part.strip_prefix("open=")));
-    // the only sign that a browser escapes
+    // a comma is the only character of the prefixes that a browser escapes
     open.map_or(ShownParts::All, |open| ShownParts::open(&open.replace("%2C", ",")))
 }
 

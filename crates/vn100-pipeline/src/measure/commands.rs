@@ -15,7 +15,8 @@ use crate::{
 };
 
 impl Measuring {
-    /// Executes a command. Gives the replay that takes the place of this one, if one does.
+    /// Executes a command. Returns the replay that takes the place of this one, if the command
+    /// needs one.
     pub(super) fn handle(&mut self, command: Command, channels: &Channels) -> Option<MeasurementEnd> {
         let is_over = self.end.is_some();
         let now = Instant::now();

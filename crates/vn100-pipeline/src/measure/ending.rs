@@ -72,7 +72,7 @@ impl Measuring {
         }
     }
 
-    /// A paced replay is at its end; it can still seek back.
+    /// A paced replay has reached its end, from which it can still seek back.
     pub(super) fn stand_at_end(&mut self, channels: &Channels) {
         if let Some(pace) = &mut self.pace {
             pace.end();
@@ -82,7 +82,7 @@ impl Measuring {
     }
 
     pub(super) async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
-        // rows whose rate was not known have their seconds, too
+        // where the rate becomes known only now, the pending rows complete seconds, too
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
         }
@@ -92,7 +92,7 @@ impl Measuring {
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
         let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
-        // what came before the link was closed may have been enough
+        // what came before the link was closed may have completed the measurement
         let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
         let reason = match (reason, stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
