@@ -16,7 +16,7 @@ use crate::{
     output_plan::{Change, OutputPlan, OutputSettings, PlanError, plan, to_second_port, writable},
 };
 
-/// How late the last of the output may arrive after a pause: a long frame at the lowest baud rate.
+/// How late the last frame may arrive after a pause: a long one at the lowest baud rate.
 const DRAIN: Duration = Duration::from_millis(150);
 
 /// How long the output settles, at least, and how long its frames are counted.
@@ -27,34 +27,36 @@ const MEASURE: Duration = Duration::from_secs(2);
 const LISTEN: Duration = Duration::from_millis(1200);
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The attempts where the link is lost meanwhile, and the timeout of the reconnection: the longest
-/// delay of the back-off, the boot of the sensor and a baud scan.
+/// The attempts to set the sensor where the link is lost meanwhile, and the timeout of the
+/// reconnection: the longest delay of the back-off, the boot of the sensor and a baud scan.
 const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
 
-/// What was changed.
+/// What [`configure`] has changed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Configured {
     /// The registers in the order in which they were written; empty where none differed.
     pub changes: Vec<Change>,
-    /// Frames a second of the message that the sensor is set to, counted for two seconds.
+    /// Frames per second of the message that the sensor is set to, counted for two seconds; 0 where
+    /// the output is off.
     pub measured_hz: f64,
-    /// The rate that the sensor is set to; 0 where its output is off.
+    /// The rate that the sensor is set to, in hertz; 0 where its output is off.
     pub rate_hz: f64,
-    /// Whether the output was found paused, as a program that was killed leaves it. It is on now.
+    /// Whether the output was found paused, as a program that was killed leaves it. The output is
+    /// on now.
     pub was_paused: bool,
 }
 
 impl Configured {
-    /// Whether the measured rate is the one that the sensor is set to: within one frame and 5 %.
+    /// Whether the measured rate is the one that the sensor is set to, to within one frame and 5 %.
     #[must_use]
     pub fn rate_is_kept(&self) -> bool {
         (self.measured_hz - self.rate_hz).abs() <= 1.0 / MEASURE.as_secs_f64() + 0.05 * self.rate_hz
     }
 }
 
-/// Why a sensor is not set as requested. What was written by then is restored, and the output
-/// resumed, as far as the link is up.
+/// Why a sensor is not set as requested. What was written before the error is restored, and the
+/// output resumed, as far as the link is up.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigureError {
@@ -67,27 +69,27 @@ pub enum ConfigureError {
     /// A register does not read back as it was written.
     #[error("register {register} was to be {asked} and reads {got}")]
     ReadBack {
-        /// Which one.
+        /// The register.
         register: Register,
-        /// What was written.
+        /// The fields that were written.
         asked: RegisterFields,
-        /// What it reads.
+        /// The fields that the register holds.
         got: String,
     },
-    /// It was stopped.
+    /// The change was stopped.
     #[error("interrupted{}", if undone.is_empty() { "" } else { ", and settings restored" })]
     Interrupted {
-        /// What had been written by then, and is restored.
+        /// The changes that were made before, and are restored.
         undone: Vec<Change>,
     },
-    /// What was written, or may have been, could not be restored, or the output may be paused.
+    /// What was written, or may have been, could not be restored; or the output may be paused.
     #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
     Left {
-        /// Why it is not set as requested.
+        /// Why the sensor is not set as requested.
         cause: Box<ConfigureError>,
-        /// What the sensor still has, or may have.
+        /// The changes that the sensor still has, or may have.
         changes: Vec<Change>,
-        /// Whether this was read from the sensor.
+        /// Whether these changes were read from the sensor.
         is_read: bool,
         /// Whether the output may still be paused: the command to resume it failed.
         may_be_paused: bool,
@@ -101,18 +103,19 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
 }
 
 /// Sets the sensor: reads its settings, checks that the new output fits the baud rate, pauses the
-/// output, writes, reads back, resumes the output and measures its rate; once more where the link
-/// was lost meanwhile.
+/// output, writes, reads back, resumes the output and measures its rate; does so a second time
+/// where the link was lost meanwhile.
 ///
 /// All or nothing: on a failure, or on `stop`, what was written is restored before this returns,
 /// and an output that was found paused is paused again. Only settings that were saved stay. On
 /// success the output is on, however it was found.
 ///
-/// The events of the link must be received meanwhile. If the future is dropped the sensor stays as
-/// it is then, perhaps with its output paused: cancel `stop` instead.
+/// The events of the link must be received meanwhile. If the future is dropped, the sensor stays as
+/// it is at that moment, perhaps with its output paused: cancel `stop` instead.
 ///
 /// # Errors
-/// When the settings are not possible, the sensor refuses them, or does not keep them.
+/// [`ConfigureError`]: when the settings are not possible, the sensor refuses them, or does not
+/// keep them, or on `stop`.
 pub async fn configure(
     link: &LinkHandle,
     settings: &OutputSettings,
@@ -126,7 +129,7 @@ pub async fn configure(
     };
     let Configured { changes, was_paused, .. } = configured;
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
-    // also where nothing was written, and awaited: the caller may close the link next
+    // also where nothing was written; awaited because the caller may close the link next
     let is_as_found = !touched || link.request(SensorCommand::Async(!was_paused)).await.is_ok();
     let unrestored = if is_back { &[] } else { &*changes };
     Err(match with_left(link, cause, unrestored, !is_as_found && !was_paused).await {
@@ -141,11 +144,12 @@ struct Written {
     configured: Configured,
     /// Whether the changes may be saved in the flash of the sensor.
     kept: bool,
-    /// Whether a command to pause or resume the output was sent; it may not have been carried out.
+    /// Whether a command to pause or resume the output was sent; the sensor may not have executed
+    /// it.
     touched: bool,
 }
 
-/// Sets the sensor, once more where the link was lost meanwhile.
+/// Sets the sensor; a second time where the link was lost meanwhile.
 async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<(), ConfigureError> {
     for _ in 1..ATTEMPTS {
         match attempt(link, settings, written).await {
@@ -213,14 +217,14 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         && read_all_back(link, &written.configured.changes).await.is_ok())
 }
 
-/// The period of the output as it was: the first frame of the new output may be as late.
+/// The period of the output before the change: the first frame of the new output may be as late.
 fn period(current: &[RegisterContents]) -> Duration {
     let rate = current.iter().find(|contents| contents.register == Register::ASYNC_RATE);
     let rate = rate.and_then(|contents| contents.value::<AsyncRate>().ok());
     Duration::from_secs(1).checked_div(rate.map_or(0, AsyncRate::hz)).unwrap_or_default()
 }
 
-/// Waits until the sensor answers on a link that was lost, up to a timeout.
+/// Waits until the sensor answers on a link that was lost; gives up after a timeout.
 async fn until_back(link: &LinkHandle) {
     let mut state = link.state();
     let answers = async {
@@ -240,15 +244,17 @@ async fn until_back(link: &LinkHandle) {
     let _ = tokio::time::timeout(RETURN, answers).await;
 }
 
-/// Restores what [`configure`] changed, the last change first. An output that is paused stays so.
+/// Restores what [`configure`] changed, the last change first. An output that is paused stays
+/// paused.
 ///
 /// # Errors
-/// As [`configure`]; what could not be restored stays.
+/// When a command fails or a register does not read back; [`ConfigureError::Left`] names the
+/// changes that stay.
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     if changes.is_empty() {
         return Ok(());
     }
-    // where that cannot be read, nothing can be restored either
+    // where the output cannot be read, no register can be restored either
     let was_paused = is_paused(link).await.unwrap_or(false);
     let back = write_back(link, changes).await;
     let output = link.request(SensorCommand::Async(!was_paused)).await;
@@ -270,7 +276,8 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// The error with the changes that the sensor still has; with all where they cannot be read.
+/// The error with the changes that the sensor still has; with all of them where they cannot be
+/// read.
 async fn with_left(
     link: &LinkHandle,
     cause: ConfigureError,
@@ -316,7 +323,8 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     Ok(false)
 }
 
-/// What a register holds; `None` where the sensor has none such, or it is not understood.
+/// What a register holds; `None` where the sensor does not have the register, or the fields are not
+/// understood.
 async fn value<T: RegisterValue>(link: &LinkHandle, register: Register) -> Result<Option<T>, ConfigureError> {
     Ok(link.read(register).await?.and_then(|contents| contents.value().ok()))
 }

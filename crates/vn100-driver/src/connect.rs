@@ -10,53 +10,54 @@ use crate::ports::{LatencyTimer, PortEntry};
 
 /// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {
-    /// An open link.
+    /// An open connection, as this connector opens them.
     type Connection: Connection;
 
-    /// Whether the link has a baud rate that must be that of the sensor.
+    /// Whether the link has a baud rate that must be set to that of the sensor.
     const HAS_BAUD: bool;
 
     /// Opens the link at a baud rate, which links without one ignore.
     ///
     /// # Errors
-    /// Why not, and what to do about it.
+    /// Why the link cannot be opened, and what to do about it.
     fn open(&mut self, baud: u32) -> impl Future<Output = Result<Self::Connection, ConnectError>> + Send;
 
     /// The time now, in nanoseconds from the origin that the stamps of the connection's
     /// [`Chunk`](vn100_protocol::stream::Chunk)s count from.
     fn now_ns(&self) -> i64;
 
-    /// The link by the name the user gave it.
+    /// The name of the link, as the user gave it.
     fn name(&self) -> String;
 }
 
-/// An open connection: a [`Source`] whose end means that the link is lost, and the way back.
+/// An open connection: a [`Source`] whose end means that the link is lost, and the way to the
+/// sensor.
 pub trait Connection: Source {
-    /// The name it was opened by, such as `/dev/ttyUSB0`.
+    /// The name by which the connection was opened, such as `/dev/ttyUSB0`.
     fn name(&self) -> &str;
 
     /// Changes the baud rate. Bytes that were received at the old one may still come from it.
     ///
     /// # Errors
-    /// When the port does not support it.
+    /// When the port does not support the baud rate.
     fn set_baud(&mut self, baud: u32) -> io::Result<()>;
 
     /// Sends bytes.
     ///
     /// # Errors
-    /// When they cannot all be handed to the system, as after an unplug.
+    /// When not all bytes can be passed to the system, as after an unplug.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = io::Result<()>> + Send;
 
-    /// Closes it. When this is done the port can be opened again. Gives the inputs that were read
-    /// and not taken, so that every byte is counted.
+    /// Closes the connection. Once this has returned, the port can be opened again. Returns the
+    /// inputs that were read and not taken, so that every byte is counted.
     fn close(self) -> impl Future<Output = Vec<StreamInput>> + Send;
 
-    /// The file by which other programs open the same port; `None` where there is none.
+    /// The file by which other programs open the same port; `None` where there is no such file.
     fn device_file(&self) -> Option<&Path> {
         None
     }
 
-    /// The latency timer of the adapter, where it has one.
+    /// The latency timer of the adapter; `None` where the adapter has none.
     fn latency_timer(&self) -> Option<&LatencyTimer> {
         None
     }
@@ -68,14 +69,14 @@ pub enum ConnectError {
     /// A serial port cannot be opened.
     #[error("cannot open {port} at {baud} baud: {problem}")]
     Port {
-        /// The port by its name.
+        /// The name of the port.
         port: String,
         /// The baud rate requested.
         baud: u32,
-        /// Why not.
+        /// Why the port cannot be opened.
         problem: PortProblem,
     },
-    /// `tcp://` is followed by something else than a host and a port.
+    /// `tcp://` is followed by something other than a host and a port.
     #[error("{0} is not an address of the form tcp://host:port, such as tcp://192.168.1.20:2000")]
     Address(String),
     /// The server behind the address cannot be reached.
@@ -88,24 +89,25 @@ pub enum ConnectError {
     },
 }
 
-/// Why a serial port cannot be opened. The candidates are the ports that there are, the likely ones
-/// first.
+/// Why a serial port cannot be opened. The candidates are the ports of this machine, the likely
+/// ones first.
 #[derive(Debug, Error)]
 pub enum PortProblem {
-    /// A program has it, named with the number of its process where this user may see it.
+    /// A program has the port open: its name and the number of its process, where this user may see
+    /// them.
     #[error("it is in use by {}; end that program first", .0.as_deref().unwrap_or("another program"))]
     Busy(Option<String>),
-    /// There is no such port.
+    /// There is no port of this name.
     #[error("there is no such port; check the cable; {}", candidate_advice(.0))]
     NotFound(Vec<PortEntry>),
-    /// It was pulled out, and its name leads to another adapter now.
+    /// The adapter was unplugged, and the name of the port leads to another adapter now.
     #[error("another adapter has that name now; plug in the one that had it; {}", candidate_advice(.0))]
     AnotherAdapter(Vec<PortEntry>),
-    /// The user may not open it, only members of the group: `dialout` where that is not known,
-    /// `None` where there is none but root's.
+    /// The user may not open the port, only members of this group may: `dialout` where the group is
+    /// not known, `None` where only root may.
     #[error("permission denied; {}", permission_advice(.0.as_deref()))]
     Denied(Option<String>),
-    /// It is something else than a serial port.
+    /// The file is not a serial port.
     #[error("it is not a serial port; {}", candidate_advice(.0))]
     NotASerialPort(Vec<PortEntry>),
     /// Any other error of the system.
@@ -132,15 +134,15 @@ impl ConnectError {
         Self::Port { port, baud, problem }
     }
 
-    /// Whether trying again can help. A port that is away returns when it is plugged in, and udev
-    /// sets its rights a moment after it makes the node; one that is not a serial port will not
-    /// become one.
+    /// Whether another attempt can help. A port that is missing returns when it is plugged in, and
+    /// udev sets its permissions a moment after it makes the node; a file that is not a serial port
+    /// will not become one.
     pub(crate) fn is_passing(&self) -> bool {
         !matches!(self, Self::Port { problem: PortProblem::NotASerialPort(_), .. } | Self::Address { .. })
     }
 }
 
-/// What the system calls ENOTTY.
+/// The text of ENOTTY, as the system gives it.
 const NOT_A_TERMINAL: &str = "Not a typewriter";
 
 #[cfg(unix)]
@@ -154,8 +156,8 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
-/// The group whose members may read and write, `dialout` where that is not known. To join that of
-/// root would give away far more than a port.
+/// The group whose members may read and write the port, `dialout` where the group is not known. To
+/// join the group of root would give away far more than a port.
 #[cfg(unix)]
 fn group_of(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
@@ -214,9 +216,9 @@ struct Holder {
 }
 
 impl Holder {
-    /// All of them, as far as `/proc` shows them: those of other users are not shown. The program
-    /// with the other side of a pseudo-terminal, as an emulated sensor, is what is behind the port
-    /// and not its user.
+    /// All programs that have the port open, as far as `/proc` shows them: those of other users are
+    /// not shown. The program that has the other side of a pseudo-terminal, such as an emulated
+    /// sensor, is what is behind the port and not its user.
     fn of(path: &Path) -> impl Iterator<Item = Self> {
         let port = fs::canonicalize(path).ok();
         let processes = port.is_some().then(|| fs::read_dir("/proc").ok()).flatten();

@@ -21,27 +21,28 @@ use crate::{link_error::LinkHint, output_plan::Change, ports::LatencyTimer};
 /// How a link is opened and read.
 #[derive(Debug, Clone, Default)]
 pub struct LinkOptions {
-    /// The baud rate; `None` to try all that the sensor has.
+    /// The baud rate; `None` to scan all rates of the sensor.
     pub baud: Option<u32>,
-    /// Send nothing, as on a line that others listen to. The baud scan then takes up to 12 s.
+    /// Send nothing, as on a line with other listeners. The baud scan then takes up to 12 s.
     pub listen_only: bool,
     /// How the bytes are read.
     pub read: ReadOptions,
-    /// Where a copy of everything that is received is sent, in order. Recording never delays
-    /// measuring: what does not fit is dropped and reported in it as
-    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
+    /// Where a copy of all received bytes is sent, in order; `None` for no recording. Recording
+    /// never delays measuring: what does not fit into the channel is dropped, and reported in the
+    /// recording as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
     pub recording: Option<mpsc::Sender<StreamInput>>,
-    /// Read register 54, with the temperature, this often, where the line has room for it. The
-    /// answers are in [`Batch::registers`](vn100_protocol::stream::Batch::registers).
+    /// The interval between two reads of register 54, which holds the temperature; reads are
+    /// skipped where the line has no room for them, and `None` is for none. The answers are in
+    /// [`Batch::registers`](vn100_protocol::stream::Batch::registers).
     pub poll_temperature: Option<Duration>,
-    /// What [`configure`](crate::configure()) has changed. It is written again after a reconnect,
-    /// before the link is up, because the sensor may have lost its power; except for the baud rate,
-    /// which the baud scan finds. Ignored where the link only listens.
+    /// What [`configure`](crate::configure()) has changed. These registers are written again after
+    /// a reconnect, before the link is up, because the sensor may have lost its power; except for
+    /// the baud rate, which the baud scan finds. Ignored where the link only listens.
     pub desired_settings: Vec<Change>,
-    /// The serial number of the sensor, where it is known: another sensor ends the link, as it does
-    /// after a reconnect. Ignored where the link only listens.
+    /// The serial number of the sensor, where it is known: another sensor on the port ends the
+    /// link, during a reconnect as well. Ignored where the link only listens.
     pub known_serial: Option<String>,
-    /// The words of a hint in errors and states; those of [`LinkHint::text`] where `None`.
+    /// The words of a hint in errors and states; `None` for those of [`LinkHint::text`].
     pub hint_text: Option<fn(LinkHint) -> &'static str>,
 }
 
@@ -62,29 +63,30 @@ pub enum LinkState {
     Up(Up),
     /// The port is open, and the output of the sensor has been silent for several of its periods.
     Silent(Up),
-    /// The link is lost, or cannot be connected, and is tried again.
+    /// The link is lost, or cannot be connected; another attempt follows.
     Down {
-        /// Whether the sensor was connected before: else the link is not lost, it never was up.
+        /// Whether the sensor was connected before; if not, the link was never up.
         was_up: bool,
         /// Why, in words.
         cause: String,
-        /// Whether the next attempt fails, too, unless the user does something.
+        /// Whether the next attempt will fail as well, unless the user does something.
         needs_help: bool,
         /// The delay before the next attempt.
         retry_in: Duration,
-        /// Attempts since the sensor was connected last, or since the link began; all failed.
+        /// Failed attempts since the sensor was last connected, or since the link began.
         attempts: u32,
     },
     /// The link has ended; the last event says why.
     Closed {
         /// Whether an output that was found paused by another program, and was resumed, is paused
-        /// again; `None` where there was none such.
+        /// again; `None` where the output was not found paused.
         paused_again: Option<bool>,
     },
 }
 
 impl LinkState {
-    /// What is known of the link while its port is open and the sensor is connected, silent or not.
+    /// What is known of the link while its port is open and the sensor is connected, silent or not;
+    /// `None` in all other states.
     #[must_use]
     pub fn up(&self) -> Option<&Up> {
         match self {
@@ -101,15 +103,15 @@ pub struct Up {
     pub port: String,
     /// The baud rate; `None` where the link has none.
     pub baud: Option<u32>,
-    /// Since when, in nanoseconds from the origin of the arrival times.
+    /// The start of this connection, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter, where it has one.
+    /// The latency timer of the adapter; `None` where the adapter has none.
     pub latency_timer: Option<LatencyTimer>,
-    /// The error that the sensor reported when it restarted, where the link is up anew because of
-    /// that.
+    /// The error that the sensor reported at a restart, where the link is up again because of it;
+    /// `None` where the sensor did not restart.
     pub restarted: Option<DeviceError>,
-    /// Whether the output was found paused by another program, and was resumed. It is paused again
-    /// when the link is stopped, unless a command of the user has resumed it, too.
+    /// Whether the output was found paused by another program, and was resumed. The output is
+    /// paused again when the link is stopped, unless a command of the user has resumed it as well.
     pub output_resumed: bool,
 }
 
@@ -117,7 +119,7 @@ pub struct Up {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum CommandError {
-    /// The sensor refused it or did not answer, or the link was lost before it did.
+    /// The sensor refused the command or did not answer it, or the link was lost before an answer.
     #[error(transparent)]
     Failed(#[from] RequestFailure),
     /// The sensor sent its output meanwhile, but no reply.
@@ -128,7 +130,7 @@ pub enum CommandError {
     OneWay {
         /// The command.
         line: String,
-        /// From the first time it was sent to the end of the wait.
+        /// The time from the first transmission of the command to the end of the wait.
         after: Duration,
     },
     /// Too many commands wait.
@@ -142,7 +144,7 @@ pub enum CommandError {
     LinkClosed,
 }
 
-/// A link, as long as it lasts.
+/// A handle on a link; clones share the link. The link itself ends with its `stop` or its events.
 #[derive(Debug, Clone)]
 pub struct LinkHandle {
     pub(crate) state: watch::Receiver<LinkState>,
@@ -152,11 +154,11 @@ pub struct LinkHandle {
 }
 
 impl LinkHandle {
-    /// Sends a command and waits for the reply. Samples keep flowing meanwhile, and the reply is
-    /// also among them.
+    /// Sends a command and waits for the reply. Samples keep arriving meanwhile, and the reply is
+    /// also in their batches.
     ///
-    /// Commands are sent one at a time, in the order of the calls; those that do no harm twice are
-    /// sent up to three times. They wait during a baud scan.
+    /// Commands are sent one at a time, in the order of the calls; a command that does no harm if
+    /// it is executed twice is sent up to three times. Commands wait during a baud scan.
     ///
     /// # Errors
     /// When the sensor refuses or does not answer, or the link is lost, closed, or only listens.
@@ -175,8 +177,8 @@ impl LinkHandle {
         }
     }
 
-    /// Reads a register; `None` where the sensor has none such, as registers differ with model and
-    /// firmware.
+    /// Reads a register; `None` where the sensor does not have the register, which depends on model
+    /// and firmware.
     ///
     /// # Errors
     /// As [`request`](Self::request).
@@ -189,15 +191,15 @@ impl LinkHandle {
         }
     }
 
-    /// Marks this place of the stream, and of the recording, with a text. `false` where the link
-    /// does not accept it: it is closed, or four marks wait.
+    /// Marks this place of the stream, and of the recording, with a text. Returns `false` where the
+    /// link does not accept the mark: the link is closed, or four marks wait.
     #[must_use]
     pub fn mark(&self, text: String) -> bool {
         self.marks.try_send(text).is_ok()
     }
 
-    /// Valid frames of this kind that the sensor has sent by itself so far; for a message without a
-    /// name all that have none.
+    /// Number of valid frames of this kind that the sensor has sent by itself so far. Sentences
+    /// whose code has no known header are counted together.
     #[must_use]
     pub fn frames(&self, kind: FrameKind) -> u64 {
         let kind = match kind {
@@ -207,18 +209,18 @@ impl LinkHandle {
         self.counters.frames().get(&kind).copied().unwrap_or_default()
     }
 
-    /// Valid frames that the sensor has sent by itself so far.
+    /// Number of valid frames that the sensor has sent by itself so far.
     pub(crate) fn frames_of_all(&self) -> u64 {
         self.counters.frames().values().sum()
     }
 
-    /// What the link is doing, now and whenever that changes.
+    /// What the link is doing; the receiver is notified of each change.
     #[must_use]
     pub fn state(&self) -> watch::Receiver<LinkState> {
         self.state.clone()
     }
 
-    /// Bytes that the recording did not take in time.
+    /// Number of bytes that the recording did not take in time.
     #[must_use]
     pub fn unrecorded_bytes(&self) -> u64 {
         self.counters.unrecorded_bytes.load(Ordering::Relaxed)
@@ -242,7 +244,7 @@ pub(crate) struct Counters {
 impl Counters {
     /// Valid frames so far, by their kind.
     pub(crate) fn frames(&self) -> MutexGuard<'_, BTreeMap<FrameKind, u64>> {
-        // a panic leaves whole counts behind
+        // a panic while the lock was held leaves consistent counts
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

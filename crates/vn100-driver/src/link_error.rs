@@ -22,7 +22,7 @@ pub(crate) enum LinkError {
         port: String,
         tried: Vec<u32>,
         bytes: u64,
-        /// Copies of the question that are among the bytes.
+        /// Copies of the question of the baud scan that are among the bytes.
         echoes: u64,
         /// Whether the sensor was asked.
         asked: bool,
@@ -45,11 +45,12 @@ pub(crate) enum LinkError {
     NotSet(#[from] RequestFailure),
 }
 
-/// What the user can do where no sensor answers.
+/// What the user can do where no sensor answers. An application puts each hint into words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkHint {
-    /// Ask the sensor, whose output may be paused: the link only listens, and nothing is received.
+    /// Let the link ask the sensor, whose output may be paused: it only listens, and nothing is
+    /// received.
     AskSensor,
     /// Find what connects the two directions of the line: it echoes.
     FindEcho,
@@ -57,14 +58,14 @@ pub enum LinkHint {
     CheckServerBaudRate,
     /// Check the cable, the power, and the baud rate of the port.
     CheckBaudRate,
-    /// Choose another port: this one is of another device.
+    /// Choose another port: another device is on this one.
     ChoosePort,
-    /// Choose another port of the server: this one is of another device.
+    /// Choose another port of the server: another device is on this one.
     ChooseServerPort,
 }
 
 impl LinkHint {
-    /// The hint in words; an application may have [its own](crate::LinkOptions::hint_text).
+    /// The hint in words; an application may have [others](crate::LinkOptions::hint_text).
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {
@@ -84,13 +85,13 @@ impl LinkHint {
 }
 
 impl LinkError {
-    /// Whether another attempt does not help unless the user does something.
+    /// Whether another attempt can succeed only after the user has done something.
     pub(crate) fn needs_help(&self) -> bool {
         use PortProblem::{Busy, Denied};
         matches!(self, Self::Open(ConnectError::Port { problem: Busy(_) | Denied(_), .. }) | Self::NotSet(_))
     }
 
-    /// What the user can do, where the error does not contain it.
+    /// What the user can do, where the text of the error does not say so.
     pub(crate) fn hint(&self) -> Option<LinkHint> {
         Some(match self {
             Self::OtherDevice { baud: Some(_), .. } => LinkHint::ChoosePort,
@@ -104,9 +105,9 @@ impl LinkError {
     }
 }
 
-/// The meaning of a failed read or write for the user.
+/// A failed read or write in words for the user.
 fn lost(error: &io::Error) -> String {
-    // a write to an unplugged adapter: EIO, ENXIO, ENODEV
+    // a write to an unplugged adapter fails with EIO, ENXIO or ENODEV
     let is_gone = cfg!(unix) && matches!(error.raw_os_error(), Some(5 | 6 | 19));
     match error.kind() {
         _ if is_gone => GONE.into(),
@@ -128,7 +129,8 @@ fn at_speeds(tried: &[u32]) -> String {
     }
 }
 
-/// `bytes` of which `echoes` copies of the question are a part.
+/// The words for `bytes` that were received in place of a sensor, of which `echoes` copies of the
+/// question are a part.
 fn received_instead(bytes: u64, echoes: u64) -> String {
     let others = bytes.saturating_sub(echoes * QUESTION_BYTES);
     match (echoes, others) {

@@ -10,14 +10,13 @@
 //!                           └── stopped, or not worth another attempt ──> Closed
 //! ```
 //!
-//! The owner performs what the machine asks for and reports what comes of it. After each call of
+//! The owner performs what the machine asks for and reports the outcome. After each call of
 //! [`handle_input`](LinkMachine::handle_input) or [`handle_timeout`](LinkMachine::handle_timeout):
 //! perform what [`poll_port`](LinkMachine::poll_port) gives, send what
 //! [`poll_transmit`](LinkMachine::poll_transmit) gives, forward what
-//! [`poll_event`](LinkMachine::poll_event) and
-//! [`poll_answer`](LinkMachine::poll_answer) give, and wait for an input or until
-//! [`poll_timeout`](LinkMachine::poll_timeout). Times are those since the origin of the stamps of
-//! the stream; nothing breaks if a call is late.
+//! [`poll_event`](LinkMachine::poll_event) and [`poll_answer`](LinkMachine::poll_answer) give, and
+//! wait for an input or until [`poll_timeout`](LinkMachine::poll_timeout). Every time is a duration
+//! since the origin of the stamps of the stream; a late call does no harm.
 //!
 //! Every byte that is received, in any phase, is first pending and then either forwarded, so that
 //! it is recorded, counted and decoded, or discarded, so that it is recorded and counted as
@@ -55,12 +54,12 @@ use crate::{
     ports::LatencyTimer,
 };
 
-/// How often a link that never was connected is tried: a sensor that was just switched on sends
+/// The attempts to open a link that was never connected: a sensor that was just switched on sends
 /// nothing for 1.25 s.
 const FIRST_ATTEMPTS: u32 = 2;
 
-/// The same where bytes arrive at every baud rate and make no frame: the receiver of the host may
-/// flip bits until the port is opened again.
+/// These attempts where bytes arrive at every baud rate and make no frame: the receiver of the host
+/// may flip bits until the port is opened again.
 const FIRST_ATTEMPTS_GARBLED: u32 = 5;
 
 /// What happens to a link.
@@ -70,14 +69,14 @@ pub(crate) enum Input {
     Opened(OpenPort),
     /// The port cannot be opened.
     OpenFailed(ConnectError),
-    /// The baud rate of the port was set, or not. What was received until then was sent at the one
-    /// before.
+    /// The baud rate of the port was set, or could not be. What was received before this input was
+    /// sent at the former rate.
     BaudSet { baud: u32, result: io::Result<()> },
-    /// Something was received.
+    /// An input of the connection: the bytes of a read, or an event placed among them.
     Received(StreamInput),
     /// A read or write has failed, or the other end has closed the connection.
     Lost(LinkError),
-    /// The port is closed. What had been received by then and was not reported is in `unread`.
+    /// The port is closed. `unread` is what was read from the port and not reported.
     PortClosed { unread: Vec<StreamInput> },
     /// The user submits a command; its result is reported with this number.
     Command { id: u64, command: SensorCommand },
@@ -94,14 +93,14 @@ pub(crate) struct OpenPort {
     pub(crate) latency_timer: Option<LatencyTimer>,
 }
 
-/// What is to be done with the port.
+/// What the owner is to do with the port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PortAction {
-    /// Open it at this baud rate; links without one ignore it.
+    /// Open the port at this baud rate; links without one ignore it.
     Open { baud: u32 },
     /// Set its baud rate.
     SetBaud(u32),
-    /// Close it.
+    /// Close the port.
     Close,
 }
 
@@ -116,21 +115,21 @@ pub(crate) enum LinkOutput {
     State(LinkState),
 }
 
-/// What a link is doing.
+/// The phase of a link.
 #[expect(clippy::large_enum_variant, reason = "there is one for each link")]
 enum Phase {
     /// Waits for the port.
     Opening,
     /// Searches the baud rate of the sensor.
     Scanning(BaudScan),
-    /// A sensor is found: it must be the known one, with its settings.
+    /// A sensor is found: it must be the known sensor, with its settings.
     Identifying { baud: Option<u32>, verification: Verification },
-    /// The output of the sensor is forwarded. Where it sends again after a silence, it is verified
-    /// first: it must still be the known one, with its settings.
+    /// The output of the sensor is forwarded. Where the sensor sends again after a silence, it is
+    /// verified first: it must still be the known sensor, with its settings.
     Connected { connected: Connected, verification: Option<Verification> },
-    /// Sets the output as it was found, or as it is to be, before the port is closed.
+    /// Switches the output on or off, as it was found or as it is to be, before the port is closed.
     RestoringOutput { on: bool },
-    /// Waits for the port to be closed; `error` is why, `None` for a stop.
+    /// Waits until the port is closed; `error` is why it is closed, `None` for a stop.
     Closing { error: Option<LinkError> },
     /// Waits before the port is opened again.
     BackingOff { until: Duration },
@@ -143,12 +142,12 @@ pub(crate) struct LinkMachine {
     phase: Phase,
     context: LinkContext,
     is_stopped: bool,
-    /// Whether an output that was found paused is paused again.
+    /// Whether an output that was found paused has been paused again.
     is_pause_restored: bool,
 }
 
 impl LinkMachine {
-    /// A link to the port that the user calls `name`; it begins by opening it.
+    /// A link to the port that the user calls `name`; the first phase opens the port.
     pub(crate) fn new(name: String, has_baud: bool, options: LinkOptions) -> Self {
         let mut machine = Self {
             phase: Phase::Closed,
@@ -160,7 +159,7 @@ impl LinkMachine {
         machine
     }
 
-    /// Handles what has happened.
+    /// Handles an input.
     pub(crate) fn handle_input(&mut self, now: Duration, input: Input) {
         let mut handled = Ok(());
         match input {
@@ -191,7 +190,8 @@ impl LinkMachine {
         self.finish_call(now, handled);
     }
 
-    /// Handles what is due; does nothing before that time.
+    /// Handles what is due at `now`; does nothing before the time of
+    /// [`poll_timeout`](Self::poll_timeout).
     pub(crate) fn handle_timeout(&mut self, now: Duration) {
         let mut handled = Ok(());
         match &mut self.phase {
@@ -208,12 +208,12 @@ impl LinkMachine {
         self.finish_call(now, handled);
     }
 
-    /// What is to be done with the port, in this order.
+    /// The next action on the port, in order.
     pub(crate) fn poll_port(&mut self) -> Option<PortAction> {
         self.context.port_actions.pop_front()
     }
 
-    /// The bytes to send now. To be polled when [`poll_port`](Self::poll_port) has nothing more.
+    /// The bytes to send now. To be polled once [`poll_port`](Self::poll_port) gives nothing more.
     pub(crate) fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
         if !self.is_open() {
             return None;
@@ -226,20 +226,19 @@ impl LinkMachine {
         Some(line)
     }
 
-    /// What is to be forwarded, in this order.
+    /// The next output to forward, in order.
     pub(crate) fn poll_event(&mut self) -> Option<LinkOutput> {
         self.context.events.pop_front()
     }
 
-    /// The next result of a command of the user, with its number. To be polled when
-    /// [`poll_event`](Self::poll_event) has nothing more: the samples before a reply come first.
+    /// The next result of a command of the user, with the number of the command. To be polled once
+    /// [`poll_event`](Self::poll_event) gives nothing more: the samples before a reply come first.
     pub(crate) fn poll_answer(&mut self) -> Option<(u64, Result<Response, CommandError>)> {
         self.context.requests.answers.pop_front()
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again; `None` when only an input can bring anything
-    /// new.
+    /// [`poll_transmit`](Self::poll_transmit) again; `None` where only an input can have an effect.
     pub(crate) fn poll_timeout(&self) -> Option<Duration> {
         match &self.phase {
             Phase::Scanning(scan) => scan.poll_timeout(),
@@ -252,7 +251,8 @@ impl LinkMachine {
         }
     }
 
-    /// Whether commands of the user are sent, or fail, at once; they are to wait otherwise.
+    /// Whether commands of the user are sent, or fail, at once; otherwise the owner keeps them
+    /// waiting.
     pub(crate) fn accepts_commands(&self) -> bool {
         matches!(self.phase, Phase::Connected { verification: None, .. } | Phase::BackingOff { .. })
     }
@@ -261,7 +261,7 @@ impl LinkMachine {
         matches!(self.phase, Phase::Closed)
     }
 
-    /// Marks this place of the stream.
+    /// Marks this place of the stream with a text.
     pub(crate) fn mark(&mut self, now: Duration, text: String) {
         self.context.emit(now, LinkEventKind::Marked { text });
     }
@@ -272,12 +272,12 @@ impl LinkMachine {
         self.context.emit(now, LinkEventKind::PortShared { program });
     }
 
-    /// Good frames that the sensor has sent by itself so far, by their kind.
+    /// Number of valid frames that the sensor has sent by itself so far, by their kind.
     pub(crate) fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         self.context.reader.frames()
     }
 
-    /// Whether the sensor was connected, and is not.
+    /// Whether the sensor was connected before and is not now.
     fn is_lost(&self) -> bool {
         match &self.phase {
             Phase::Connected { connected, .. } => connected.is_restarting(),
@@ -302,7 +302,7 @@ impl LinkMachine {
         self.context.port_actions.push_back(PortAction::Open { baud });
     }
 
-    /// The baud rates to try, in this order; one that is `None` where the link has none.
+    /// The baud rates to try, in order; a single `None` where the link has no baud rate.
     fn baud_rates(&self) -> Vec<Option<u32>> {
         let LinkContext { has_baud, last_baud, .. } = self.context;
         let given = self.context.options.baud;
@@ -329,7 +329,7 @@ impl LinkMachine {
         }
     }
 
-    /// Keeps an input until the verification has ended, and handles its replies.
+    /// Keeps an input pending until the verification has ended, and handles its replies.
     fn handle_pending(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
         let replies = self.context.pending.push(input);
         replies.iter().try_for_each(|reply| self.context.handle_pending_reply(now, reply))
@@ -350,7 +350,7 @@ impl LinkMachine {
         Ok(())
     }
 
-    /// Continues with the next phase where a baud scan has found the sensor, or the sensor is
+    /// Continues with the next phase once a baud scan has found the sensor, or the sensor is
     /// verified.
     fn advance(&mut self, now: Duration) -> Result<(), LinkError> {
         if let Phase::Scanning(scan) = &self.phase
@@ -385,7 +385,7 @@ impl LinkMachine {
                     verification.handle_answer(&mut self.context, now, result)?;
                     self.advance(now)?;
                 }
-                // it sends
+                // the sensor sends, and so is there
                 (Phase::Connected { verification: Some(_), .. }, RequestEvent::Absent) => {}
                 (Phase::Connected { connected, .. }, event) => {
                     connected.handle_request_event(&mut self.context, now, event)?;
@@ -411,7 +411,7 @@ impl LinkMachine {
         }
     }
 
-    /// The link is lost.
+    /// The link is lost: closes the port and discards what is pending.
     fn disconnect(&mut self, now: Duration, error: LinkError) {
         self.context.discard_pending(now);
         match &self.phase {
@@ -452,7 +452,7 @@ impl LinkMachine {
         self.context.port_actions.push_back(PortAction::Close);
     }
 
-    /// The port is closed, or could not be opened: tries again, or ends.
+    /// The port is closed, or could not be opened: waits for the next attempt, or ends.
     fn handle_closed(&mut self, now: Duration, error: Option<LinkError>) {
         let Some(error) = error.filter(|error| !(self.is_stopped && self.may_reconnect(error))) else {
             return self.end(None);
@@ -471,8 +471,8 @@ impl LinkMachine {
         self.phase = Phase::BackingOff { until: now + retry_in };
     }
 
-    /// Whether the link is tried again after this error: one that was connected is, and another one
-    /// a few times, where the sensor may be booting.
+    /// Whether another attempt follows this error: always on a link that was connected, else a few
+    /// times, because the sensor may be booting.
     fn may_reconnect(&self, error: &LinkError) -> bool {
         let was_connected = self.context.was_connected;
         match error {
@@ -486,7 +486,7 @@ impl LinkMachine {
         }
     }
 
-    /// The error as its user reads it.
+    /// The error in words for the user.
     fn text(&self, error: &LinkError) -> String {
         match (error.hint(), &self.context.port_shared_with) {
             (Some(_), Some(program)) => format!("{error}; {program} has the port open too: end that program"),

@@ -25,10 +25,10 @@ use crate::{
     shared_port::SharedPort,
 };
 
-/// How long a recording that is full may take to make room for the last link events.
+/// How long a full recording may take to make room for the last link events.
 const LAST_EVENTS: Duration = Duration::from_secs(1);
 
-/// Commands that may wait to be taken by the link; then the callers wait.
+/// Commands that may wait for the link; then the callers wait.
 const WAITING_COMMANDS: usize = 16;
 
 /// Opens a link and keeps it: scans the baud rates for the sensor, forwards what the sensor sends,
@@ -36,9 +36,10 @@ const WAITING_COMMANDS: usize = 16;
 ///
 /// The events are those of [`read_samples`](vn100_capture::read_samples), with one
 /// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and
-/// with an error when the first connection fails: a link that never was up is not retried for long.
+/// with an error when the first connection fails: a link that was never connected is tried a few
+/// times only.
 ///
-/// When the events are not taken, the link waits; a port then loses bytes, which are counted.
+/// While the events are not received, the link waits; a port then loses bytes, which are counted.
 ///
 /// # Panics
 /// Outside a tokio runtime.
@@ -107,7 +108,7 @@ impl<C: Connect> LinkTask<C> {
     }
 
     async fn drive(&mut self) {
-        // one timer for all inputs: starting a wait costs more than checking it
+        // one timer for all inputs: starting a wait costs more than checking the timer
         let stop = self.stop.clone();
         let mut stopped = pin!(stop.cancelled());
         let stream = self.stream.clone();
@@ -127,7 +128,7 @@ impl<C: Connect> LinkTask<C> {
                 }
             }
             let input = select! {
-                // checked first: a link that always has data must not outrun the request to stop
+                // checked first: a link that always has data must not delay the stop
                 biased;
                 () = &mut stopped, if !is_stopping => Input::Stop,
                 () = &mut receiver_dropped, if !is_stopping => Input::Stop,
@@ -199,7 +200,7 @@ impl<C: Connect> LinkTask<C> {
     async fn set_baud(&mut self, baud: u32) {
         let Some(connection) = &mut self.connection else { return };
         let result = connection.set_baud(baud);
-        // what is there already was received at the baud rate before
+        // what has arrived already was received at the former baud rate
         loop {
             let input = select! {
                 biased;
@@ -239,7 +240,8 @@ impl<C: Connect> LinkTask<C> {
                         self.shared_port.handle_batch(batch, device_file);
                     }
                     self.counters.frames().extend(self.machine.frames());
-                    // that the receiver was dropped is noticed where the loop waits for inputs
+                    // where the receiver was dropped, the loop notices that while it waits for
+                    // inputs
                     let _ = self.stream.send(event).await;
                 }
                 LinkOutput::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),
@@ -257,7 +259,7 @@ impl<C: Connect> LinkTask<C> {
         self.machine.handle_input(now, input);
     }
 
-    /// The time since the origin of the stamps.
+    /// The time since the origin of the stamps of the stream.
     fn now(&self) -> Duration {
         Duration::from_nanos(self.connect.now_ns().try_into().unwrap_or_default())
     }

@@ -10,34 +10,35 @@ use vn100_protocol::{
     SyncControl, ValueError, WritableValue, stream::FrameKind,
 };
 
-/// What the sensor shall send. `None` leaves a setting as it is.
+/// What the sensor is to send. `None` leaves a setting as it is.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct OutputSettings {
-    /// Baud rate.
+    /// Baud rate, in bit/s.
     pub baud: Option<u32>,
     /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. For
     /// packets the sentences are switched off, and the baud rate is raised where it must be.
     pub message: Option<String>,
-    /// How many a second; for packets that are not sent yet 200 where it is `None`.
+    /// Rate of the message in hertz. Where `None`, packets that are not sent yet get 200 Hz.
     pub rate_hz: Option<u32>,
-    /// How many of its 800 samples a second the sensor averages for a measurement, of acceleration
-    /// and angular rate (register 85).
+    /// The averaging window: how many of its 800 samples of acceleration and angular rate a second
+    /// the sensor averages for one measurement (register 85).
     pub window: Option<u32>,
-    /// Whether each line carries a count of samples (registers 32 and 30), which shows dropped
-    /// ones.
+    /// Whether each line carries the count of samples (registers 32 and 30), which shows dropped
+    /// samples.
     pub count: Option<bool>,
-    /// Whether the sensor keeps these and all its settings when it is switched off.
+    /// Whether the sensor saves these and all its other settings, so that they outlast a loss of
+    /// power.
     pub save: bool,
 }
 
 /// A register that is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// Which one.
+    /// The register.
     pub register: Register,
-    /// Its fields before.
+    /// Its fields before the change.
     pub before: RegisterFields,
-    /// Its fields then.
+    /// Its fields after the change.
     pub after: RegisterFields,
 }
 
@@ -62,7 +63,7 @@ impl fmt::Display for Change {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The line is too slow.
+    /// The baud rate is too low for the sentences.
     #[error(
         "{} at {} Hz{} needs {:.0} bytes a second and {} baud carry {}; {}",
         message.header().unwrap_or("the message"), rate.hz(), beside(*packets), (*lines + *packets).bytes_per_s,
@@ -75,39 +76,39 @@ pub enum PlanError {
         rate: AsyncRate,
         /// The baud rate.
         baud: BaudRate,
-        /// What the lines need.
+        /// The load of the sentences.
         lines: LinkLoad,
-        /// What the binary outputs need beside them, to whichever port they go: the sensor does not
-        /// report which one this is.
+        /// The load of the binary outputs besides them, whichever port they go to: the sensor does
+        /// not report which port is this one.
         packets: LinkLoad,
-        /// The highest rate of the message that fits.
+        /// The highest rate of the message that fits; `None` where none does.
         highest: Option<AsyncRate>,
     },
-    /// No baud rate carries the packets, or the one asked for does not.
+    /// No baud rate is high enough for the packets, or the one asked for is not.
     #[error("{} packets a second need {:.0} bytes a second, and {} baud carry {}; {}", rate_hz, load.bytes_per_s,
         baud.bits_per_s(), baud.bytes_per_s(), way_out(None, *load))]
     PacketsDoNotFit {
-        /// How many a second.
+        /// The rate of the packets, in hertz.
         rate_hz: u32,
         /// The baud rate.
         baud: BaudRate,
-        /// What all packets need.
+        /// The load of all packets.
         load: LinkLoad,
     },
-    /// The sensor has no such value.
+    /// The sensor does not have the value.
     #[error("{setting} can be {allowed}, not {asked}")]
     NotAllowed {
-        /// What was to be set.
+        /// The setting.
         setting: &'static str,
         /// The value asked for.
         asked: String,
-        /// What there is.
+        /// The values that are allowed.
         allowed: String,
     },
-    /// A register does not hold what it should.
+    /// A register holds a value that its type does not allow.
     #[error("{0}; this sensor cannot be configured here")]
     Value(#[from] ValueError),
-    /// The sensor does not have a register that the plan needs.
+    /// The plan needs a register that the sensor does not have.
     #[error("this sensor lacks register {0}, which the setting needs")]
     Missing(Register),
 }
@@ -127,25 +128,25 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
     }
 }
 
-/// Measurements of the sensor a second; every `800 / rate`th one is sent.
+/// Measurements of the sensor per second; every `800 / rate`th one is sent.
 const SAMPLES_PER_S: u16 = MEASUREMENTS_PER_S as u16;
 
-/// How many packets a second are sent where no rate is asked for: the most that the baud rate as
-/// delivered carries.
+/// The rate of packets where none is asked for: the highest that the factory default of the baud
+/// rate has room for.
 const PACKETS_HZ: u32 = 200;
 
-/// The ports that packets go to (register 75).
+/// The first port of the sensor, as the packets are sent to it (register 75).
 const FIRST_PORT: u16 = 1;
 const SECOND_PORT: u16 = 2;
 
-/// The count of register 30 that is one of pulses of SyncOut.
+/// The value of register 30 by which sentences carry the count of SyncOut pulses.
 const COUNT_OF_SYNC_OUT: u8 = 3;
 
-/// The mode of SyncOut with a pulse at the start of a measurement.
+/// The mode of SyncOut with a pulse at the start of each measurement.
 const AT_MEASUREMENT: u8 = 1;
 
 impl OutputSettings {
-    /// The registers that the plan must know.
+    /// The registers that the plan depends on.
     pub(crate) fn registers(&self) -> impl Iterator<Item = Register> + use<> {
         let filter = self.window.map(|_| Register::IMU_FILTER);
         let line = [Register::BAUD_RATE, Register::ASYNC_TYPE, Register::ASYNC_RATE];
@@ -154,7 +155,7 @@ impl OutputSettings {
     }
 }
 
-/// What the sensor sends, or shall send.
+/// What the sensor sends, or is to send.
 #[derive(Debug, Clone, PartialEq)]
 struct Output {
     baud: BaudRate,
@@ -163,23 +164,23 @@ struct Output {
     protocol: ProtocolControl,
     sync: Option<SyncControl>,
     filter: Option<ImuFilter>,
-    /// The first binary output; `None` where it is not understood.
+    /// The first binary output; `None` where its fields are not understood.
     binary: Option<BinaryOutput>,
-    /// What the other binary outputs send.
+    /// The load of the other binary outputs.
     other_packets: LinkLoad,
 }
 
-/// What a sensor sends once it is set.
+/// How to set a sensor, and what it sends then.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OutputPlan {
-    /// The registers to write in their order.
+    /// The registers to write, in order.
     pub(crate) changes: Vec<Change>,
     pub(crate) frames: FrameKind,
     pub(crate) rate_hz: f64,
 }
 
-/// The same packets to the second port, where the first gets them: which of its ports it is asked
-/// on the sensor does not say.
+/// The same packets on the second port, where the first port gets them: the sensor does not report
+/// on which of its ports it is asked.
 pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
     let change = changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1)?;
     let contents = RegisterContents { register: change.register, fields: change.after.clone() };
@@ -188,10 +189,10 @@ pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
     (output.async_mode == FIRST_PORT).then(|| Change { after: moved.fields(), ..change.clone() })
 }
 
-/// How to set the sensor.
+/// How to set the sensor to `settings`, from the registers it has.
 ///
-/// At no step more is asked for than the line carries: a faster line comes before more output, less
-/// output before a slower line.
+/// At no step is more asked for than the line has room for: a higher baud rate is set before more
+/// output, less output before a lower baud rate.
 pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<OutputPlan, PlanError> {
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
@@ -219,9 +220,9 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
-/// The fields to write to restore a register to `fields`. Where packets are off, firmware 2 reports
-/// no group of fields, and refuses that when written: off is then the time on request, the factory
-/// default of firmware 3.
+/// The fields to write so that a register holds `fields` again. Where packets are off, firmware 2
+/// reports no group of fields, and refuses such a value when it is written: what is written then
+/// for off is the time on request, the factory default of firmware 3.
 pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterFields {
     let output = RegisterContents { register, fields: fields.clone() }.value::<BinaryOutput>();
     match output {
@@ -233,11 +234,12 @@ pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterF
 }
 
 impl Output {
-    /// What `settings` depend on of what the registers hold.
+    /// The output that the registers set, as far as `settings` depend on it.
     fn from_registers(current: &[RegisterContents], settings: &OutputSettings) -> Result<Self, PlanError> {
         let protocol: ProtocolControl = required(current)?;
         let counts = settings.count.is_some() || protocol.serial_count == COUNT_OF_SYNC_OUT;
-        // what packets that are not understood need, the sensor itself judges
+        // packets that are not understood have no known load: the sensor itself refuses what is too
+        // much
         let output = |contents: &RegisterContents| contents.value::<BinaryOutput>().ok();
         let is_first = |contents: &&RegisterContents| contents.register == Register::BINARY_OUTPUT_1;
         let others = current.iter().filter(|contents| !is_first(contents)).filter_map(output);
@@ -253,7 +255,7 @@ impl Output {
         })
     }
 
-    /// As `settings` ask.
+    /// The output after `settings` are applied.
     fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
@@ -293,12 +295,12 @@ impl Output {
         Ok(new)
     }
 
-    /// No sentence comes between the packets of the first output.
+    /// Whether no sentence is sent between the packets of the first output.
     fn sends_packets_alone(&self) -> bool {
         self.message == AsyncType::OFF && self.binary.as_ref().is_some_and(|binary| binary.rate_hz() > 0.0)
     }
 
-    /// What all binary outputs send.
+    /// The load of all binary outputs.
     fn packets(&self) -> LinkLoad {
         self.binary.as_ref().and_then(LinkLoad::of_packets).unwrap_or(LinkLoad::NONE) + self.other_packets
     }
@@ -325,18 +327,19 @@ impl Output {
         Ok(())
     }
 
-    /// Whether each line carries a count of lines.
+    /// Whether each sentence carries a count of sentences.
     fn counts_lines(&self) -> bool {
         let one_a_line =
             |sync: &SyncControl| sync.out_mode == AT_MEASUREMENT && sync.out_skip == self.measurements_skipped();
         self.protocol.serial_count == COUNT_OF_SYNC_OUT && self.sync.as_ref().is_some_and(one_a_line)
     }
 
-    /// Switches the count of lines on or off, or lets one that is on follow the rate.
+    /// Switches the count in sentences on or off, or lets a count that is on follow the rate.
     fn set_count(&mut self, count: Option<bool>, counted_lines: bool) -> Result<(), PlanError> {
         let Some(count) = count.or(counted_lines.then_some(true)) else { return Ok(()) };
         if !count && !counted_lines {
-            // an output pulse for something else, as for a camera, is left alone; that lines carry its count is
+            // an output pulse for another purpose, as for a camera, is left alone; that sentences
+            // carry its count is
             if self.protocol.serial_count == COUNT_OF_SYNC_OUT {
                 self.protocol.serial_count = 0;
             }
@@ -344,13 +347,14 @@ impl Output {
         }
         let skip = self.measurements_skipped();
         let sync = self.sync.as_mut().ok_or(PlanError::Missing(Register::SYNC_CONTROL))?;
-        // the output pulse marks the start of every measurement that is sent, and is what is counted
+        // the output pulse marks the start of every measurement that is sent, and its pulses are
+        // counted
         (self.protocol.serial_count, sync.out_mode, sync.out_skip) =
             if count { (COUNT_OF_SYNC_OUT, AT_MEASUREMENT, skip) } else { (0, 0, 0) };
         Ok(())
     }
 
-    /// Measurements between two that are sent; none where nothing is sent.
+    /// Measurements between two that are sent; 0 where nothing is sent.
     fn measurements_skipped(&self) -> u16 {
         let rate_hz = u16::try_from(self.rate.hz()).unwrap_or(SAMPLES_PER_S);
         SAMPLES_PER_S.checked_div(rate_hz).map_or(0, |measurements| measurements.saturating_sub(1))
@@ -362,7 +366,7 @@ impl Output {
         if let Some(binary) = self.binary.as_ref().filter(|_| self.sends_packets_alone() && !packets.fits(baud)) {
             return Err(PlanError::PacketsDoNotFit { rate_hz: binary.rate_hz() as u32, baud, load: packets });
         }
-        // what is not known here, the sensor itself judges
+        // a message of unknown length has no known load: the sensor itself refuses what is too much
         let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
         let lines = LinkLoad::of_lines(length, rate);
         if (lines + packets).fits(baud) {
@@ -382,13 +386,14 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
     value(current)?.ok_or(PlanError::Missing(T::REGISTERS[0]))
 }
 
-/// The write that makes one value of another; values are compared, not how the sensor prints them.
+/// The write that makes `after` of `before`, `None` where they are equal: values are compared, not
+/// how the sensor prints them.
 fn change<T: WritableValue + PartialEq>(before: Option<&T>, after: Option<&T>) -> Option<Change> {
     let (before, after) = before.zip(after).filter(|(before, after)| before != after)?;
     Some(Change { register: after.register(), before: before.fields(), after: after.fields() })
 }
 
-/// Packets come every so many measurements.
+/// The error for a rate that is not 800 Hz divided by an integer.
 fn not_a_packet_rate(asked_hz: u32) -> PlanError {
     let rates = (1..=MEASUREMENTS_PER_S).filter(|hz| MEASUREMENTS_PER_S.is_multiple_of(*hz));
     not_allowed("the rate of packets", asked_hz, list(rates))

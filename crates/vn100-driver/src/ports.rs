@@ -1,5 +1,5 @@
-//! The serial ports of this machine, which of them a VN-100 may be on, how the one that a user
-//! named is found after it was plugged in under another name, and its latency timer.
+//! The serial ports of this machine: which of them a VN-100 may be on, how a named port is found
+//! after its adapter was plugged in under another name, and the latency timer of an adapter.
 
 use std::{
     fs,
@@ -8,7 +8,8 @@ use std::{
 
 use serialport::{SerialPortInfo, SerialPortType};
 
-/// Where udev keeps names that follow the adapter from one socket, and one boot, to the next.
+/// The folder in which udev keeps names that follow an adapter from one socket, and one boot, to
+/// the next.
 const STABLE_NAMES: &str = "/dev/serial/by-id";
 
 /// The USB vendor of the chip in VN-100 cables, and its products: FT232, FT2232-family and FT-X
@@ -19,28 +20,29 @@ const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
 /// One serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortEntry {
-    /// Its name, such as `/dev/ttyUSB0` or `COM3`.
+    /// The name of the port, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// A name that stays the same when the adapter is plugged in again, where the system has one.
+    /// A name that stays the same when the adapter is plugged in again; `None` where the system has
+    /// none.
     pub stable_name: Option<PathBuf>,
     /// The description of the USB adapter; `None` for a port that is not on USB.
     pub usb: Option<UsbAdapter>,
-    /// Whether it looks like the cable of a VN-100.
+    /// Whether the adapter is of a kind that VN-100 cables have.
     pub likely: bool,
 }
 
 /// The description of a USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbAdapter {
-    /// Vendor number.
+    /// USB vendor number.
     pub vendor_id: u16,
-    /// Product number.
+    /// USB product number.
     pub product_id: u16,
-    /// Serial number of the adapter, not of the sensor.
+    /// Serial number of the adapter, not of the sensor; `None` where it has none.
     pub serial_number: Option<String>,
-    /// Name of the maker.
+    /// Name of the maker, as the adapter reports it.
     pub manufacturer: Option<String>,
-    /// Name of the product.
+    /// Name of the product, as the adapter reports it.
     pub product: Option<String>,
 }
 
@@ -54,9 +56,9 @@ impl UsbAdapter {
     }
 }
 
-/// Lists the serial ports: the likely ones first, then by name.
+/// Lists the serial ports of this machine: the likely ones first, then by name.
 ///
-/// Where the system cannot list ports the list is empty: a port can still be opened by its name.
+/// Where the system cannot list ports, the list is empty; a port can still be opened by its name.
 #[must_use]
 pub fn list_ports() -> Vec<PortEntry> {
     let found = serialport::available_ports().unwrap_or_default();
@@ -65,7 +67,7 @@ pub fn list_ports() -> Vec<PortEntry> {
 
 /// Symlinks in `folder`, each with its target port.
 fn stable_names(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
-    // a machine without such adapters has no such folder
+    // a machine without USB serial adapters does not have the folder
     let links = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<_> = links
         .map(|link| link.path())
@@ -97,15 +99,15 @@ fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> V
             PortEntry { stable_name: stable_name.map(|(link, _)| link.clone()), name, usb, likely }
         })
         .collect();
-    // a number behind a name orders by its value: ttyUSB10 comes after ttyUSB9
+    // a number at the end of a name orders by its value: ttyUSB10 comes after ttyUSB9
     entries.sort_by_key(|entry| (!entry.likely, entry.name.len(), entry.name.clone()));
     entries
 }
 
-/// A port by all that is known to lead to it.
+/// A port, by everything that is known to lead to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PortAddress {
-    /// As the user gave it.
+    /// The name that the user gave.
     pub(crate) given: String,
     stable_name: Option<PathBuf>,
     usb: Option<UsbAdapter>,
@@ -116,14 +118,15 @@ impl PortAddress {
         Self { given: given.into(), stable_name: None, usb: None }
     }
 
-    /// Remembers what the port that was just opened is.
+    /// Keeps the stable name and the adapter of the port that was just opened.
     pub(crate) fn learn(&mut self, opened: &str, ports: &[PortEntry]) {
         let Some(port) = find(ports, opened) else { return };
         self.stable_name = port.stable_name.clone();
         self.usb = port.usb.clone();
     }
 
-    /// The names to try, the surest first: another adapter may have taken the name that was given.
+    /// The names to try, the most reliable first: another adapter may have taken the name that was
+    /// given.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
         let known =
@@ -138,13 +141,13 @@ impl PortAddress {
         names
     }
 
-    /// By the serial number of the adapter: without one, two of a kind look the same.
+    /// Compares the serial numbers of the adapters: without one, two of a kind look the same.
     fn is_same_adapter(&self, port: &PortEntry) -> bool {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }
 
-    /// Whether `name` leads to another adapter now. Of a port that is not on USB nothing is known
-    /// that could differ.
+    /// Whether `name` leads to another adapter now; `false` for a port that is not on USB, of which
+    /// nothing is known that could differ.
     pub(crate) fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
         self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
@@ -156,21 +159,24 @@ fn find<'a>(ports: &'a [PortEntry], name: &str) -> Option<&'a PortEntry> {
     ports.iter().find(|port| Path::new(&port.name) == device)
 }
 
-/// The shortest that a latency timer can be, in milliseconds.
+/// The shortest time of a latency timer, in milliseconds.
 const SHORTEST_MS: u32 = 1;
 
-/// The latency timer of an FTDI adapter: how long the chip may keep bytes before it hands them on.
-/// Its default of 16 ms is why lines arrive in bunches (FTDI application note AN232B-04).
+/// The latency timer of an FTDI adapter: how long the chip may keep bytes before it sends them to
+/// the host. Its default of 16 ms is why sentences arrive in bursts (FTDI application note
+/// AN232B-04).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LatencyTimer {
-    /// Its time in milliseconds, as it is now.
+    /// The present time of the timer, in milliseconds.
     pub ms: u32,
-    /// How to shorten it, where this program was not allowed to and it is not at its shortest.
+    /// How to shorten the time, where this program was not allowed to; `None` where it is at its
+    /// shortest.
     pub advice: Option<String>,
 }
 
 /// Sets the latency timer behind `port`, which may be a symlink, to 1 ms where that is allowed, and
-/// says what it is then. `None` without such a timer: another adapter, pseudo-terminal or system.
+/// returns the timer as it is then. `None` where there is no such timer: another adapter,
+/// pseudo-terminal or system.
 pub(crate) fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
     let device = fs::canonicalize(port).ok()?;
     shorten(Path::new("/sys/bus/usb-serial/devices"), device.file_name()?.as_ref())
@@ -182,7 +188,7 @@ fn shorten(devices: &Path, device: &Path) -> Option<LatencyTimer> {
     if before <= SHORTEST_MS {
         return Some(LatencyTimer { ms: before, advice: None });
     }
-    // whether it is allowed shows in what it reads then
+    // the value that is read next shows whether the write was allowed
     let _ = fs::write(&timer, SHORTEST_MS.to_string());
     let ms = read_ms(&timer)?;
     let advice = (ms > SHORTEST_MS).then(|| advice(&timer, ms));

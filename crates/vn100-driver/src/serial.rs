@@ -1,4 +1,4 @@
-//! A serial port: a thread of its own blocks in `read`, stamps what came and forwards it by line.
+//! A serial port: a thread of its own blocks in `read`, stamps the bytes and forwards them by line.
 
 use std::{
     fmt,
@@ -21,23 +21,23 @@ use crate::{
 use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// The timeout of a read, after which it is checked whether to stop, at 0.01 % of a core. A part of
-/// a line that is not continued in this time is forwarded as it is.
+/// The timeout of a read, after which the thread checks whether to stop; this takes 0.01 % of a
+/// core. A part of a line that is not continued in this time is forwarded incomplete.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are forwarded together, and how many such may wait: 256 KiB at most, 2.8 s of a line
-/// at 921 600 baud, or 2.5 s of 200 lines a second. What comes then is dropped and counted: a port
-/// cannot wait.
+/// Bytes that are forwarded together, and how many such pieces may wait: 256 KiB at most, 2.8 s of
+/// a line at 921 600 baud, or 2.5 s of 200 sentences a second. Later bytes are dropped and counted:
+/// a port cannot wait.
 const READ_BYTES: usize = 512;
 const WAITING_INPUTS: usize = 512;
 
-/// How long closing waits for the reading thread, which looks up every [`READ_TIMEOUT`].
+/// How long closing waits for the reading thread, which checks for a stop every [`READ_TIMEOUT`].
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
+/// A serial port, by name. It is opened for this program alone, with 8N1 and without flow control.
 ///
-/// When it is opened again it is found by its stable name, by its own name, and by the serial
-/// number of its USB adapter. What one clone has learned of the adapter the others know.
+/// When the port is opened again, it is found by its stable name, by its own name, and by the
+/// serial number of its USB adapter. Clones share what was learned of the adapter.
 #[derive(Clone)]
 pub struct SerialPorts {
     address: Arc<Mutex<PortAddress>>,
@@ -52,20 +52,20 @@ impl SerialPorts {
         Self::among(name, clock, list_ports)
     }
 
-    /// The port named `name` among those that `list` gives each time one is opened, the likely ones
+    /// The port named `name` among those that `list` returns at each opening, the likely ones
     /// first, each by the name of the device and not of a symlink: for ports that [`list_ports`]
-    /// does not know of.
+    /// does not find.
     #[must_use]
     pub fn among(name: &str, clock: Clock, list: impl Fn() -> Vec<PortEntry> + Send + Sync + 'static) -> Self {
         Self { address: Arc::new(Mutex::new(PortAddress::new(name))), list: Arc::new(list), clock }
     }
 
     fn address(&self) -> PortAddress {
-        // it is replaced as a whole
+        // the value is replaced as a whole, so that a panic leaves a consistent one
         self.address.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Opens the first of the names that lead to the port.
+    /// Opens the first port that one of its names leads to.
     fn open_now(&self, baud: u32) -> Result<SerialConnection, ConnectError> {
         let (mut address, ports) = (self.address(), (self.list)());
         let given = address.given.clone();
@@ -79,7 +79,8 @@ impl SerialPorts {
                 }
                 Err(error) => ConnectError::of_port(&given, &name, baud, error, ports.clone()),
             };
-            // a dangling name explains less than a port that exists and cannot be opened
+            // the error of a port that exists and cannot be opened explains more than that of a
+            // dangling name
             if failure.as_ref().is_none_or(is_not_found) {
                 failure = Some(error);
             }
@@ -127,13 +128,13 @@ impl Connect for SerialPorts {
     }
 }
 
-/// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for
-/// that.
+/// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits
+/// until it is closed.
 pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
     inputs: mpsc::Receiver<StreamInput>,
-    /// Why the inputs ended.
+    /// Receives why the inputs ended.
     end: oneshot::Receiver<io::Error>,
     /// Stops the reading thread when the connection is dropped.
     stop: DropGuard,
@@ -161,7 +162,8 @@ impl Source for SerialConnection {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.inputs.recv().await {
             Some(input) => Ok(Some(input)),
-            // the reading thread sends the reason before it drops the channel, unless it was stopped
+            // the reading thread sends the reason before it drops the channel, unless it was
+            // stopped
             None => self.end.try_recv().map_or(Ok(None), Err),
         }
     }
@@ -177,7 +179,8 @@ impl Connection for SerialConnection {
         Ok(self.port.clear(ClearBuffer::Input)?)
     }
 
-    // a command is far shorter than the buffer of the system, so that this does not wait; where that is full, it fails after 50 ms
+    // a command is far shorter than the buffer of the system, so that the write does not wait;
+    // where the buffer is full, the write fails after 50 ms
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)
     }
@@ -205,7 +208,7 @@ impl Connection for SerialConnection {
     }
 }
 
-/// What the reading thread has.
+/// The state of the reading thread.
 struct Reader {
     inputs: LossySender,
     end: oneshot::Sender<io::Error>,
@@ -217,9 +220,10 @@ impl Reader {
     /// Reads until it is stopped or the port is unplugged. The port is closed before the channel:
     /// when the channel ends, the receiver knows that the port is closed.
     ///
-    /// An adapter gives a line in up to a dozen pieces, and to wake the reading task costs far
-    /// more than their use. So pieces are kept until a line ends, which is when the first of them
-    /// can be used. The time is that of the last read, where the line ended.
+    /// An adapter delivers a line in up to a dozen pieces, and waking the reading task for each
+    /// costs far more than the pieces are worth. So pieces are kept until a line ends, which is
+    /// when the first of them can be used. Their time is that of the last read, where the line
+    /// ended.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
         let mut length = 0;
@@ -254,7 +258,7 @@ impl Reader {
         // no more bytes can arrive
         self.inputs.send_waiting_blocking();
         if let Some(error) = error {
-            // a receiver that was dropped has no use for it
+            // a receiver that was dropped does not need the error
             let _ = self.end.send(error);
         }
     }

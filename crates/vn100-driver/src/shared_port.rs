@@ -1,5 +1,5 @@
-//! The search for another program on the port: the system locks it only for programs that ask for a
-//! lock, and others read a part of the bytes unseen.
+//! The search for another program on the port. The system refuses the port only to programs that
+//! ask for a lock; others read a part of the bytes unnoticed.
 
 use std::{collections::BTreeSet, future::pending, path::Path, time::Duration};
 
@@ -8,8 +8,8 @@ use vn100_protocol::stream::Batch;
 
 use crate::connect::other_program_on;
 
-/// The shortest interval between two searches, as each takes milliseconds. A search is repeated
-/// when frames are damaged.
+/// The shortest interval between two searches, each of which takes milliseconds. A search is
+/// repeated when frames are damaged.
 const PERIOD: Duration = Duration::from_secs(60);
 
 /// Searches when the port is opened, and when frames are damaged.
@@ -17,13 +17,13 @@ const PERIOD: Duration = Duration::from_secs(60);
 pub(crate) struct SharedPort {
     search: Option<JoinHandle<Option<String>>>,
     searched: Option<Instant>,
-    /// Frames rejected until then.
+    /// Number of rejected frames at the last search.
     rejected: u64,
     reported: BTreeSet<String>,
 }
 
 impl SharedPort {
-    /// Searches again where this batch of the stream is a reason.
+    /// Searches again where this batch of the stream shows damaged frames.
     pub(crate) fn handle_batch(&mut self, batch: &Batch, device_file: Option<&Path>) {
         let rejected = batch.link.tally.rejected.total();
         if rejected > self.rejected && self.searched.is_none_or(|at| at.elapsed() >= PERIOD) {
@@ -41,7 +41,7 @@ impl SharedPort {
         }
     }
 
-    /// The next program to report, each once; waits for ever while there is no search.
+    /// The next program to report, each once; waits for ever while no search is running.
     pub(crate) async fn found(&mut self) -> Option<String> {
         let found = match &mut self.search {
             Some(search) => search.await.ok().flatten(),

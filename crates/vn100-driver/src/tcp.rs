@@ -16,7 +16,7 @@ use crate::connect::{Connect, ConnectError, Connection};
 use vn100_capture::{Clock, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// Bytes of one read.
+/// Bytes of one read at most.
 const READ_BYTES: usize = 4096;
 
 /// How long a server may take to answer: the system alone would wait for minutes.
@@ -33,10 +33,10 @@ impl TcpServer {
     /// The server at `address`, written `tcp://host:port`; nothing is opened yet.
     ///
     /// # Errors
-    /// [`ConnectError::Address`] when it is not written so.
+    /// [`ConnectError::Address`] when the address is not written in this form.
     pub fn new(address: &str, clock: Clock) -> Result<Self, ConnectError> {
         let host_and_port = address.strip_prefix("tcp://").filter(|rest| {
-            // the address of version 6 has colons of its own, in brackets
+            // an IPv6 address has colons of its own, in brackets
             let parts = rest.rsplit_once(':');
             parts.is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0))
         });
@@ -55,7 +55,7 @@ impl Connect for TcpServer {
     async fn open(&mut self, _baud: u32) -> Result<TcpConnection, ConnectError> {
         let connect = async {
             let stream = in_answer_time(TcpStream::connect(&self.host_and_port)).await?;
-            // a command is one small packet that must not wait for another
+            // a command is one small packet, which must not wait for another
             stream.set_nodelay(true)?;
             Ok(stream)
         };
@@ -84,7 +84,7 @@ async fn in_answer_time<T>(connecting: impl Future<Output = io::Result<T>>) -> i
     timeout(ANSWER_TIME, connecting).await.unwrap_or_else(|_| Err(ErrorKind::TimedOut.into()))
 }
 
-/// An open connection. When its bytes are not taken, the server has to wait.
+/// An open connection. While its bytes are not read, the server has to wait.
 #[derive(Debug)]
 pub struct TcpConnection {
     name: String,
@@ -113,16 +113,17 @@ impl Connection for TcpConnection {
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.stream.write_all(bytes).await.map_err(|error| match error.kind() {
-            // for a socket: the server has hung up; for a port: it was unplugged
+            // of a socket the error means that the server has hung up; of a port, that it was
+            // unplugged
             ErrorKind::BrokenPipe => ErrorKind::ConnectionReset.into(),
             _ => error,
         })
     }
 
     async fn close(mut self) -> Vec<StreamInput> {
-        // it is closed either way when it is dropped
+        // the socket is closed when it is dropped, with or without a shutdown
         let _ = self.stream.shutdown().await;
-        // nothing waits: each read is forwarded at once
+        // no input waits: each read is forwarded at once
         Vec::new()
     }
 }

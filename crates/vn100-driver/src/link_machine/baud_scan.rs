@@ -1,4 +1,4 @@
-//! The search for the baud rate of a sensor: at each rate listen, then ask.
+//! The search for the baud rate of a sensor: at each rate the scan listens, then asks.
 
 use std::{collections::VecDeque, io, time::Duration};
 
@@ -7,60 +7,62 @@ use vn100_protocol::{Register, SensorCommand};
 use super::{PortAction, link_context::LinkContext};
 use crate::{link::LinkState, link_error::LinkError};
 
-/// The question: every firmware answers it.
+/// The question: every firmware answers a read of register 1.
 const QUESTION: SensorCommand = SensorCommand::ReadRegister(Register::MODEL);
 
 /// Length of the question on the line, `$VNRRG,01*72\r\n`.
 pub(crate) const QUESTION_BYTES: u64 = 14;
 
-/// How long to listen before asking: three frames of the factory default of 40 Hz.
+/// How long to listen before asking: more than three periods of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// How long to listen where no question is sent: a period of the slowest output, besides the frame
+/// How long to listen where no question is sent: a period of the slowest output, and the frame
 /// itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
-/// How long to wait for a sensor beside the output of another device: three lines of one a second.
+/// How long to wait for a sensor beside the output of another device: time for three lines at one a
+/// second.
 const DOUBT: Duration = Duration::from_millis(2400);
 
-/// How long the sensor may take to answer, besides the time on the line.
+/// How long the sensor may take to answer, besides the transmission time of the answer.
 const ANSWER: Duration = Duration::from_millis(100);
 
-/// The round trip of a network.
+/// The round-trip time of a network.
 const NETWORK: Duration = Duration::from_millis(500);
 
-/// The longest frame that is on the line when the question arrives, and the answer behind it.
+/// The longest frame that may be under way when the question arrives, and the answer behind it, in
+/// bytes.
 const BYTES_BEFORE_ANSWER: u32 = 256;
 
 /// How long to wait for a silent sensor at the first baud rate: longer than its boot of 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
-/// How long bytes are discarded before a baud rate is tried again: longer than an adapter holds
-/// them.
+/// How long bytes are discarded before a baud rate is tried a second time: longer than an adapter
+/// keeps bytes.
 const SETTLE: Duration = Duration::from_millis(100);
 
-/// No more bytes than this may have been left in the adapter, or be the rest of a frame.
+/// More bytes than this are neither left over in the adapter nor the rest of one frame.
 const STRAY_BYTES: u64 = 100;
 
-/// No more bytes than this are glitches of an idle line, long after the port was opened and
-/// without a question.
+/// More bytes than this, long after the port was opened and without a question, are not glitches of
+/// an idle line.
 const GLITCH_BYTES: u64 = 8;
 
 /// A baud rate to try.
 #[derive(Debug, Clone, Copy)]
 struct BaudAttempt {
-    /// `None` where the link has none, as over TCP.
+    /// The rate; `None` where the link has none, as over TCP.
     baud: Option<u32>,
     /// For how long received bytes are discarded first.
     settle: Duration,
 }
 
-/// What an attempt waits for: the port alone without a limit.
+/// What an attempt waits for; only the port is waited for without a timeout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AttemptStage {
     /// The port to switch to the baud rate.
     Switching,
-    /// The end of the bytes of the rate before.
+    /// The end of the bytes that were sent at the former rate.
     Settling,
     /// A frame.
     Listening,
@@ -71,16 +73,16 @@ enum AttemptStage {
 }
 
 /// Tries baud rates one after the other until a valid frame arrives. At the first rate a silent
-/// sensor is waited for: it may be booting.
+/// sensor is waited for, because it may be booting.
 ///
 /// Bytes at a wrong rate come from a device that sends by itself. Where no sensor was connected
-/// before, it may be another device: then no further question is sent, and each rate is listened to
-/// for as long as the slowest output needs. Every second scan sends the question all the same.
+/// before, that may be another device: then no further question is sent, and each rate is listened
+/// to for as long as the slowest output needs. Every second scan sends the question nevertheless.
 ///
-/// Where a sensor is silent at the rate it had before, its adapter may be stalled: it delays all
-/// bytes, answers too, and delivers them at once, perhaps while another rate is tried. So the first
-/// valid frame after such a silence is discarded, and the rate it had before is tried next: only
-/// what arrives after a delayed burst shows the baud rate.
+/// Where a sensor is silent at its former rate, its adapter may be stalled: it delays all bytes,
+/// answers as well, and delivers them at once, perhaps while another rate is tried. So the first
+/// valid frame after such a silence is discarded, and the former rate is tried next: only what
+/// arrives after a delayed burst shows the baud rate.
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
@@ -91,23 +93,23 @@ pub(super) struct BaudScan {
     is_first: bool,
     has_asked: bool,
     is_found: bool,
-    /// Whether bytes may be delayed.
+    /// Whether bytes may be delayed by a stalled adapter.
     may_be_stalled: bool,
     began: Duration,
     attempt_began: Duration,
     tried: Vec<u32>,
-    /// Bytes discarded.
+    /// Bytes that were discarded.
     bytes: u64,
     /// Copies of the question among them.
     echoes: u64,
     /// Bytes of neither a sensor nor an echo, at the rates tried before.
     unframed: u64,
-    /// Bytes that came long after the port was switched and without a question.
+    /// Bytes that arrived long after the port was switched and without a question.
     unsolicited: u64,
 }
 
 impl BaudScan {
-    /// Begins with the first of `bauds`, which the port is opened at.
+    /// Starts with the first of `bauds`, at which the port is opened.
     pub(super) fn start(bauds: Vec<Option<u32>>, context: &mut LinkContext, now: Duration) -> Self {
         let mut attempts = VecDeque::from_iter(bauds.iter().map(|&baud| BaudAttempt { baud, settle: Duration::ZERO }));
         let first = attempts.pop_front();
@@ -133,12 +135,13 @@ impl BaudScan {
         scan
     }
 
-    /// The baud rate of the sensor, once it is found; its frames are then still pending.
+    /// The baud rate of the sensor, once the sensor is found: `Some(None)` on a link without one.
+    /// The frames of the sensor are then still pending.
     pub(super) fn found(&self) -> Option<Option<u32>> {
         self.is_found.then_some(self.attempt.baud)
     }
 
-    /// Handles what was received, all of it pending, of which so many bytes are new.
+    /// Handles what was received, all of it pending, of which this many bytes are new.
     pub(super) fn handle_received(
         &mut self,
         context: &mut LinkContext,
@@ -156,7 +159,7 @@ impl BaudScan {
                 context.requests.handle_link_down();
                 (self.stage, self.until) = (AttemptStage::Doubting, now + DOUBT + self.line_time());
             }
-            // at the right rate a frame is complete by then; bytes before that may be stray
+            // at the right rate a frame is complete by now; bytes before that may be stray
             AttemptStage::Listening if now >= self.attempt_began + SETTLE && self.only_listens(context) => {
                 self.until = self.until.min(now + LISTEN + self.line_time());
             }
@@ -235,21 +238,21 @@ impl BaudScan {
         context.options.listen_only || may_be_other
     }
 
-    /// Whether another device may be sending. Text alone may be the banner of a server or an
-    /// adapter, and does not replace the one question.
+    /// Whether another device may be sending. A text alone may be the banner of a server or of an
+    /// adapter, and the one question is sent nevertheless.
     fn is_doubtful(&self, context: &LinkContext) -> bool {
         let other = &context.pending.other_device;
         other.has_frames() || other.has_text() && (self.has_asked || self.only_listens(context))
     }
 
-    /// How long the bytes before the answer, and the answer, are on the way.
+    /// The time that the bytes before the answer, and the answer, take on the line.
     fn line_time(&self) -> Duration {
         // ten bits a byte
         self.attempt.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1))
     }
 
     fn finish_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
-        // a late answer to the question is no answer to a later one
+        // a late answer to this question must not count as one to a later question
         context.requests.handle_link_down();
         let (is_found, echoes) = (context.pending.has_sensor(), context.pending.echoes);
         let before = context.pending.take_before_sensor();
@@ -273,7 +276,7 @@ impl BaudScan {
             self.may_be_stalled |= context.last_baud.is_some();
             let booted = self.began + BOOT;
             if now < booted {
-                // a frame a second is received before the next question
+                // a frame of a sensor that sends one a second arrives before the next question
                 let until = now + LISTEN_ONLY + self.line_time();
                 let until = match context.was_connected {
                     _ if self.only_listens(context) => until,
@@ -310,7 +313,7 @@ impl BaudScan {
     }
 }
 
-/// The number of bytes besides so many copies of the question.
+/// The number of bytes that are not part of these copies of the question.
 const fn without_echoes(bytes: u64, echoes: u64) -> u64 {
     bytes.saturating_sub(echoes * QUESTION_BYTES)
 }

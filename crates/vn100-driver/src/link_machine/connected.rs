@@ -15,13 +15,13 @@ use crate::{
     link_error::LinkError,
 };
 
-/// How long after the last check a silent sensor is asked again, or given up where no question may
-/// be sent.
+/// The interval at which a silent sensor is asked again, or after which the link is given up where
+/// no question may be sent.
 const SILENCE_CHECK: Duration = Duration::from_secs(10);
 
-/// How long a silence lasts, at least, before a sensor that does not answer counts as lost: a
-/// machine or an adapter that stalls for two seconds then delivers everything that was received
-/// meanwhile, the answer too.
+/// The shortest silence after which a sensor that does not answer counts as lost: a machine or an
+/// adapter that stalls for two seconds then delivers everything that was received meanwhile, the
+/// answer as well.
 const LONGEST_STALL: Duration = Duration::from_millis(2500);
 
 pub(super) struct Connected {
@@ -41,7 +41,8 @@ struct Silence {
 }
 
 impl Silence {
-    /// Whether the sensor sends by itself in this input; neither replies nor garbage end a silence.
+    /// Whether the sensor sends by itself in this input; neither replies nor garbled bytes end a
+    /// silence.
     fn is_ended_by(&mut self, input: &StreamInput) -> bool {
         let StreamInput::Chunk(chunk) = input else { return false };
         let mut is_ended = false;
@@ -57,7 +58,7 @@ impl Silence {
 }
 
 impl Connected {
-    /// The sensor is connected at this baud rate.
+    /// The state of a link whose sensor is connected at this baud rate.
     pub(super) fn new(context: &mut LinkContext, now: Duration, baud: Option<u32>) -> Self {
         context.last_baud = baud;
         (context.was_connected, context.attempts) = (true, 0);
@@ -80,8 +81,8 @@ impl Connected {
         connected
     }
 
-    /// Forwards what was pending while the sensor was verified. Of the replies in it those are
-    /// handled for which `is_open` holds: the others answered the baud scan and the verification.
+    /// Forwards what was pending while the sensor was verified. Of the replies in it, those for
+    /// which `is_open` holds are handled: the others answered the baud scan and the verification.
     pub(super) fn forward_pending(
         &mut self,
         context: &mut LinkContext,
@@ -91,13 +92,13 @@ impl Connected {
         while let Some(input) = context.pending.inputs.pop_front() {
             self.forward(context, now, input, is_open)?;
         }
-        // begins a new stream
+        // the frames of the measurement begin a new stream
         context.pending.take_all();
         Ok(())
     }
 
     /// Handles an input: forwards it, unless the sensor has to be verified first, because it sends
-    /// again after a silence. Then the input is given back.
+    /// again after a silence. In that case the input is returned.
     pub(super) fn handle_received(
         &mut self,
         context: &mut LinkContext,
@@ -112,7 +113,7 @@ impl Connected {
         Ok(None)
     }
 
-    /// Checks a silent output and open commands.
+    /// Checks whether the output is silent, and the commands that are open.
     pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         if now >= self.next_silence_check() {
             if context.options.listen_only && self.silence.is_some() {
@@ -139,7 +140,7 @@ impl Connected {
         self.is_restarting
     }
 
-    /// The port has followed the sensor to another baud rate.
+    /// The port was set to the baud rate to which the sensor has changed.
     pub(super) fn handle_baud_set(&mut self, context: &mut LinkContext, baud: u32) {
         self.up.baud = Some(baud);
         context.last_baud = Some(baud);
@@ -147,7 +148,7 @@ impl Connected {
         context.publish(LinkState::Up(self.up.clone()));
     }
 
-    /// When the output counts as silent, or is checked again if it is.
+    /// When the output will count as silent, or, where it is silent, when it is checked again.
     fn next_silence_check(&self) -> Duration {
         match &self.silence {
             Some(silence) => silence.last_check + SILENCE_CHECK,
@@ -162,8 +163,8 @@ impl Connected {
         context.emit(now, LinkEventKind::Up { port: self.up.port.clone(), baud: self.up.baud });
     }
 
-    /// Forwards an input, judges the link by it, and handles the replies in it for which `is_open`
-    /// holds: those that are not handled yet.
+    /// Forwards an input, judges the link by it, and handles those of its replies for which
+    /// `is_open` holds, which are the ones not handled yet.
     fn forward(
         &mut self,
         context: &mut LinkContext,
@@ -185,12 +186,12 @@ impl Connected {
             }
         }
         let has_output = counts.output > before.output;
-        // a reply is no output; garbage does not end a silence
+        // a reply is no output; garbled bytes do not end a silence
         if has_output || self.silence.is_none() && counts.good == before.good {
             self.last_output = now;
             if self.silence.take().is_some() {
                 context.publish(LinkState::Up(self.up.clone()));
-                // its power may have been interrupted
+                // the sensor may have lost its power
                 context.requests.identify(now);
             }
         }
@@ -241,7 +242,7 @@ impl Connected {
                 self.up.since_ns = nanoseconds(now);
                 self.up.restarted = Some(error);
                 context.publish(LinkState::Up(self.up.clone()));
-                // it boots and does not answer: with its next frame it is connected again
+                // the sensor boots and does not answer: with its next frame it is connected again
                 self.is_restarting = true;
             }
             RequestEvent::BaudChanged(_) | RequestEvent::PhaseAnswered(_) => {}
@@ -250,55 +251,56 @@ impl Connected {
     }
 }
 
-/// Bytes that arrive for this long without a good frame are garbled: the baud rate is wrong, or
+/// Bytes that arrive for this long without a valid frame are garbled: the baud rate is wrong, or
 /// the receiver of the host flips bits until the port is opened again.
 const GARBLED_AFTER: Duration = Duration::from_millis(300);
 
-/// Fewer bytes than this may be single damaged frames: four of the usual ones.
+/// Fewer bytes than this may be single damaged frames: the length of four usual ones.
 const GARBLED_BYTES: u64 = 512;
 
-/// A stream is silent after so many of its own periods, and not before the usual pauses of an
-/// adapter and of a busy machine.
+/// A stream counts as silent after this many of its own periods, but not before the usual pauses of
+/// an adapter and of a busy machine.
 const SILENT_PERIODS: u32 = 5;
 const SILENT_AT_LEAST: Duration = Duration::from_millis(250);
 
-/// The timeout of a stream whose period is not known: three periods of the slowest output.
+/// The timeout of a stream with an unknown period: three periods of the slowest output.
 const SILENT_UNKNOWN: Duration = Duration::from_secs(3);
 
-/// A server that collects lines sends them in bursts: the longest recent pause between two of them
-/// is no silence, and the next may be twice as long. Longer than this may be a restart.
+/// A server that collects lines sends them in bursts: the longest recent pause between two bursts
+/// is no silence, and the next pause may be twice as long. A pause above this limit may be a
+/// restart.
 const LONGEST_PAUSE_S: f64 = 1.2;
 const SILENT_PAUSES: f64 = 2.0;
 
-/// Time constant with which the longest pause decays while no other one comes.
+/// Time constant with which the longest pause decays while no longer one occurs.
 const PAUSE_MEMORY_S: f64 = 4.0;
 
-/// Weight of a new period in the estimate: a read may bring one frame more or less.
+/// Weight of a new period in the estimate: a read may contain one frame more or less.
 const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
 
 /// The recent past of one connection.
 #[derive(Debug, Clone)]
 struct StreamHealth {
-    /// At the last read.
+    /// The counts at the last read.
     counts: FrameCounts,
-    /// When the first byte arrived after the last valid frame; `None` right after one.
+    /// When the first byte after the last valid frame arrived; `None` right after a valid frame.
     bad_since_ns: Option<i64>,
     bad_bytes: u64,
     last_output_ns: Option<i64>,
     period_s: Option<f64>,
-    /// The longest pause between two reads, as far as it is recent.
+    /// The longest recent pause between two reads, in seconds.
     pause_s: f64,
 }
 
 impl StreamHealth {
-    /// At the start of a connection; `counts` are those of the connections before.
+    /// The state at the start of a connection; `counts` are those of the connections before.
     fn new(counts: FrameCounts) -> Self {
         Self { counts, bad_since_ns: None, bad_bytes: 0, last_output_ns: None, period_s: None, pause_s: 0.0 }
     }
 
-    /// Judges a read by its time, its length and the frames carried up to its end: whether it
-    /// brought a good frame. A single damaged or incomplete frame explains that it did not, until
-    /// no frame has been good for too long.
+    /// Judges a read by its time, its length and the number of frames up to its end. Whether it
+    /// brought a valid frame; where it did not, a single damaged or incomplete frame is the
+    /// explanation until no frame has been valid for too long.
     fn handle_read(&mut self, at_ns: i64, length: usize, counts: FrameCounts) -> Result<bool, LinkError> {
         let before = mem::replace(&mut self.counts, counts);
         if counts.output > before.output {

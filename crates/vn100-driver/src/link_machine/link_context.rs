@@ -17,10 +17,10 @@ use crate::{
 pub(super) const FIRST_DELAY: Duration = Duration::from_millis(100);
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
 
-/// How many frames with a right checksum a stream has carried so far.
+/// The number of frames with a right checksum that a stream has carried so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct FrameCounts {
-    /// All of them.
+    /// All such frames.
     pub(super) good: u64,
     /// Those that are not replies: the output that the sensor sends by itself.
     pub(super) output: u64,
@@ -31,16 +31,18 @@ pub(super) struct LinkContext {
     pub(super) given_name: String,
     pub(super) has_baud: bool,
     pub(super) options: LinkOptions,
-    /// The baud rate at which the sensor was connected last, or to which it was set before.
+    /// The baud rate at which the sensor was last connected, or to which it was set before the
+    /// link.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
-    /// Another program that was found on the port.
+    /// Another program that has the port open, where one was found.
     pub(super) port_shared_with: Option<String>,
-    /// Attempts to open the port since the sensor was connected last.
+    /// Attempts to open the port since the sensor was last connected.
     pub(super) attempts: u32,
-    /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
+    /// The delay before the next attempt to reconnect; it doubles until the link has carried a
+    /// valid frame.
     pub(super) reconnect_delay: Duration,
-    /// The port, as it was opened last.
+    /// The port that was opened last.
     pub(super) port: OpenPort,
     pub(super) requests: Requests,
     /// What was received and is neither forwarded nor discarded yet.
@@ -86,15 +88,16 @@ impl LinkContext {
         }
     }
 
-    /// The frames of all connections so far. A right checksum shows that the link carries a sensor,
-    /// also where the fields are malformed.
+    /// The frames of all connections so far. A frame with a right checksum shows that the link
+    /// carries a sensor, even where its fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
         let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
         FrameCounts { good: output + tally.replies, output }
     }
 
-    /// The delay before the next attempt to reconnect; the one after that is twice as long.
+    /// The delay before the next attempt to reconnect; each delay is twice as long as the one
+    /// before.
     pub(super) fn next_delay(&mut self) -> Duration {
         let doubled = (self.reconnect_delay * 2).min(LONGEST_DELAY);
         mem::replace(&mut self.reconnect_delay, doubled)
@@ -109,16 +112,17 @@ impl LinkContext {
         _ = self.forward(StreamInput::Link(LinkEvent { at_ns, kind }));
     }
 
-    /// Records, counts and decodes an input of the measurement. Gives the replies that it
+    /// Records, counts and decodes an input of the measurement. Returns the replies that the input
     /// completes.
     pub(super) fn forward(&mut self, input: StreamInput) -> Vec<Reply> {
-        // bytes are shared, not copied
+        // the clone shares the bytes
         self.events.push_back(LinkOutput::Recorded(input.clone()));
         self.events.extend(StreamEvent::from_input(&mut self.reader, input).map(LinkOutput::Stream));
         self.reader.take_replies()
     }
 
-    /// Discards what is pending, counted and recorded as discarded. Gives the number of its bytes.
+    /// Discards what is pending; its bytes are counted and recorded as discarded. Returns their
+    /// number.
     pub(super) fn discard_pending(&mut self, now: Duration) -> u64 {
         let inputs = self.pending.take_all();
         self.discard(now, inputs)
@@ -149,14 +153,15 @@ impl LinkContext {
         identified
     }
 
-    /// The serial number to verify; `None` where it is not known or must not be asked for.
+    /// The serial number to verify; `None` where it is not known or must not be read.
     pub(super) fn serial_to_verify(&self) -> Option<&str> {
-        // a link that only listens may have overheard it
+        // a link that only listens may have received the answer to another program
         self.serial_number.as_deref().filter(|_| !self.options.listen_only)
     }
 
-    /// Compares a reply with the serial number that is known. Whether the number must be read
-    /// again: one reply in a few million is damaged in spite of its checksum, but not two alike.
+    /// Compares a reply with the known serial number. Returns whether the number must be read
+    /// again: one reply in a few million is damaged in spite of its checksum, but not two in the
+    /// same way.
     pub(super) fn check_serial_number(&mut self, reply: &Reply) -> Result<bool, LinkError> {
         let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
             return Ok(false);
@@ -178,7 +183,7 @@ pub(super) fn is_unsolicited_error(reply: &Reply) -> bool {
     matches!(reply, Reply::Error(error) if error.is_unsolicited())
 }
 
-/// A time as the stamps of the stream have it.
+/// A time in the form of the stamps of the stream.
 pub(super) fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
@@ -217,7 +222,7 @@ pub(super) struct PendingInputs {
     scanner: FrameScanner,
     /// Where the first frame of a sensor begins, in bytes from the first input.
     sensor_at: Option<u64>,
-    /// Copies of the question of a baud scan that arrived before that: an echo is no sensor.
+    /// Copies of the question of a baud scan that arrived before that frame: an echo is no sensor.
     pub(super) echoes: u64,
     /// What shows that another device sends.
     pub(super) other_device: OtherDevice,

@@ -7,16 +7,16 @@ use vn100_protocol::{Check, Sentence};
 /// How many sentences of another device are named.
 const NAMED_SENTENCES: usize = 3;
 
-/// How many lines of text, or packets, no noise makes.
+/// This many lines of text, or packets, are no noise.
 const SURE: u32 = 2;
 
-/// So many characters of text before a line end may be noise.
+/// This many characters of text before a line end may be noise.
 const NOISE_CHARACTERS: usize = 8;
 
-/// So much of a line is shown.
+/// A line is shown up to this length, in characters.
 const SHOWN_CHARACTERS: usize = 40;
 
-/// No line of text and no packet that is looked at is longer: noise.
+/// A longer line of text or packet is noise, and is not examined.
 const LONGEST: usize = 1000;
 
 /// What another device sends.
@@ -26,18 +26,18 @@ pub(crate) enum OtherOutput {
     Sentences(Vec<String>),
     /// Packets of a known maker, by the words for who sends such.
     Packets(&'static str),
-    /// Lines of text, of which this is the last one.
+    /// Lines of text; the last of them.
     Text(String),
 }
 
 /// Packets with a length and a checksum.
 struct PacketFormat {
-    /// The words for who sends such packets.
+    /// The words for the devices that send such packets.
     device: &'static str,
     sync: [u8; 2],
-    /// Between the sync bytes and the payload.
+    /// Bytes between the sync bytes and the payload.
     header: usize,
-    /// Of the payload, from the bytes behind the sync bytes.
+    /// The length of the payload, from the bytes behind the sync bytes.
     length: fn(&[u8]) -> usize,
     is_good: fn(&[u8]) -> bool,
     checksum: usize,
@@ -71,7 +71,7 @@ static PACKET_FORMATS: [PacketFormat; 3] = [
     },
 ];
 
-/// Whether the last two bytes are the sums of those before them.
+/// Whether the last two bytes are the Fletcher sums of the bytes before them.
 fn ends_with_fletcher(bytes: &[u8]) -> bool {
     let (summed, sums) = bytes.split_at(bytes.len() - 2);
     let add = |(a, b): (u8, u8), byte: &u8| (a.wrapping_add(*byte), b.wrapping_add(a.wrapping_add(*byte)));
@@ -80,7 +80,7 @@ fn ends_with_fletcher(bytes: &[u8]) -> bool {
 }
 
 impl PacketFormat {
-    /// The length of the packet that begins here, 0 where none does, `None` before all of it is
+    /// The length of the packet that begins here: 0 where none does, `None` before all of it is
     /// received.
     fn packet_at(&self, bytes: &[u8]) -> Option<usize> {
         let sync = bytes.len().min(self.sync.len());
@@ -121,7 +121,7 @@ fn is_nmea(name: &str) -> bool {
 pub(super) struct OtherDevice {
     sentences: Vec<String>,
     packets: [u32; PACKET_FORMATS.len()],
-    /// The begin of a packet.
+    /// The beginning of a packet that is not complete.
     incomplete: Vec<u8>,
     lines: TextLines,
 }
@@ -158,12 +158,13 @@ impl OtherDevice {
         !self.sentences.is_empty() || self.packets.iter().any(|packets| *packets > 0)
     }
 
-    /// Whether a line of text came; more of them show another device.
+    /// Whether a line of text arrived; only further ones show another device.
     pub(super) fn has_text(&self) -> bool {
         self.lines.has_ended
     }
 
-    /// What the bytes so far show: `None` for a sensor, for noise, for bytes at a wrong baud rate.
+    /// The output of another device, as far as the bytes show one: `None` for a sensor, for noise,
+    /// and for bytes at a wrong baud rate.
     pub(super) fn output(&self) -> Option<OtherOutput> {
         let packets = || self.packets.iter().position(|packets| *packets >= SURE);
         match () {
@@ -187,13 +188,13 @@ fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
 struct TextLines {
     count: u32,
     last: String,
-    /// The incomplete one; `None` where its beginning is missing.
+    /// The incomplete line; `None` where its beginning is missing.
     line: Option<String>,
-    /// Of the incomplete line, since the last noise.
+    /// Number of characters of the incomplete line since the last noise.
     characters: usize,
-    /// Whether some text had a line end since the last noise.
+    /// Whether a line of text has ended since the last noise.
     has_ended: bool,
-    /// Sentences of a sensor, however damaged.
+    /// Whether a sentence of a sensor was among the lines, however damaged.
     has_sensor: bool,
 }
 
@@ -211,10 +212,10 @@ impl TextLines {
     fn end_line(&mut self) {
         self.has_ended |= mem::take(&mut self.characters) > NOISE_CHARACTERS;
         let Some(line) = self.line.replace(String::new()) else { return };
-        // the answer to a question may begin with the question
+        // the answer to a question may begin with an echo of the question
         let is_question = line.contains("$VNRRG,01*72");
         self.has_sensor |= line.contains("VN") && !is_question;
-        // a sentence without its beginning has a checksum, or hardly a letter
+        // a sentence without its beginning has a checksum, or few letters
         let letters = line.bytes().filter(u8::is_ascii_alphabetic).count();
         if letters >= 3 && !line.contains('*') && !line.contains("VN") {
             self.count += 1;

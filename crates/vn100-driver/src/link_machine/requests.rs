@@ -1,4 +1,4 @@
-//! The commands of the user and of the link itself over one [`RequestQueue`], and what follows.
+//! The commands of the user and of the link itself over one [`RequestQueue`], and their effects.
 
 mod temperature_poll;
 
@@ -16,9 +16,9 @@ use super::baud_rates::BAUD_RATES;
 use crate::link::CommandError;
 use temperature_poll::TemperaturePoll;
 
-/// The registers that describe a measurement, in the order in which they are read: first those
-/// that the first numbers rest on, as reading all of them takes five seconds. The serial number is
-/// the second, because a sensor that is lost early is identified by it.
+/// The registers that describe a measurement, in the order in which they are read: first those that
+/// the first numbers depend on, because reading all of them takes five seconds. The serial number
+/// is the second, because a sensor that is lost early is identified by it.
 const IDENTITY: [Register; 24] = [
     Register::ASYNC_RATE,
     Register::SERIAL_NUMBER,
@@ -46,51 +46,51 @@ const IDENTITY: [Register; 24] = [
     Register::REFERENCE_MODEL,
 ];
 
-/// The interval between two reads of the link's own. On a line that is nearly full a reply delays
-/// all frames behind it until idle time has made up for it; replies without a pause would add up to
-/// what looks like lost frames.
+/// The interval between two reads of the link itself. On a line that is nearly full a reply delays
+/// all frames behind it until idle time has made up for the delay; replies without a pause between
+/// them would add up to what looks like dropped frames.
 const READ_INTERVAL: Duration = Duration::from_millis(200);
 
-/// A running sensor whose output is on has sent a frame by then: the slowest output sends one each
-/// second, and a restart takes 1.25 s.
+/// A running sensor whose output is on has sent a frame within this time: the slowest output sends
+/// one each second, and a restart takes 1.25 s.
 const SURELY_PAUSED: Duration = Duration::from_secs(3);
 
 /// Who submitted a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Requester {
-    /// The user of the link; the number is that of the request.
+    /// The user of the link; the number is that of the command.
     User(u64),
     /// The link, to identify the sensor. The replies are part of the stream.
     Identification,
-    /// The link, to learn whether a silent sensor is there.
+    /// The link, to find out whether a silent sensor is connected.
     Presence,
-    /// A phase of the link that waits for the result.
+    /// A phase of the link, which waits for the result.
     Phase,
 }
 
-/// What follows from a reply or a timeout.
+/// An effect of a reply or a timeout on the link.
 #[derive(Debug, PartialEq)]
 pub(super) enum RequestEvent {
     /// The command of the phase has ended.
     PhaseAnswered(Result<Response, RequestFailure>),
     /// The sensor has carried out the user's command to change its baud rate.
     BaudChanged(BaudRate),
-    /// The sensor was asked whether it is there, and did not reply.
+    /// The sensor did not reply to the question whether it is connected.
     Absent,
-    /// The sensor reports that it has restarted.
+    /// The sensor reports a restart.
     Restarted(DeviceError),
-    /// The sensor refused a command that this link did not send. Errors that are always unsolicited
-    /// are counted in the stream instead.
+    /// The sensor refused a command that this link did not send. Errors that are unsolicited in any
+    /// case are counted in the stream instead.
     Unsolicited(DeviceError),
 }
 
 /// What this link has done about an output that was silent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum InitialOutputState {
-    /// Nothing, or the user has set the output since.
+    /// This link has sent no command, or the user has set the output since.
     #[default]
     Untouched,
-    /// The sensor was commanded to send. The next frame shows whether its output was paused.
+    /// The sensor was commanded to send. Its next frame shows whether the output was paused.
     Commanded,
     /// The output had been paused by another program, and was resumed by the command.
     Resumed,
@@ -100,9 +100,9 @@ enum InitialOutputState {
 pub(super) struct Requests {
     listen_only: bool,
     queue: RequestQueue,
-    /// The commands that the queue has not completed.
+    /// The commands that the queue has not completed yet.
     open: BTreeMap<RequestId, (SensorCommand, Requester)>,
-    /// Registers to read while no other command is open.
+    /// Registers that are read while no other command is open.
     to_read: VecDeque<Register>,
     /// The earliest time of the next such read.
     read_at: Duration,
@@ -111,7 +111,7 @@ pub(super) struct Requests {
     /// When the sensor last answered a command.
     answered_at: Option<Duration>,
     initial_output: InitialOutputState,
-    /// How many errors may still be replies to a baud scan.
+    /// The number of errors that may still be replies to a baud scan.
     spurious_errors_expected: usize,
     temperature: Option<TemperaturePoll>,
     events: VecDeque<RequestEvent>,
@@ -135,14 +135,15 @@ impl Requests {
             return;
         }
         self.to_read = IDENTITY.into();
-        // a read that is still open was sent to the sensor as it was before
+        // a read that is still open went to the sensor as it was before
         self.open.retain(|_, (_, requester)| *requester != Requester::Identification);
         if let Some(poll) = &mut self.temperature {
             poll.restart(now);
         }
     }
 
-    /// Cancels the commands of the link itself, for a sensor that has been silent since.
+    /// Cancels the commands of the link itself, which a sensor that has become silent will not
+    /// answer.
     pub(super) fn cancel_own(&mut self) {
         self.to_read.clear();
         self.open.retain(|id, (_, requester)| {
@@ -161,9 +162,9 @@ impl Requests {
         }
     }
 
-    /// A baud scan has sent a question. At all baud rates but its own the sensor received garbage.
-    /// Until its first good answer it may report an error for each rate and each further question,
-    /// and these errors answer none of the commands that are open by then.
+    /// A baud scan has sent a question. At all other baud rates the sensor received garbled bytes.
+    /// Until its first valid answer it may report an error for each rate and each further question;
+    /// these errors answer none of the commands that are open at that time.
     pub(super) fn expect_spurious_errors(&mut self) {
         self.spurious_errors_expected = (self.spurious_errors_expected + 1).max(BAUD_RATES.len());
     }
@@ -176,14 +177,14 @@ impl Requests {
         }
     }
 
-    /// Submits the command that the present phase waits for, ahead of those of the user.
+    /// Submits the command that the present phase waits for, ahead of the commands of the user.
     pub(super) fn submit_for_phase(&mut self, command: SensorCommand) {
         self.submit(command, Requester::Phase);
     }
 
-    /// Asks a sensor that has been silent since `silent_since` whether it is there. A sensor that
-    /// has answered since then has power: it is commanded to send, because a program that was
-    /// killed may have left its output paused. Not if the user has paused it.
+    /// Asks a sensor that has been silent since `silent_since` whether it is connected. A sensor
+    /// that has answered since then has power: it is commanded to send, because a program that was
+    /// killed may have left its output paused; not if the user has paused the output.
     pub(super) fn ask_presence(&mut self, silent_since: Duration, now: Duration) {
         let has_answered = self.answered_at.is_some_and(|at| at > silent_since);
         let may_be_paused = !self.is_paused_by_user && has_answered && now >= silent_since + SURELY_PAUSED;
@@ -195,7 +196,8 @@ impl Requests {
         self.submit(question, Requester::Presence);
     }
 
-    /// The output is on. Whether that shows, for the first time, that it had been paused.
+    /// Notes that the output is on. Returns whether that shows, for the first time, that the output
+    /// had been paused.
     pub(super) fn detect_resumed_output(&mut self) -> bool {
         let is_resumed = self.initial_output == InitialOutputState::Commanded;
         if is_resumed {
@@ -204,7 +206,8 @@ impl Requests {
         is_resumed
     }
 
-    /// Whether the output was found paused and is on only because of this link.
+    /// Whether the output was found paused and is on only because of this link, which pauses it
+    /// again.
     pub(super) fn must_restore_pause(&self) -> bool {
         self.initial_output == InitialOutputState::Resumed && !self.is_paused_by_user
     }
@@ -255,7 +258,7 @@ impl Requests {
         while let Some(error) = self.queue.poll_notice() {
             match error {
                 DeviceError::HardFault | DeviceError::WatchdogReset => {
-                    // after a restart the output is on
+                    // after a restart of the sensor its output is on
                     self.is_paused_by_user = false;
                     self.initial_output = InitialOutputState::Untouched;
                     self.events.push_back(RequestEvent::Restarted(error));
@@ -273,7 +276,8 @@ impl Requests {
         self.take_completions();
     }
 
-    /// The link is lost, or tries another baud rate: all commands end; only the user is informed.
+    /// The link is lost, or tries another baud rate: all commands end, and only the user is
+    /// informed.
     pub(super) fn handle_link_down(&mut self) {
         self.to_read.clear();
         self.is_paused_by_user = false;
@@ -291,11 +295,11 @@ impl Requests {
             (Ok(id), requester) => _ = self.open.insert(id, (command, requester)),
             (Err(full), Requester::User(id)) => self.answers.push_back((id, Err(full.into()))),
             (Err(_), Requester::Phase) => {
-                // handled as a command that the sensor has not answered
+                // handled as a command that the sensor did not answer
                 let failure = RequestFailure::LinkDown { line: String::new(), attempts: 0 };
                 self.events.push_back(RequestEvent::PhaseAnswered(Err(failure)));
             }
-            // the 64 open commands will show whether the sensor answers
+            // the 64 commands in the queue will show whether the sensor answers
             (Err(_), Requester::Identification | Requester::Presence) => {}
         }
     }
@@ -319,7 +323,8 @@ impl Requests {
                     self.answers.push_back((id, result.map_err(CommandError::from)));
                 }
                 Requester::Phase => self.events.push_back(RequestEvent::PhaseAnswered(result)),
-                // a one-way cable carries no replies; one missing register is no evidence for the others
+                // a one-way cable carries no replies; one missing register does not mean that
+                // others are missing
                 Requester::Identification if is_unanswered => self.to_read.clear(),
                 Requester::Presence if is_unanswered => self.events.push_back(RequestEvent::Absent),
                 Requester::Presence if result.is_ok() && command == SensorCommand::Async(true) => {
@@ -330,11 +335,11 @@ impl Requests {
         }
     }
 
-    /// What a command of the user changes for the link.
+    /// Notes what a command of the user changes for the link.
     fn note_effects(&mut self, command: &SensorCommand, result: &Result<Response, RequestFailure>) {
         match (command, result) {
             (SensorCommand::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Response::Register(written)))
-                // a second field names a port of the sensor, which may be the other one
+                // a second field names a port of the sensor, which may be the other port
                 if fields.iter().count() == 1 =>
             {
                 self.events.extend(written.value().ok().map(RequestEvent::BaudChanged));

@@ -1,6 +1,6 @@
-//! What is done before output counts as that of the sensor measured so far, as it may be another
-//! sensor, or have lost its power and its settings: the serial number is read, and the settings are
-//! read or written again.
+//! What is done before output counts as that of the sensor measured so far. The output may be that
+//! of another sensor, or of one that has lost its power and its settings: the serial number is
+//! read, and the settings are read or written again.
 
 use std::{collections::VecDeque, io, time::Duration};
 
@@ -9,13 +9,13 @@ use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure, Response, 
 use super::{PortAction, link_context::LinkContext};
 use crate::{link_error::LinkError, output_plan::Change};
 
-/// Steps that are done one after the other; each waits for the result of its commands.
+/// Steps that are executed one after the other; each waits for the result of its commands.
 pub(super) struct Verification {
     steps: VecDeque<Step>,
 }
 
 enum Step {
-    /// Read the serial number. A sensor that does not report one is taken for the known one.
+    /// Read the serial number. A sensor that does not report one is accepted as the known sensor.
     VerifySerialNumber,
     /// Read the registers and compare them with the desired settings.
     VerifySettings { left: VecDeque<Change> },
@@ -23,7 +23,7 @@ enum Step {
     ReapplySettings {
         commands: VecDeque<SensorCommand>,
         failure: Option<RequestFailure>,
-        /// The baud rate to change to where the present one is too low for the settings.
+        /// The baud rate to change to where the present rate is too low for the settings.
         faster: Option<BaudRate>,
     },
     /// Change the baud rate of the sensor, then that of the port.
@@ -31,7 +31,7 @@ enum Step {
 }
 
 impl Verification {
-    /// Of a sensor that was found by a baud scan at the rate `baud`.
+    /// The verification of a sensor that a baud scan has found at the rate `baud`.
     pub(super) fn after_scan(context: &mut LinkContext, baud: Option<u32>) -> Self {
         let faster = context.last_baud.filter(|last| context.has_baud && *last > baud.unwrap_or_default());
         let reapply = reapply_settings(&context.options.desired_settings, faster.and_then(BaudRate::new));
@@ -39,14 +39,14 @@ impl Verification {
         Self::start(context, reapply)
     }
 
-    /// Of a sensor that sends again after a silence.
+    /// The verification of a sensor that sends again after a silence.
     pub(super) fn after_silence(context: &mut LinkContext) -> Self {
         context.requests.cancel_own();
         let left = context.options.desired_settings.clone().into();
         Self::start(context, Some(Step::VerifySettings { left }))
     }
 
-    /// Starts with the serial number, where it is known.
+    /// Starts by reading the serial number, where it is known.
     fn start(context: &mut LinkContext, settings: Option<Step>) -> Self {
         let serial = context.serial_to_verify().map(|_| Step::VerifySerialNumber);
         let mut verification = Self { steps: serial.into_iter().chain(settings).collect() };
@@ -91,7 +91,7 @@ impl Verification {
                 *failure = failure.take().or(result.err());
                 if commands.is_empty() {
                     let (failure, faster) = (failure.take(), faster.take());
-                    // what was sent with other settings is no part of the measurement
+                    // output under other settings is no part of the measurement
                     context.discard_pending(now);
                     match (failure, faster) {
                         (Some(failure), Some(faster)) if is_baud_too_low(&failure) => {
@@ -113,8 +113,8 @@ impl Verification {
         Ok(())
     }
 
-    /// The port was switched to the rate of the sensor, which is given; `None` where no step waits
-    /// for it.
+    /// The port was switched to the baud rate of the sensor. Returns that rate; `None` where no
+    /// step waits for it.
     pub(super) fn handle_baud_set(
         &mut self,
         context: &mut LinkContext,
@@ -149,8 +149,8 @@ impl Verification {
     }
 }
 
-/// Writes the desired settings, if any, but for the baud rate: the sensor is found at the one it
-/// has.
+/// The step that writes the desired settings; `None` where there are none. The baud rate is not
+/// written: the sensor is found at the rate it has.
 fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
     let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);
     let writes: Vec<_> = changes
@@ -159,13 +159,14 @@ fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step
     if writes.is_empty() {
         return None;
     }
-    // by a read the queue detects an echoing line, and can then distinguish the echo of a write from its answer
+    // by a read the queue detects an echoing line, and can then tell the echo of a write from its
+    // answer
     let begin = [SensorCommand::ReadRegister(Register::MODEL), SensorCommand::Async(false)];
     let commands = begin.into_iter().chain(writes).chain([SensorCommand::Async(true)]).collect();
     Some(Step::ReapplySettings { commands, failure: None, faster })
 }
 
-/// Whether the sensor refused an output that its baud rate is too low for.
+/// Whether the sensor refused an output because its baud rate is too low.
 fn is_baud_too_low(failure: &RequestFailure) -> bool {
     matches!(failure, RequestFailure::Device { error: DeviceError::InsufficientBaudRate, .. })
 }

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-/// Bytes that the reply to a read of the temperature takes from the line.
+/// Bytes that a reply with the temperature takes on the line.
 const REPLY_BYTES: f64 = 128.0;
 
-/// Reads at an interval, skipped where the line has no room for the reply.
+/// A poll at an interval, skipped where the line has no room for the reply.
 pub(super) struct TemperaturePoll {
     every: Duration,
     last: Duration,
-    /// Bytes that were received since then.
+    /// Bytes received since the interval began.
     bytes: u64,
 }
 
@@ -18,12 +18,12 @@ impl TemperaturePoll {
         Self { every, last: Duration::ZERO, bytes: 0 }
     }
 
-    /// An interval begins now.
+    /// Begins an interval at `now`.
     pub(super) fn restart(&mut self, now: Duration) {
         (self.last, self.bytes) = (now, 0);
     }
 
-    /// So many bytes of the line were taken by what the sensor sent.
+    /// Counts bytes that the sensor has sent.
     pub(super) fn handle_read(&mut self, bytes: usize) {
         self.bytes += bytes as u64;
     }
@@ -32,8 +32,8 @@ impl TemperaturePoll {
         self.last + self.every
     }
 
-    /// Whether a read is due and its reply fits between the frames. One that is due ends the
-    /// interval, also where it does not fit.
+    /// Whether a read is due and its reply fits between the frames. A due read ends the interval,
+    /// even where the reply does not fit.
     pub(super) fn is_due(&mut self, now: Duration, baud: Option<u32>) -> bool {
         let passed = now.saturating_sub(self.last);
         if passed < self.every {
@@ -41,7 +41,7 @@ impl TemperaturePoll {
         }
         let bytes_per_s = self.bytes as f64 / passed.as_secs_f64();
         self.restart(now);
-        // ten bits a byte; the reply must be through within a second
+        // ten bits a byte; the reply must have been sent within a second
         baud.is_none_or(|baud| bytes_per_s + REPLY_BYTES <= f64::from(baud) / 10.0)
     }
 }
