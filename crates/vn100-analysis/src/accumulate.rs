@@ -1,6 +1,6 @@
-//! From batches of rows to sums. `analysis` takes batches. Rows with stamps or counters go through
-//! `pending_rows`, which holds them until gaps are certain; then `data_record` brings rows, gaps
-//! and replies to its parts.
+//! From batches of rows to sums. `analysis` takes the batches. Rows with stamps or counters go
+//! through `pending_rows`, which holds them until it is decided where samples were dropped; then
+//! `data_record` passes rows, gaps and replies on to its parts.
 
 mod accumulators;
 pub(crate) mod analysis;

@@ -1,4 +1,4 @@
-//! The sums of all channels, and the rows that come again.
+//! The sums of all channels, and the detection of repeated rows.
 
 use std::{borrow::Cow, mem, sync::Arc};
 
@@ -22,7 +22,8 @@ use crate::{
     averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings,
 };
 
-/// Rows of so many channels never repeat while a sensor works; a few coarse ones do by chance.
+/// Rows of this many channels never repeat while a sensor works; rows of a few coarse channels do
+/// by chance.
 const MIN_CHANNELS_OF_REPEATS: usize = 9;
 
 #[derive(Debug, Clone, Default)]
@@ -30,29 +31,31 @@ pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
     pub(super) magnitudes: Vec<Magnitude>,
-    /// Only if the message has a quaternion.
+    /// `None` for a message without a quaternion.
     quaternion: Option<QuaternionSign>,
-    /// Only if the temperature is known, from its first reading on.
+    /// `None` while no temperature is known: until its first reading.
     pub(super) temperature: Option<TemperatureRecord>,
-    /// Absolute index after the last row, and after the last one in the sums; 0 before the first.
+    /// Absolute index after the last row; `end_of_sums` after the last row in the sums. Both are 0
+    /// before the first row.
     end: u64,
     end_of_sums: u64,
-    /// Only if asked for.
+    /// The recent samples; `None` where the settings do not ask for them.
     pub(super) recent: Option<Recent>,
-    /// Samples of one channel, for reuse.
+    /// Samples of one channel; kept to reuse the memory.
     column: Vec<i32>,
     repeats: Repeats,
     pub(super) fingerprint: Fingerprint,
     pub(super) printed: Printed,
-    /// Rows that came few at a time and are not in the sums yet: adding one alone costs as much as
-    /// many together. Every reading is of [`settled`](Self::settled) sums.
+    /// Rows that arrived few at a time and are not in the sums yet: adding one row alone costs as
+    /// much as adding many. Every result is read from [`settled`](Self::settled) sums.
     buffered: Vec<i32>,
     buffered_at: RowPlace,
-    /// Not where the whole record is kept: it would be copied for each reading.
+    /// Whether rows are buffered; not where the whole record is kept, which each reading would
+    /// copy.
     holds_rows: bool,
 }
 
-/// Rows are added so many at a time.
+/// The number of rows that are added together.
 const BUFFERED_ROWS: usize = 64;
 
 /// Index of the first row, and how rows are kept for a screen.
@@ -64,7 +67,7 @@ struct RowPlace {
 }
 
 impl Accumulators {
-    /// Begins the channels of this message anew, at this place of the record.
+    /// Starts the channels of this message anew, at this place of the record.
     pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings, start: PieceStart) {
         let plan = SpectrumPlan::new();
         let new = |channel| ChannelState::new(channel, settings, start, &plan);
@@ -79,12 +82,12 @@ impl Accumulators {
         self.layout = Some(layout);
     }
 
-    /// Counts per row; 0 without a layout, and then there are no rows.
+    /// Counts per row; 0 without a layout, in which case there are no rows.
     pub(crate) fn width(&self) -> usize {
         self.channels.len()
     }
 
-    /// Rows without a gap between them, the first with this absolute index.
+    /// Adds rows without a gap between them; the first has this absolute index.
     pub(crate) fn push(&mut self, rows: RowSlice<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
         let place = RowPlace { first_index, rate_hz, keep_recent };
         let width = self.width();
@@ -108,7 +111,7 @@ impl Accumulators {
         }
     }
 
-    /// Adds the buffered rows.
+    /// Adds the buffered rows to the sums.
     fn settle(&mut self) {
         let mut buffered = mem::take(&mut self.buffered);
         if !buffered.is_empty() {
@@ -118,7 +121,7 @@ impl Accumulators {
         self.buffered = buffered;
     }
 
-    /// The sums with the buffered rows.
+    /// The sums, with the buffered rows added.
     pub(crate) fn settled(&self) -> Cow<'_, Self> {
         if self.buffered.is_empty() {
             return Cow::Borrowed(self);
@@ -188,7 +191,8 @@ impl Accumulators {
         }
     }
 
-    /// What rows repeat until the sensor has measured it again has a rate of its own.
+    /// Gives the channels whose rows are repeated until the sensor has measured them again a rate
+    /// of their own.
     fn set_strides(&mut self, rate_hz: f64) {
         let channels = self.layout.iter().flat_map(|layout| layout.channels.iter());
         for (state, channel) in self.channels.iter_mut().zip(channels) {
@@ -196,7 +200,8 @@ impl Accumulators {
         }
     }
 
-    /// The absent cells of these rows, by place: all of a quaternion that lacks an element.
+    /// The absent cells of these rows, by place; where an element of a quaternion is absent, all of
+    /// its elements count as absent.
     fn without_broken_quaternions(&self, rows: &RowSlice<'_>) -> Vec<AbsentCell> {
         if rows.is_full() {
             return Vec::new();
@@ -212,7 +217,7 @@ impl Accumulators {
         absent
     }
 
-    /// Samples are missing here; `None` for an unknown number.
+    /// Samples are missing at this place; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.settle();
         self.channels.iter_mut().for_each(|channel| channel.gap(missing));
@@ -221,8 +226,8 @@ impl Accumulators {
         }
     }
 
-    /// The temperature the sensor reported after the last row, in counts; unused before the
-    /// first row, and where the stream has it.
+    /// The temperature that the sensor reported after the last row, in counts; ignored before the
+    /// first row, and where the stream itself carries the temperature.
     pub(crate) fn push_reading(&mut self, counts: i32) {
         let (Some(layout), Some(last)) = (self.layout.clone(), self.end.checked_sub(1)) else { return };
         self.settle();
@@ -256,7 +261,8 @@ impl Accumulators {
         Ok(())
     }
 
-    /// Without what the temperature made of some channels, by their places.
+    /// The results; of the channels at the places in question without the contribution of the
+    /// temperature.
     pub(crate) fn snapshot(
         &self,
         shape: &RecordShape,
@@ -279,7 +285,7 @@ impl Accumulators {
         self.channels.iter().map(|channel| channel.points(factors)).collect()
     }
 
-    /// `None` if they are at another rate.
+    /// The recent samples; `None` where these are at another rate.
     pub(crate) fn recent(&self, rate_hz: f64) -> Option<Recent> {
         self.recent.as_ref().filter(|recent| recent.rate_hz == rate_hz).cloned()
     }
@@ -299,7 +305,7 @@ impl Accumulators {
 }
 
 impl Accumulators {
-    /// Without the last minutes of a screen.
+    /// The form in bytes, without the recent samples for a screen.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         let settled = self.settled();
         let Some(layout) = &settled.layout else {

@@ -23,44 +23,44 @@ use crate::{
     warning::advice,
 };
 
-/// Pending rows of less time do not show their rate where they come bunched.
+/// Pending rows that span less time than this do not show their rate if they arrive in bursts.
 const MIN_PENDING: Duration = Duration::from_secs(1);
 
-/// So much later than its time the last sample asked for may come, on a busy computer.
+/// How late, on a busy computer, the last sample of the measurement may arrive.
 const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 
-/// One stream's statistics, the same however it was cut into batches.
+/// The statistics of one stream: the same, bit by bit, however the stream was split into batches.
 #[derive(Debug)]
 pub struct Analysis {
     record: DataRecord,
-    /// Rows with stamps or counters, since the link came up.
+    /// Rows with stamps or counters since the link was connected.
     pending: Option<PendingRows>,
-    /// Of the pieces that were appended, and of a record that was read from bytes.
+    /// The counters of the pieces that were appended, and of a record that was read from bytes.
     counter_before: Option<CounterSummary>,
     arrivals_before: Option<TimebaseSummary>,
     link: StreamCounts,
     outages: Outages,
     marks: Vec<PlaceMark>,
     port_shared_with: Option<String>,
-    /// The link was lost, and no row came since.
+    /// Whether the link was lost and no row has arrived since.
     is_interrupted: bool,
     finishing: Option<Finishing>,
     last_row_ns: Option<i64>,
 }
 
-/// The stream is over, and rows that were pending are still to be taken.
+/// The state after the end of the stream, while pending rows are still to be taken.
 #[derive(Debug, Clone, Copy)]
 struct Finishing {
-    /// How many were pending without a sure rate.
+    /// The number of rows that were pending without a certain rate; `None` where none were.
     few: Option<u64>,
     rate_before: Rate,
 }
 
-/// More marks are no longer kept.
+/// Marks that are kept; further ones are not.
 const MOST_MARKS: usize = 1000;
 
 impl Analysis {
-    /// An analysis without samples.
+    /// An analysis without samples. Its snapshot has no channels.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         Self {
@@ -78,37 +78,38 @@ impl Analysis {
         }
     }
 
-    /// An analysis of a piece of a record, before its first batch. Append it to the pieces before.
+    /// Makes this the analysis of a piece of a record that begins at `start`. To be called before
+    /// the first batch; the result is appended to the pieces before it.
     #[must_use]
     pub fn starting_at(mut self, start: PieceStart) -> Self {
         self.record.span.start_at(start);
         self
     }
 
-    /// Where the next piece begins if no sample is missing between: with as many more of `index`
-    /// and `places` as are.
+    /// Where the next piece begins if no sample is missing between the two. Where samples are
+    /// missing, their number is to be added to `index` and to `places`.
     #[must_use]
     pub const fn end(&self) -> PieceStart {
         self.record.span.so_far()
     }
 
-    /// Appends the piece of the record that follows this one, in any order of appending neighbours:
-    /// what a snapshot then says is the same, bit by bit, as of one analysis of all samples. Rows
-    /// of both that are pending are decided first, so that no batch may follow.
+    /// Appends the piece of the record that follows this one. Neighbours may be appended in any
+    /// order: the snapshot is the same, bit by bit, as that of one analysis of all samples. Rows of
+    /// either piece that are pending are decided first, so that no batch may follow.
     ///
-    /// Not known across pieces is whether later ones repeat the first as a loop; of the last
-    /// minutes, those of the later piece are kept. What the link carried is that of both.
+    /// Across pieces it is not known whether later ones repeat the first as a loop does; of the
+    /// recent samples those of the later piece are kept. The counts of the link are added.
     ///
     /// # Errors
-    /// Where the pieces do not belong together, and where the place of samples depends on all
-    /// arrival times before: then nothing is appended.
+    /// [`NotAppended`] where the pieces do not belong together, and where the place of a sample
+    /// depends on the arrival times of all earlier ones. Then nothing is appended.
     pub fn append(&mut self, mut next: Self) -> Result<(), NotAppended> {
         self.finish();
         next.finish();
         self.append_finished(&next)
     }
 
-    /// The same of records that are finished.
+    /// Appends a piece where both records are finished.
     pub(crate) fn append_finished(&mut self, next: &Self) -> Result<(), NotAppended> {
         if self.is_timed() || next.is_timed() {
             return Err(NotAppended::ByArrival);
@@ -127,7 +128,7 @@ impl Analysis {
         Ok(())
     }
 
-    /// The counters of the rows of both.
+    /// The counter of the rows over both pieces.
     fn joined_counter(&self, next: &Self) -> Result<Option<CounterSummary>, NotAppended> {
         match (self.counter(), next.counter()) {
             (Some(counter), Some(next_counter)) => {
@@ -150,32 +151,33 @@ impl Analysis {
         self.pending.as_ref().map_or(self.arrivals_before, |pending| pending.detector.summary())
     }
 
-    /// Where it begins.
+    /// Where this piece begins.
     pub(crate) const fn start(&self) -> PieceStart {
         self.record.span.start
     }
 
-    /// Rows had arrival times, or the link was lost.
+    /// Whether rows had arrival times, or the link was lost.
     fn is_timed(&self) -> bool {
         self.last_row_ns.is_some() || self.outages.times > 0
     }
 
-    /// Takes the batch of one read.
+    /// Takes the batch of one read. Rows whose place is not decided yet are kept pending.
     pub fn absorb(&mut self, batch: &Batch) {
         self.push(batch);
         self.push_resolved();
     }
 
-    /// The same, and of rows that were pending those up to the next whole second of data time:
-    /// whether more are left, for [`continue_to_second`](Self::continue_to_second).
+    /// Takes a batch like [`absorb`](Self::absorb), but of the rows that were pending only those up
+    /// to the next whole second of data time. Returns whether rows are left, for
+    /// [`continue_to_second`](Self::continue_to_second).
     #[must_use]
     pub fn absorb_to_second(&mut self, batch: &Batch) -> bool {
         self.push(batch);
         self.continue_to_second()
     }
 
-    /// Takes what [`absorb_to_second`](Self::absorb_to_second) has left, up to the next whole
-    /// second: whether more is left.
+    /// Takes the rows that [`absorb_to_second`](Self::absorb_to_second) has left, up to the next
+    /// whole second of data time. Returns whether rows are left.
     #[must_use]
     pub fn continue_to_second(&mut self) -> bool {
         let next = self.seconds() + 1;
@@ -219,15 +221,15 @@ impl Analysis {
         }
     }
 
-    /// How many samples are dropped while the link is down only the sensor's own time shows, with
-    /// the first row behind it.
+    /// Takes an event of the link. How many samples were dropped while the link was down is known
+    /// only from the device time of the first row after the outage.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
         match &event.kind {
             LinkEventKind::Marked { text } => return self.mark(text),
             LinkEventKind::PortShared { program } => return self.port_shared_with = Some(program.clone()),
             _ => {}
         }
-        // each row is before one outage
+        // each row precedes one outage at most
         self.outages.take(event, self.last_row_ns.take());
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
@@ -240,8 +242,9 @@ impl Analysis {
         }
     }
 
-    /// Unless the sensor's clock ran on, how many samples are missing before this batch is unknown:
-    /// no window spans that, and its arrival times and device times start anew.
+    /// After an outage: unless the clock of the sensor has kept running, the number of samples
+    /// missing before this batch is unknown. Then no window spans the outage, and the arrival times
+    /// and device times start anew.
     fn judge_outage(&mut self, batch: &Batch) {
         self.is_interrupted = false;
         let device_ns = batch.device_ns.first().copied();
@@ -270,21 +273,23 @@ impl Analysis {
         }
     }
 
-    /// So many samples are missing here, `None` for an unknown number, as their reader knows;
-    /// rows that are pending are decided first.
+    /// Adds a gap that the reader of the stream knows of, such as one between two files: this many
+    /// samples are missing here, `None` for an unknown number. Rows that are pending are decided
+    /// first.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.finish();
         self.record.push_known_gap(missing);
     }
 
-    /// The stream is over: decides on the rows that are pending.
+    /// The stream has ended: the rows that are pending are decided.
     pub fn finish(&mut self) {
         self.begin_finish();
         self.push_resolved();
         self.end_finish();
     }
 
-    /// The same in steps, each up to the next whole second of data time: whether more is left.
+    /// As [`finish`](Self::finish), in steps up to the next whole second of data time each. Returns
+    /// whether rows are left.
     #[must_use]
     pub fn finish_to_second(&mut self) -> bool {
         self.begin_finish();
@@ -314,26 +319,26 @@ impl Analysis {
         }
     }
 
-    /// What was asked for.
+    /// The settings of the analysis.
     #[must_use]
     pub const fn settings(&self) -> &Settings {
         &self.record.settings
     }
 
-    /// The message; `None` while no sample has come.
+    /// The message that is measured; `None` before the first sample.
     #[must_use]
     pub fn layout(&self) -> Option<&Layout> {
         self.record.accumulators.layout.as_deref()
     }
 
-    /// How far it has come.
+    /// Rate, counts and gaps of the samples so far.
     #[must_use]
     pub fn timing(&self) -> Timing {
         self.record.timing()
     }
 
-    /// Whether all the data time asked for has passed: by the samples, and by the stamps of rows
-    /// that are pending because their rate is not known, half a second later; for these
+    /// Whether the data time asked for has passed: by the samples, or, where rows are pending
+    /// because their rate is not known, by their stamps and half a second later. For these
     /// [`finish`](Self::finish) decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -342,27 +347,29 @@ impl Analysis {
         self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { passed })
     }
 
-    /// Data time passed, that of samples missing or excluded included.
+    /// Data time so far, including that of missing and of excluded samples.
     #[must_use]
     pub fn data_time(&self) -> Duration {
         self.record.span.data_time(self.record.rate.hz())
     }
 
-    /// Whole seconds of data time passed, those missing or excluded included.
+    /// Whole seconds of data time so far, including those missing or excluded.
     #[must_use]
     pub fn seconds(&self) -> u64 {
         self.record.span.seconds(self.record.rate.hz())
     }
 
-    /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does; gives its data time.
+    /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does. Returns the data time
+    /// excluded.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.end_warm_up();
         so_far
     }
 
-    /// Begins anew: data time, and what was asked for in it, counts from here; the samples so far
-    /// are excluded. What the link carried still counts. Gives the data time that has passed.
+    /// Starts the measurement over: data time, and the duration asked for, count from here, and the
+    /// samples so far are excluded. The counts of the link are kept. Returns the data time that had
+    /// passed.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.start_over();
@@ -373,7 +380,7 @@ impl Analysis {
         so_far
     }
 
-    /// All results so far.
+    /// All results so far; without a sample, a snapshot without channels.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
@@ -423,7 +430,8 @@ impl Analysis {
         snapshot
     }
 
-    /// The same of a measurement that has ended: with the averaging times asked for.
+    /// All results of a measurement that has ended, including the deviations at the averaging times
+    /// of the settings, which [`snapshot`](Self::snapshot) leaves empty.
     #[must_use]
     pub fn final_snapshot(&self) -> Snapshot {
         let mut snapshot = self.snapshot();
@@ -464,7 +472,7 @@ impl Analysis {
         self.record.apply(effect);
     }
 
-    /// Those behind the last row.
+    /// Adds the marks that no row follows.
     fn push_marks(&mut self) {
         let marks = self.pending.as_mut().map(PendingRows::take_marks).unwrap_or_default();
         marks.into_iter().for_each(|mark| self.record.push_mark(mark));
@@ -478,7 +486,8 @@ impl Analysis {
     }
 }
 
-/// Of a record that is [finished](Analysis::finish): rows cannot be added to what is read again.
+/// Only of a record that is [finished](Analysis::finish): no row can be added to an analysis that
+/// was read from bytes.
 impl Encoded for Analysis {
     fn encode(&self, out: &mut Vec<u8>) {
         self.record.encode(out);

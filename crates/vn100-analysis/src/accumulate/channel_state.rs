@@ -17,25 +17,27 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
-    /// Of the deviation that is not asked for.
+    /// The octaves of the deviation that the settings do not select; `None` where they are not
+    /// kept.
     other: Option<Octaves>,
-    /// Without the regression line.
+    /// Whether the regression line is removed.
     detrend: bool,
-    /// Rows for one sample.
+    /// Rows per sample of the channel.
     stride: u64,
-    /// Absolute place of the next row.
+    /// Absolute index of the next row.
     place: u64,
-    /// The piece begins behind a break, of this many missing samples.
+    /// `Some` for a piece that begins after a break, with the number of missing samples where it is
+    /// known.
     break_before: Option<Option<u64>>,
     signal: ChannelSignal,
-    /// Angles only.
+    /// `None` for channels that are no angle.
     unwrap: Option<Unwrap>,
-    /// The angle turned too far for its counts, and they started anew.
+    /// Whether the angle turned too far for its counts, so that they started anew.
     pub(super) restarted: bool,
 }
 
 impl ChannelState {
-    /// Of a piece that begins at `start`; `plan` is shared by all channels.
+    /// A channel of a piece that begins at `start`; `plan` is shared by all channels.
     pub(crate) fn new(channel: &Channel, settings: &Settings, start: PieceStart, plan: &SpectrumPlan) -> Self {
         let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation).starting_at(start.places);
         let detrend = settings.detrend == Some(Detrend::Line);
@@ -56,8 +58,8 @@ impl ChannelState {
         }
     }
 
-    /// Takes a sample of its own of so many rows, before the first of the piece: those at multiples
-    /// of as many.
+    /// Takes one sample of this channel from every `stride` rows: the rows whose index is a
+    /// multiple of the stride. To be called before the first row of the piece.
     pub(crate) fn set_stride(&mut self, stride: u64) {
         if stride == 1 {
             return;
@@ -66,7 +68,7 @@ impl ChannelState {
         let first = self.place.div_ceil(stride);
         self.accumulator = self.accumulator.clone().starting_at(first);
         self.other = self.other.take().map(|other| other.starting_at(first));
-        // how many of the samples before were those of this channel, the piece does not know
+        // a piece does not know how many of the samples before it were those of this channel
         self.signal = self.signal.clone().counting_missing().starting_at(first, first);
         if let Some(missing) = self.break_before {
             self.gap(missing);
@@ -77,7 +79,7 @@ impl ChannelState {
         self.accumulator.moments().count() > 0
     }
 
-    /// Rows are missing here; `None` for an unknown number.
+    /// Rows are missing at this place; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         let rows = missing.unwrap_or(0);
         let samples_until = |place: u64| place.div_ceil(self.stride);
@@ -86,7 +88,7 @@ impl ChannelState {
         if rows == 0 && !self.has_samples() {
             self.break_before = self.break_before.unwrap_or(missing).and(missing).into();
         }
-        // rows that hold none of its samples are no gap
+        // missing rows among which there is no sample of the channel make no gap
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
             self.signal.gap(missing.map(|_| samples));
@@ -100,8 +102,8 @@ impl ChannelState {
         }
     }
 
-    /// The next piece as it continues this one: an angle on the same branch. `None` where its
-    /// counts leave their range there, or may have done so before.
+    /// The next piece in the form in which it continues this one: an angle on the same branch.
+    /// `None` where the counts leave their range, or may have done so before.
     pub(crate) fn continued(&self, next: &Self) -> Option<Self> {
         let mut next = next.clone();
         if next.stride != self.stride && !next.has_samples() {
@@ -125,7 +127,7 @@ impl ChannelState {
         }
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
-        // that is for a screen, which shows an undivided record
+        // these octaves are for a screen, which shows an undivided record
         self.other = None;
         self.place = next.place;
         self.restarted |= next.restarted;
@@ -135,7 +137,7 @@ impl ChannelState {
         Ok(())
     }
 
-    /// Takes the counts of rows in time order; unwraps them in place.
+    /// Adds the counts of rows in time order; unwraps angles in place.
     pub(crate) fn push(&mut self, counts: &mut [i32]) {
         let first = self.place.next_multiple_of(self.stride) - self.place;
         self.place += counts.len() as u64;
@@ -172,7 +174,7 @@ impl ChannelState {
         }
     }
 
-    /// Without what the temperature made, where that is to be removed.
+    /// The results, without the contribution of the temperature where that is to be removed.
     pub(crate) fn snapshot(
         &self,
         printed_step_counts: f64,
@@ -186,7 +188,7 @@ impl ChannelState {
         let removed_temperature = removal.map(|removal| RemovedTemperature::new(removal, &measured));
         let sums = removed_temperature.as_ref().map_or_else(|| measured.clone(), |removed| removed.without(&measured));
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
-        // an octave without windows has no number, and no slope to it counts
+        // an octave without windows has no variance, and no slope depends on it
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
         let mean = moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {
@@ -205,7 +207,7 @@ impl ChannelState {
         }
     }
 
-    /// The sums at these averaging factors of rows, of those that have a window.
+    /// The sums at these averaging factors, of those that have a window.
     pub(crate) fn points(&self, factors: &[u64]) -> Vec<OctaveSum> {
         let own = factors.iter().filter(|m| m.is_multiple_of(self.stride)).map(|m| m / self.stride);
         let sums = own.filter_map(|m| self.accumulator.octaves().sum_at(m));
@@ -220,14 +222,15 @@ impl ChannelState {
     }
 }
 
-/// Of an angle; `None` too where they are more than a count can hold, and no angle can wrap.
+/// Counts of a full turn of an angle. `None` for other channels, and where a turn exceeds the range
+/// of a count, so that no angle can wrap.
 fn turn_counts(channel: &Channel) -> Option<i32> {
     let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
 }
 
 impl ChannelState {
-    /// Without what the channel and the settings say.
+    /// The form in bytes, without what the channel and the settings determine.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         self.accumulator.encode(out);
         self.signal.encode(out);
@@ -246,7 +249,7 @@ impl ChannelState {
     ) -> Result<Self, BadEncoding> {
         let state = Self {
             accumulator: Encoded::decode(input)?,
-            // that is for a screen
+            // these octaves are for a screen
             other: None,
             detrend: settings.detrend == Some(Detrend::Line),
             signal: ChannelSignal::decode(plan, input)?,

@@ -22,7 +22,7 @@ use crate::{
     snapshot::{MissingFrom, Timing},
 };
 
-/// The parts of a record. Each row, gap and reply is given to all parts that it concerns.
+/// The parts of a record. Each row, gap and reply is passed to all parts that it concerns.
 #[derive(Debug)]
 pub(crate) struct DataRecord {
     pub(crate) settings: Settings,
@@ -32,7 +32,7 @@ pub(crate) struct DataRecord {
     pub(crate) replies: SensorReplies,
     pub(crate) accumulators: Accumulators,
     pub(crate) saturation: Saturation,
-    /// The sensor was asked for its temperature between the rows.
+    /// Whether the temperature was polled between the rows.
     has_readings: bool,
 }
 
@@ -50,7 +50,7 @@ impl DataRecord {
         }
     }
 
-    /// The samples are of this message; the first one decides.
+    /// Sets the message of the samples; that of the first sample decides.
     pub(crate) fn set_layout(&mut self, layout: &Arc<Layout>) {
         if self.accumulators.layout.is_none() {
             self.rate.set_layout(layout);
@@ -62,7 +62,7 @@ impl DataRecord {
         }
     }
 
-    /// Continues with the next piece of the record; on an error nothing is appended.
+    /// Appends the next piece of the record; on an error nothing is appended.
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         let between = self.check_follows(next)?;
         let breaks = self.accumulators.printed.changes_to(&next.accumulators.printed);
@@ -93,12 +93,12 @@ impl DataRecord {
         Ok(())
     }
 
-    /// As the stream does not have the temperature itself.
+    /// Whether the temperature comes from polled readings, because the stream does not carry it.
     fn relies_on_readings(&self) -> bool {
         self.has_readings && self.accumulators.temperature.as_ref().is_none_or(TemperatureRecord::is_polled)
     }
 
-    /// What is missing between the two, if they are neighbours.
+    /// The samples missing between the two pieces; an error where they are not neighbours.
     fn check_follows(&self, next: &Self) -> Result<Between, NotAppended> {
         let layouts = self.accumulators.layout.as_ref().zip(next.accumulators.layout.as_ref());
         let (hz, next_hz) = (self.rate.hz(), next.rate.hz());
@@ -164,7 +164,7 @@ impl DataRecord {
 
     fn push_event(&mut self, event: GapEvent) {
         match event {
-            // rows, not an event, stand for these
+            // these samples are added as rows, not as an event
             GapEvent::Samples(_) => {}
             GapEvent::Missing(missing) => self.push_gap(missing, false),
             GapEvent::UnknownGap => self.push_unknown_gap(),
@@ -204,8 +204,8 @@ impl DataRecord {
         }
     }
 
-    /// `now` summarises the arrival times of the present connection. What a reported rate means is
-    /// for [`apply`](Self::apply), too.
+    /// Takes a reply. `now` summarises the arrival times of the present connection. The effect of a
+    /// reported rate is to be passed to [`apply`](Self::apply).
     pub(crate) fn push_reply(
         &mut self,
         reply: &RegisterContents,
@@ -242,15 +242,15 @@ impl DataRecord {
         }
     }
 
-    /// The link is lost.
+    /// Marks that the link is lost.
     pub(crate) fn mark_break(&mut self) {
         if !self.rate.is_excluding() {
             self.replies.mark_break(self.span.samples);
         }
     }
 
-    /// After an outage nothing that was known before is sure to hold. `ended` summarises the
-    /// arrival times before.
+    /// Ends a connection: after an outage nothing that was known before is certain. `ended`
+    /// summarises the arrival times before the outage.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>, has_restarted: bool) {
         self.gaps.restarts += u64::from(has_restarted);
         self.rate.end_connection(ended);
@@ -265,7 +265,7 @@ impl DataRecord {
         self.discard();
     }
 
-    /// Begins the record anew; what was replied still holds.
+    /// Starts the record over; the replies of the sensor are kept.
     pub(crate) fn start_over(&mut self) {
         self.span.start_over(self.settings.skip);
         self.gaps.forget_rejected();
@@ -274,7 +274,7 @@ impl DataRecord {
         self.discard();
     }
 
-    /// Whether the data time asked for has passed, with so much of it pending.
+    /// Whether the data time asked for has passed, counting `pending` data time.
     pub(crate) fn is_complete(&self, pending: Duration) -> bool {
         self.span.is_complete(self.rate.hz(), pending)
     }
@@ -312,7 +312,8 @@ impl DataRecord {
         self.break_segment(None);
     }
 
-    /// No window of a statistic spans this place; `missing` is `None` for an unknown number.
+    /// Breaks the segment: no window of a statistic spans this place. `missing` is `None` for an
+    /// unknown number of samples.
     fn break_segment(&mut self, missing: Option<u64>) {
         if self.span.has_begun() {
             self.span.break_segment();

@@ -1,16 +1,16 @@
-//! Which rows a record holds, by a sample of their hashes: so that two records of the same samples
-//! are distinguished from two of the same sensor.
+//! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
+//! are told apart from two records of the same sensor.
 
 use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded, encode_hash};
 
-/// Hashes that are kept at most.
+/// The most hashes that are kept.
 const MOST: usize = 4096;
 
-/// With fewer rows in common they may be so by chance.
+/// The least number of common hashes: fewer may be equal by chance.
 const LEAST_SHARED: usize = 8;
 
-/// The rows whose hash begins with so many zeros that 4096 at most are kept: from any two records
-/// the same rows, whatever surrounds them.
+/// The rows whose hashes begin with a number of zeros, chosen so that at most 4096 are kept: of any
+/// two records the same rows are kept, whatever surrounds them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Fingerprint {
     zeros: u32,
@@ -18,17 +18,18 @@ pub struct Fingerprint {
     hashes: Vec<u64>,
 }
 
-/// What two records have in common.
+/// How much of two records is the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SharedRows {
-    /// Part of the rows of the first that the second has too, 0 to 1; known to some percent.
+    /// Share of the rows of the first record that are also in the second, 0 to 1, known to a few
+    /// percent.
     pub of_first: f64,
-    /// Part of the rows of the second that the first has too.
+    /// Share of the rows of the second record that are also in the first, in the same way.
     pub of_second: f64,
 }
 
 impl Fingerprint {
-    /// Adds a row by its hash, all 64 bits of which depend on all of the row.
+    /// Adds a row by its hash, all 64 bits of which depend on the whole row.
     pub(crate) fn push(&mut self, hash: u64) {
         if hash.leading_zeros() < self.zeros {
             return;
@@ -37,7 +38,7 @@ impl Fingerprint {
         self.thin_out();
     }
 
-    /// Adds the rows that follow.
+    /// Adds the rows of the next piece.
     pub(crate) fn append(&mut self, next: &Self) {
         self.zeros = self.zeros.max(next.zeros);
         self.hashes.extend(&next.hashes);
@@ -52,25 +53,25 @@ impl Fingerprint {
         }
     }
 
-    /// The rows that both hold, in the same order; `None` for records that have none in common but
-    /// by chance. Rows that come more than once, as of a sensor that hangs, do not count. Of two
-    /// records stretches are recognised that are longer than a five hundredth of the longer one.
+    /// The rows that both records hold, in the same order; `None` where these are no more than by
+    /// chance. Rows that occur more than once, as of a sensor that hangs, do not count. Common
+    /// stretches are detected that are longer than a five hundredth of the longer record.
     #[must_use]
     pub fn shared_with(&self, other: &Self) -> Option<SharedRows> {
         let zeros = self.zeros.max(other.zeros);
         let [first, second] = [self, other].map(|one| one.places(zeros));
-        // places in the second, in the order of the first
+        // places in the second record, in the order of the first
         let mut shared: Vec<(usize, usize)> =
             first.iter().filter_map(|(hash, place)| Some((*place, find(&second, *hash)?))).collect();
         shared.sort_unstable();
         let in_order = shared.windows(2).filter(|pair| pair[0].1 < pair[1].1).count();
-        // half of the neighbours stand in order by chance
+        // of rows that are equal by chance half of the neighbours are in order
         let is_same = shared.len() >= LEAST_SHARED && 10 * in_order >= 9 * (shared.len() - 1);
         let part = |of: usize| shared.len() as f64 / of as f64;
         is_same.then(|| SharedRows { of_first: part(first.len()), of_second: part(second.len()) })
     }
 
-    /// Those that come once, in rising order, with their places.
+    /// The hashes that occur once, in rising order, with their places.
     fn places(&self, zeros: u32) -> Vec<(u64, usize)> {
         let kept = self.hashes.iter().filter(|hash| hash.leading_zeros() >= zeros);
         let mut places: Vec<(u64, usize)> = kept.enumerate().map(|(place, hash)| (*hash, place)).collect();
@@ -94,7 +95,7 @@ impl Encoded for Fingerprint {
 
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
-        // with one more than a hash has bits, no row is kept, not even one whose hash is 0
+        // with one zero more than a hash has bits no row is kept, not even one with the hash 0
         check_encoded(zeros <= u64::BITS + 1 && length <= MOST)?;
         let mut hashes = Vec::new();
         for _ in 0..length {

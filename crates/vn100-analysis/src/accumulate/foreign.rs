@@ -1,4 +1,4 @@
-//! The form in bytes of what is the protocol's: layouts, and what a stream carried.
+//! The form in bytes of types of the protocol: layouts, and the counts of a stream.
 
 use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded};
 use vn100_protocol::stream::{MessageName, RejectedRow, RejectedRowCounts, StreamCounts};

@@ -1,34 +1,34 @@
-//! The gaps of a record, and what they were counted by.
+//! The gaps of a record, and the evidence by which missing samples were counted.
 
 use std::cmp::Ordering;
 
 use crate::snapshot::MissingFrom;
 
-/// A rejected row between good ones is one missing sample, unless a gap detector sees dropped rows
-/// too: it would count that one twice.
+/// A rejected row between valid rows counts as one missing sample, unless a gap detector sees the
+/// missing rows as well: that sample would be counted twice.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gaps {
     pub(super) missing: u64,
     pub(super) gaps: u64,
-    /// Times the sensor restarted, by its own clock.
+    /// How often the sensor restarted, by its own clock.
     pub(super) restarts: u64,
-    /// Times that clock stepped ahead of the host's.
+    /// How often the clock of the sensor stepped ahead of the host's clock.
     pub(super) time_steps: u64,
-    /// Samples with a false time, by that clock.
+    /// Samples with a false time, by the clock of the sensor.
     pub(super) false_times: u64,
-    /// Of the missing, those counted by rejected rows.
+    /// The missing samples that were counted by rejected rows.
     by_rejected: u64,
-    /// Rejected rows since the last good one: they count once a good one follows.
+    /// Rejected rows since the last valid row: they count once a valid row follows.
     pending_rejected: u64,
-    /// Those before the first good one; `None` before it.
+    /// Rejected rows before the first valid row; `None` while there is no valid row.
     leading_rejected: Option<u64>,
-    /// What counts missing samples now, or did last.
+    /// The evidence by which missing samples are counted now, or were counted last.
     from: MissingFrom,
-    /// Whether a gap detector does.
+    /// Whether a gap detector counts missing samples.
     detector_decides: bool,
 }
 
-/// Samples missing between two pieces: of the data time, and of these those that count.
+/// Samples missing between two pieces: in data time, and among the samples that count.
 #[derive(Default)]
 pub(crate) struct Between {
     pub(super) data: u64,
@@ -46,7 +46,7 @@ impl Gaps {
         rejected
     }
 
-    /// Continues with the next piece.
+    /// Appends the next piece.
     pub(crate) fn append(&mut self, next: &Self, between: &Between) {
         let rejected = self.pending_rejected + next.leading_rejected.unwrap_or(next.pending_rejected);
         if next.leading_rejected.is_some() {
@@ -67,7 +67,7 @@ impl Gaps {
         self.by_rejected += next.by_rejected;
     }
 
-    /// Forgets them: a gap of unknown length precedes the next row.
+    /// Forgets pending rejected rows: a gap of unknown length precedes the next row.
     pub(crate) fn forget_rejected(&mut self) {
         self.pending_rejected = 0;
     }
@@ -78,7 +78,7 @@ impl Gaps {
         self.by_rejected += if by_rejected { missing } else { 0 };
     }
 
-    /// Unless what is exact has decided, and this is not.
+    /// Sets the evidence, unless exact evidence has decided and this is not exact.
     pub(crate) fn use_evidence(&mut self, from: MissingFrom) {
         if from.is_exact() || !self.from.is_exact() {
             self.from = from;
@@ -86,7 +86,8 @@ impl Gaps {
         self.detector_decides = true;
     }
 
-    /// The evidence is not that of the record where rows are `excluded`.
+    /// Notes that arrival times were refused. They are not the evidence of the record where rows
+    /// are `excluded`.
     pub(crate) fn refuse_arrivals(&mut self, excluded: bool) {
         self.detector_decides = self.from.is_exact();
         if !self.detector_decides && !excluded {
@@ -102,7 +103,8 @@ impl Gaps {
         (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
     }
 
-    /// Where as many were counted by each, what counts now.
+    /// The evidence that counted most of the missing samples; the present one where several counted
+    /// as many.
     pub(crate) fn missing_from(&self) -> MissingFrom {
         let by_detector = self.missing - self.by_rejected;
         match (self.from, by_detector.cmp(&self.by_rejected)) {

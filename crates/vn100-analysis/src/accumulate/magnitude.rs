@@ -1,4 +1,5 @@
-//! The magnitude of the measured vectors, sample by sample: it does not depend on the orientation.
+//! The magnitude of the measured vectors, sample by sample, which does not depend on the
+//! orientation.
 
 use std::ops::Range;
 
@@ -7,33 +8,33 @@ use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::sensor::sensor_of;
 
-/// Decimals of a magnitude beyond those of its components.
+/// Decimals of a magnitude in addition to those of its components.
 const MORE_DECIMALS: u8 = 2;
 const MORE: f64 = 100.0;
 
-/// The length of one sensor's vector.
+/// The magnitude of one sensor's vector, √(x² + y² + z²).
 #[derive(Debug, Clone)]
 pub struct Magnitude {
-    /// What the vector is of.
+    /// The quantity of the vector.
     pub quantity: Quantity,
-    /// Unit of the length.
+    /// Unit of the magnitude.
     pub unit: String,
     /// A count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
-    /// As [`Channel::scale`].
+    /// The scale, as that of [`Channel::scale`].
     pub scale: f64,
     /// Mean, spread and extremes, in counts.
     pub moments: Moments,
-    /// Place of the first of its three axes in a row.
+    /// Place of the x axis in a row; y and z follow.
     first: usize,
-    /// Of the counts of each axis, and then of the length.
+    /// Factors from the counts of each axis to those of the magnitude.
     factors: [f64; 3],
     factor: f64,
 }
 
 impl Magnitude {
-    /// For every three neighbouring channels of one sensor. Axes of different decimals or scales,
-    /// each by a power of two for all of its 32 bits, are taken in two of the coarsest counts.
+    /// One for every three neighbouring channels of one sensor. Axes of different decimals or
+    /// scales, each of which uses all 32 bits, are summed in units of two of the coarsest counts.
     pub(crate) fn all(layout: &Layout) -> Vec<Self> {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };
@@ -64,18 +65,19 @@ impl Magnitude {
         vectors.collect()
     }
 
-    /// Places of its three axes in a row.
+    /// Places of the three axes in a row.
     pub(crate) fn axes(&self) -> Range<usize> {
         self.first..self.first + 3
     }
 
-    /// Takes frame-major rows of `width` counts; `column` is for its own use.
+    /// Adds frame-major rows of `width` counts; `column` is scratch memory.
     pub(crate) fn push(&mut self, counts: &[i32], width: usize, column: &mut Vec<i32>) {
         let Self { factors, factor, .. } = *self;
         column.clear();
         column.extend(counts.chunks_exact(width).map(|row| {
             let [x, y, z] = [0, 1, 2].map(|axis| factors[axis] * f64::from(row[self.first + axis]));
-            // rounded, as none is negative; magnitudes beyond the range of a count saturate
+            // rounds correctly, because no magnitude is negative; one beyond the range of a count
+            // saturates
             (factor * (x * x + y * y + z * z).sqrt() + 0.5) as i32
         }));
         self.moments.push(column);

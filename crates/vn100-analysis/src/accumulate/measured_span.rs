@@ -4,29 +4,30 @@ use std::{ops::Range, time::Duration};
 
 use super::piece::PieceStart;
 
-/// Counts data time in samples from the first one, dropped ones included, and selects those that
-/// count: behind the warm-up, and before the end that the user asked for.
+/// Counts data time in samples from the first one, missing samples included, and selects the
+/// samples that count: those after the warm-up and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,
     pub(super) start: PieceStart,
-    /// Absolute index of the next sample, dropped ones counted.
+    /// Absolute index of the next sample, missing samples counted.
     index: u64,
-    /// Samples that count and those missing among them, up to here from the first of the record.
+    /// Number of samples that count, and of those missing among them, from the first of the record.
     places: u64,
-    /// Samples that count, and those that do not.
+    /// Number of samples that count; `excluded` is the number of the others.
     pub(super) samples: u64,
     pub(super) excluded: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
-    /// A break precedes the first sample that counts.
+    /// Whether a break precedes the first sample that counts.
     pub(super) begins_anew: bool,
 }
 
 impl MeasuredSpan {
-    /// No sample yet; excludes `skip` at the start, and what comes after `duration`.
+    /// A span without samples, which will exclude `skip` at the start and everything after
+    /// `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
         let start = PieceStart { index: 0, places: 0, samples: 0 };
         Self {
@@ -43,12 +44,12 @@ impl MeasuredSpan {
         }
     }
 
-    /// A piece of a record. Before any sample.
+    /// Makes this the span of a piece of a record. To be called before any sample.
     pub(crate) const fn start_at(&mut self, start: PieceStart) {
         (self.start, self.index, self.places) = (start, start.index, start.places);
     }
 
-    /// Where the next piece begins if no sample is missing between.
+    /// Where the next piece begins if no sample is missing between the two.
     pub(crate) const fn so_far(&self) -> PieceStart {
         PieceStart { index: self.index, places: self.places, samples: self.start.samples + self.samples }
     }
@@ -57,12 +58,12 @@ impl MeasuredSpan {
         self.index > self.start.index
     }
 
-    /// A sample of the record that counts has come.
+    /// Whether a sample of the record has counted.
     pub(crate) const fn has_begun(&self) -> bool {
         self.places > 0
     }
 
-    /// Continues with a piece that begins where this one ends.
+    /// Appends a piece that begins where this one ends.
     pub(crate) fn append(&mut self, next: &Self) {
         let continues = self.in_segment && !next.begins_anew;
         self.begins_anew |= self.samples == 0 && next.begins_anew;
@@ -73,8 +74,8 @@ impl MeasuredSpan {
         (self.index, self.places) = (next.index, next.places);
     }
 
-    /// Gives the rows that count and the index of the first; `None` if none does, as with
-    /// `exclude`.
+    /// Adds rows. Returns those that count and the index of the first; `None` if none counts, as
+    /// with `exclude`.
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
@@ -93,8 +94,8 @@ impl MeasuredSpan {
         Some((skipped..end, first))
     }
 
-    /// Gives how many missing samples count: none before the first sample that does, behind the
-    /// end, or where `exclude` is set.
+    /// Adds missing samples. Returns how many of them count: none before the first sample that
+    /// counts, after the end, or with `exclude`.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if !self.has_rows() {
             return 0;
@@ -134,7 +135,7 @@ impl MeasuredSpan {
         (self.skip, self.index, self.start.index) = (skip, 0, 0);
     }
 
-    /// `pending` data time is added.
+    /// Whether the span is complete once `pending` data time is added.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
         let is_passed = self.has_rows() && self.index >= self.end(rate_hz);
         let is_asked_for = |duration| self.data_time(rate_hz).saturating_add(pending) >= duration;
@@ -149,7 +150,7 @@ impl MeasuredSpan {
         (self.index as f64 / rate_hz) as u64
     }
 
-    /// Rows until so many whole seconds have passed, at least one.
+    /// Rows until this many whole seconds have passed; at least one.
     pub(crate) fn rows_until(&self, seconds: u64, rate_hz: f64) -> u64 {
         samples_in(Duration::from_secs(seconds), rate_hz).saturating_sub(self.index).max(1)
     }

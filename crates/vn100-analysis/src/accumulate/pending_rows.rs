@@ -1,4 +1,4 @@
-//! Rows with stamps or counters, held until it is certain whether any are missing before them.
+//! Rows with stamps or counters, held until it is decided whether samples are missing before them.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -7,23 +7,23 @@ use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::row_slice::RowSlice;
 
-/// The first stamp is set so long after zero, because later ones may lie before it.
+/// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 
 #[derive(Debug)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
     width: usize,
-    /// Rows, frame-major; the first `resolved` of them came out.
+    /// Rows, frame-major; the first `resolved` of them have been taken.
     counts: Vec<i32>,
     /// Cells of these rows without a value.
     absent: Vec<AbsentCell>,
     resolved: usize,
-    /// Rows without a gap before them that have not come out.
+    /// Number of rows that are decided, without a gap before them, and not taken yet.
     certain: u64,
-    /// Marks by the row they stand before, counted from the first of the stream.
+    /// Marks by the row that they precede, counted from the first row of the stream.
     marks: VecDeque<(u64, MarkKind)>,
-    /// Rows that came out since the first of the stream.
+    /// Number of rows that were taken since the first row of the stream.
     resolved_in_all: u64,
     first_ns: Option<i64>,
     last: Duration,
@@ -36,7 +36,7 @@ pub(crate) enum Resolved<'a> {
     Rows(RowSlice<'a>),
     /// A mark between the rows.
     Mark(MarkKind),
-    /// What the detector reports of this place; never [`GapEvent::Samples`].
+    /// An event of the gap detector at this place; never [`GapEvent::Samples`].
     Event(GapEvent),
 }
 
@@ -57,7 +57,7 @@ impl PendingRows {
         }
     }
 
-    /// Rows without a stamp of their own came with the row before them.
+    /// Adds a batch. A row without a stamp arrived together with the row before it.
     pub(crate) fn push(&mut self, batch: &Batch) {
         self.counts.drain(..self.resolved * self.width);
         let resolved = std::mem::take(&mut self.resolved);
@@ -89,13 +89,13 @@ impl PendingRows {
         }
     }
 
-    /// What comes out next, of rows no more than so many.
+    /// The next rows, mark or event; of rows at most this many.
     pub(crate) fn next(&mut self, most: u64) -> Option<Resolved<'_>> {
         if self.certain == 0 {
             match self.detector.poll()? {
                 GapEvent::Samples(rows) => self.certain = rows,
                 GapEvent::FalseTime => {
-                    // marks before it come before the next row
+                    // marks before a row are taken before the row
                     self.resolved_in_all += 1;
                     self.resolved += 1;
                     return Some(Resolved::Event(GapEvent::FalseTime));
@@ -115,24 +115,24 @@ impl PendingRows {
         let from = self.resolved;
         self.certain -= rows;
         self.resolved_in_all += rows;
-        // rows that are certain are held, so that the number fits
+        // decided rows are held in memory, so that their number fits
         self.resolved += rows as usize;
         Some(Resolved::Rows(RowSlice::new(&self.counts, self.width, &self.absent).at(from..self.resolved)))
     }
 
-    /// The marks that no row follows.
+    /// Takes the marks that no row follows.
     pub(crate) fn take_marks(&mut self) -> Vec<MarkKind> {
         self.marks.drain(..).map(|(_, mark)| mark).collect()
     }
 
-    /// What the first row after an outage shows of the sensor's clock.
+    /// What the first row after an outage shows of the clock of the sensor.
     pub(crate) fn after_outage(&mut self, device_ns: Option<u64>, at_ns: i64) -> ClockAfterOutage {
         let at = self.since_origin(at_ns);
         self.detector.after_outage(device_ns, at)
     }
 
-    /// The time that the stamps of the pending rows span if no row has come out, else zero. The
-    /// last stamp adds half of it at most, because a single stamp may be wrong.
+    /// The time that the stamps of the pending rows span, if no row has been taken; else zero. The
+    /// last stamp adds at most half of it, because a single stamp may be wrong.
     pub(crate) fn pending_duration(&self) -> Duration {
         if self.resolved_in_all > 0 {
             return Duration::ZERO;
@@ -141,7 +141,8 @@ impl PendingRows {
         last.min(before_last.saturating_mul(2))
     }
 
-    /// Since long before the first stamp: whether stamps may go back is for the detector to judge.
+    /// The time since an origin long before the first stamp. Whether stamps may go back is for the
+    /// detector to decide.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);

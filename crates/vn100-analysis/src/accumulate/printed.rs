@@ -3,17 +3,18 @@
 use imu_noise::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::PrintFormat;
 
-/// The formats of a stream: one stands before its first row, and wherever it changes.
+/// The formats of a stream: the format before its first row, and each change of it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Printed {
-    /// The first one and the present one.
+    /// The first format and the present one.
     formats: Option<(PrintFormat, PrintFormat)>,
     pub(super) coarsest: PrintFormat,
     pub(super) changes: u64,
 }
 
 impl Printed {
-    /// Whether that is a change: values of another resolution are not comparable in the last digit.
+    /// Adds a format. Returns whether the format changes: values of different resolutions are not
+    /// comparable in their last digits.
     pub(crate) fn push(&mut self, format: PrintFormat) -> bool {
         if format != PrintFormat::Current {
             self.coarsest = format;
@@ -24,12 +25,12 @@ impl Printed {
         before.is_some()
     }
 
-    /// Whether the first row of the next piece is printed otherwise than the last one here.
+    /// Whether the first row of the next piece is printed in another format than the last row here.
     pub(crate) fn changes_to(&self, next: &Self) -> bool {
         self.formats.zip(next.formats).is_some_and(|((_, last), (first, _))| last != first)
     }
 
-    /// Continues with the next piece.
+    /// Appends the next piece.
     pub(crate) fn append(&mut self, next: &Self) {
         self.changes += next.changes + u64::from(self.changes_to(next));
         if next.coarsest != PrintFormat::Current {
@@ -42,7 +43,7 @@ impl Printed {
     }
 }
 
-/// As whether it is the old one.
+/// The number of a format in bytes: whether it is the old one.
 fn is_old(format: PrintFormat) -> bool {
     format == PrintFormat::Old
 }

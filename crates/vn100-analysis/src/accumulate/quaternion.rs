@@ -10,9 +10,9 @@ use super::piece::NotAppended;
 #[derive(Debug, Clone)]
 pub(crate) struct QuaternionSign {
     first: usize,
-    /// The first one.
+    /// The first quaternion.
     begins: Option<[i32; 4]>,
-    /// As continued; zero before the first row, which keeps its sign.
+    /// The last quaternion as continued; zero before the first row, which keeps its sign.
     previous: [i32; 4],
     rows: Vec<i32>,
 }
@@ -26,7 +26,7 @@ impl QuaternionSign {
         Some(Self { first, begins: None, previous: [0; 4], rows: Vec::new() })
     }
 
-    /// Continues with the next piece, if it has the sign that lies nearer.
+    /// Appends the next piece, if its first quaternion has the nearer of the two signs.
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
         let Some(begins) = next.begins else { return Ok(()) };
         let products = begins.iter().zip(self.previous).map(|(now, before)| f64::from(*now) * f64::from(before));
@@ -38,13 +38,13 @@ impl QuaternionSign {
         Ok(())
     }
 
-    /// The places of its elements in a row.
+    /// Places of the elements in a row.
     pub(crate) fn elements(&self) -> Range<usize> {
         self.first..self.first + 4
     }
 
-    /// Each with the sign that lies nearer to the row before, however long ago that came; the rows
-    /// at the places `lacking`, which lack an element, as they are.
+    /// Rows with each quaternion in the sign that is nearer to the quaternion before, however long
+    /// ago that was. Rows at the places `lacking` lack an element and stay as they are.
     pub(crate) fn continued(&mut self, rows: &[i32], width: usize, lacking: &[usize]) -> &[i32] {
         self.rows.clear();
         self.rows.extend_from_slice(rows);
@@ -56,7 +56,7 @@ impl QuaternionSign {
             let products =
                 quaternion.iter().zip(self.previous).map(|(now, before)| f64::from(*now) * f64::from(before));
             if products.sum::<f64>() < 0.0 {
-                // the least count has no opposite, and is beyond the limit of any channel
+                // the least count has no opposite, and is beyond the limit of every channel
                 quaternion.iter_mut().for_each(|count| *count = count.saturating_neg());
             }
             self.previous.copy_from_slice(quaternion);
@@ -67,7 +67,7 @@ impl QuaternionSign {
 }
 
 impl QuaternionSign {
-    /// Without its place, which the layout says.
+    /// The form in bytes, without the place of the quaternion, which the layout determines.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         self.begins.encode(out);
         self.previous.encode(out);

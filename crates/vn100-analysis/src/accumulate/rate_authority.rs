@@ -1,4 +1,4 @@
-//! Which source decides the sample rate, and what a change of it does.
+//! Which source decides the sample rate, and what a change of the rate does.
 
 use imu_noise::{BadEncoding, ByteReader, Encoded, GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout};
@@ -9,13 +9,15 @@ use crate::{
     snapshot::{FalseRate, FalseReport, RateChange, RateFrom},
 };
 
-/// Relative error of a measured rate that is still one of the sensor's: no clock is that far off.
+/// Relative error of a measured rate that still counts as a rate of the sensor: no clock is off by
+/// that much.
 const SAME_RATE: f64 = 0.01;
 
-/// Rates that differ by less are the same, one of them rounded.
+/// Relative difference below which rates are the same rate, one of them rounded.
 const ROUNDED_RATE: f64 = 2e-6;
 
-/// Above, a measured rate does not confirm the nominal one: no quartz is off by so much.
+/// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
+/// that much.
 const CLOCK_PPM: f64 = 1000.0;
 
 /// The source of the sample rate of a record, when it was wrong, and when it changed. The sources
@@ -28,11 +30,11 @@ pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
     change: Option<DatedChange>,
-    /// Summary of the latest connection that has ended and had a rate.
+    /// Summary of the latest connection that has ended and whose rate was found.
     confirmed: Option<TimebaseSummary>,
-    /// What the sensor reported last, in hertz.
+    /// The rate that the sensor reported last, in hertz.
     reported_hz: Option<f64>,
-    /// The first refusal of stamps in a connection that has ended.
+    /// The first refusal of arrival stamps in a connection that has ended.
     pub(super) refused_before: Option<Refusal>,
     pub(super) false_rate: Option<FalseRate>,
     pub(super) false_report: Option<FalseReport>,
@@ -44,14 +46,15 @@ pub(crate) struct RateAuthority {
 pub(crate) struct Rate {
     pub(crate) hz: f64,
     pub(crate) from: RateFrom,
-    /// The number of samples whose arrival times decided, where these are too few to be sure.
+    /// The number of samples whose arrival times decided the rate, where these are too few to be
+    /// certain.
     pub(crate) by_few: Option<u64>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct DatedChange {
     change: RateChange,
-    /// Summary of the samples before.
+    /// Summary of the samples before the change.
     until: Option<TimebaseSummary>,
     excluded: u64,
 }
@@ -60,25 +63,26 @@ struct DatedChange {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
 pub(crate) enum RateEffect {
-    /// Nothing.
+    /// No effect.
     None,
-    /// The sensor's rate is taken; arrival times must confirm it.
+    /// The rate of the sensor is used; arrival times must confirm it.
     Known(f64),
-    /// No sample counts yet: the record takes the new rate; data time so far was by the old one.
+    /// No sample counts yet: the record uses the new rate; data time so far was counted by the old
+    /// one.
     Rescale { from_hz: f64, to_hz: f64 },
     /// Samples are excluded from here on.
     Exclude,
     /// Samples count again, after a gap of unknown length.
     Resume,
-    /// The samples so far were placed by a false rate: the record begins anew at this one.
+    /// The samples so far were placed by a false rate: the record starts over at this one.
     Replace(f64),
-    /// The samples so far were placed by a rate that the sensor reported falsely: the record begins
-    /// anew at the other one.
+    /// The samples so far were placed by a rate that the sensor reported falsely: the record starts
+    /// over at the other one.
     Discard { from_hz: f64, to_hz: f64 },
 }
 
 impl RateAuthority {
-    /// The rate that the user gave in hertz, else the default.
+    /// An authority with the rate that the user gave, in hertz; `None` for the default.
     pub(crate) const fn new(given_hz: Option<f64>) -> Self {
         let (hz, from) = match given_hz {
             Some(hz) => (hz, RateFrom::Option),
@@ -99,7 +103,7 @@ impl RateAuthority {
 
     pub(crate) fn set_layout(&mut self, layout: &Layout) {
         self.rates_hz = rates_hz(Some(layout));
-        // the register is that of sentences
+        // the register applies to sentences only
         if layout.message == BINARY && self.rate.from == RateFrom::Device {
             self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
         }
@@ -121,7 +125,8 @@ impl RateAuthority {
         self.change.is_some()
     }
 
-    /// A detector for the stamps of a new connection. They must confirm a rate that is known.
+    /// A gap detector for the stamps of a new connection. The stamps must confirm a rate that is
+    /// known.
     pub(crate) fn detector(&self) -> GapDetector {
         let is_reported = self.rate.from == RateFrom::Device;
         let known_hz = (!self.is_open() && !is_reported).then_some(self.rate.hz);
@@ -132,7 +137,8 @@ impl RateAuthority {
         detector
     }
 
-    /// Takes the nominal rate of the detector; `device_hz` is what the sensor reported.
+    /// Takes the nominal rate of the gap detector; `device_hz` is the rate that the sensor
+    /// reported.
     pub(crate) fn take_nominal(
         &mut self,
         nominal: NominalRate,
@@ -152,8 +158,8 @@ impl RateAuthority {
         RateEffect::None
     }
 
-    /// Arrivals show another rate than the sensor reports. Where the arrivals of an earlier
-    /// connection confirmed the reported rate, the rate has changed since.
+    /// Arrival times show another rate than the sensor reports. Where those of an earlier
+    /// connection confirmed the reported rate, the rate has changed since then.
     fn contradict_report(&mut self, arrival_hz: f64, span: &MeasuredSpan) -> RateEffect {
         let from_hz = self.rate.hz;
         if let Some(before) = self.at_the_rate(None) {
@@ -168,7 +174,7 @@ impl RateAuthority {
         }
     }
 
-    /// The device times of the samples show this rate.
+    /// Takes the rate that the device times of the samples show.
     pub(crate) fn take_device_time(&mut self, device_hz: f64, span: &MeasuredSpan) -> RateEffect {
         let hz = self.rate.hz;
         let is_same = device_hz == hz;
@@ -179,8 +185,8 @@ impl RateAuthority {
         if is_same { RateEffect::None } else { RateEffect::Rescale { from_hz: hz, to_hz: device_hz } }
     }
 
-    /// A connection has ended after so few `samples` that their rate is not sure. The rate of the
-    /// connection with the most samples holds until a later connection decides.
+    /// A connection has ended after so few `samples` that their rate is not certain. The rate of
+    /// the connection with the most samples is used until a later connection decides.
     pub(crate) fn prefer_longer_evidence(&mut self, samples: u64, before: Rate) {
         if before.by_few.is_some_and(|more| more > samples) {
             self.rate = before;
@@ -189,8 +195,8 @@ impl RateAuthority {
         }
     }
 
-    /// The stream has ended. Where no list of rates shows which one was meant, the rate of the
-    /// record is that of all samples, and not that of the first ones.
+    /// The stream has ended. Where no list of rates shows which rate was meant, the rate of the
+    /// record is that of all samples, instead of that of the first ones.
     pub(crate) fn take_whole_record(&mut self, summary: &TimebaseSummary) {
         if let (Some(NominalRate::Measured(first_hz)), Some(hz)) = (summary.nominal, summary.measured_hz)
             && self.rate.from == RateFrom::Arrival
@@ -202,8 +208,8 @@ impl RateAuthority {
         }
     }
 
-    /// `until` summarises the samples before. Before the first sample that counts the new rate is
-    /// that of the record, unless the user gave one.
+    /// Takes a change of the rate; `until` summarises the samples before it. Before the first
+    /// sample that counts the new rate becomes that of the record, unless the user gave one.
     pub(crate) fn take_change(
         &mut self,
         from_hz: f64,
@@ -216,7 +222,7 @@ impl RateAuthority {
             return RateEffect::Rescale { from_hz, to_hz };
         }
         match self.change {
-            // delayed bytes came as fast as the link carries them, or the rate was restored
+            // delayed bytes arrived as fast as the link carries them, or the rate was restored
             Some(change) if to_hz == self.rate.hz => {
                 self.change = None;
                 self.other_rate_samples += span.excluded - change.excluded;
@@ -232,8 +238,9 @@ impl RateAuthority {
         }
     }
 
-    /// Takes a refusal of stamps after a reconnect. Where they show another rate, and stamps before
-    /// confirmed the known one, the rate has changed; a rate that the user gave is kept.
+    /// Takes a refusal of arrival stamps after a reconnect. Where the stamps show another rate, and
+    /// earlier stamps confirmed the known one, the rate has changed; a rate that the user gave is
+    /// kept.
     pub(crate) fn take_refusal(&mut self, refusal: Refusal, span: &MeasuredSpan) -> RateEffect {
         match (refusal, self.confirmed.filter(|before| self.is_at_the_rate(before))) {
             (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) if self.rate.from != RateFrom::Option => {
@@ -245,9 +252,9 @@ impl RateAuthority {
         }
     }
 
-    /// The sensor reports this rate in hertz; `now` summarises the present connection. A report
-    /// that differs from the one before is a change of its setting; a first one that arrivals
-    /// contradict is false.
+    /// Takes a rate that the sensor reports, in hertz; `now` summarises the present connection. A
+    /// report that differs from the one before is a change of the setting; a first report that the
+    /// arrival times contradict is false.
     pub(crate) fn take_device_rate(
         &mut self,
         device_hz: f64,
@@ -261,7 +268,7 @@ impl RateAuthority {
         }
         let differs = device_hz != self.rate.hz;
         match self.rate.from {
-            // it restarted with other settings, or was configured anew
+            // the sensor restarted with other settings, or was configured again
             RateFrom::Device if differs => self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span),
             RateFrom::Arrival if differs && self.change.is_none() => {
                 let is_confirmed = now().is_some_and(|now| is_confirmed_by(&now));
@@ -281,14 +288,14 @@ impl RateAuthority {
         }
     }
 
-    /// Replaces a false rate, by which so many `samples` were placed.
+    /// Replaces a false rate, by which this many `samples` were placed.
     pub(crate) fn replace(&mut self, device_hz: f64, samples: u64) {
         self.refused_before = None;
         self.false_rate = (samples > 0).then_some(FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// A connection has ended. What it shows of the rate is kept, unless its samples were excluded.
+    /// Ends a connection. What it shows of the rate is kept, unless its samples were excluded.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
@@ -300,26 +307,26 @@ impl RateAuthority {
         (self.change, self.false_rate) = (None, None);
     }
 
-    /// No sample is excluded for its rate, and none was.
+    /// Whether no sample is or was excluded because of its rate.
     pub(crate) const fn is_steady(&self) -> bool {
         self.change.is_none() && self.false_rate.is_none() && self.other_rate_samples == 0
     }
 
-    /// Continues with a piece that has the same rate.
+    /// Appends a piece that has the same rate.
     pub(crate) fn append(&mut self, next: &Self) {
         if self.rate.from == RateFrom::Assumed {
             self.rate = next.rate;
         }
     }
 
-    /// The change of rate after which samples are excluded.
+    /// The change of rate after which samples are excluded; `None` where there was none.
     pub(crate) fn change(&self) -> Option<RateChange> {
         self.change.map(|change| change.change)
     }
 
-    /// What arrival times show of the samples that count; `now` of the present connection. Where
-    /// the times of all rows gave the rate, no offset: the rate of the first rows is the nominal
-    /// one of no sensor.
+    /// What arrival times show of the samples that count; `now` gives the summary of the present
+    /// connection. Where the rate is that of all arrival times, there is no clock offset: then the
+    /// rate of the first rows is not the nominal rate of a sensor.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
         let summary = self.change.map_or_else(now, |change| change.until)?;
         let is_own = matches!(summary.nominal, Some(NominalRate::Measured(hz)) if hz != self.rate.hz)
@@ -331,7 +338,7 @@ impl RateAuthority {
         self.rate = Rate { hz, from, by_few: None };
     }
 
-    /// Where arrival times and the sensor agree, the sensor is the authority.
+    /// Makes the sensor the authority where its reported rate agrees with the arrival times.
     fn attribute_to(&mut self, device_hz: Option<f64>) {
         if self.rate.from == RateFrom::Arrival && device_hz == Some(self.rate.hz) {
             self.rate.from = RateFrom::Device;
@@ -347,7 +354,8 @@ impl RateAuthority {
     }
 }
 
-/// Whether arrivals confirm the rate: then a sensor that reports another one was set anew.
+/// Whether arrival times confirm the rate: a sensor that then reports another rate was configured
+/// again.
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
 }
@@ -356,7 +364,7 @@ imu_noise::encoded!(Rate { hz, from, by_few } if |rate| rate.hz > 0.0);
 imu_noise::encoded!(DatedChange { change, until, excluded });
 
 impl RateAuthority {
-    /// Without the rates of the sensor, which its message says.
+    /// The form in bytes, without the list of rates of the sensor, which its message determines.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         let Self {
             rates_hz: _,

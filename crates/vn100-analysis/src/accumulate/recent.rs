@@ -1,8 +1,8 @@
-//! The last minutes of every channel: smallest, largest and mean value of each half second.
+//! The last four minutes of every channel: smallest, largest and mean value of each half second.
 
 use std::{collections::VecDeque, sync::Arc};
 
-/// What is kept at most: four minutes.
+/// The number of slots that are kept: four minutes.
 const MOST_SLOTS: usize = 480;
 
 const SLOT_S: f64 = 0.5;
@@ -10,28 +10,29 @@ const SLOT_S: f64 = 0.5;
 /// The values of one channel in one slot, in counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Slot {
-    /// Smallest.
+    /// Smallest value.
     pub min: i32,
-    /// Largest.
+    /// Largest value.
     pub max: i32,
-    /// Sum of all.
+    /// Sum of all values.
     pub sum: i64,
-    /// How many; never 0.
+    /// Number of values; never 0.
     pub count: u32,
 }
 
-/// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted
-/// in samples from the first, those missing included. A slot without samples, as in a gap of known
+/// The latest samples in bounded memory. Slots begin at multiples of their length, counted in
+/// samples from the first, missing ones included. A slot without samples, as in a gap of known
 /// length, is `None` in every channel. A clone shares the slots that are complete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     pub(crate) rate_hz: f64,
-    /// Samples that a slot spans; its data time is this over the rate.
+    /// Samples that a slot spans; its data time is this number over the sample rate.
     pub samples_per_slot: u64,
-    /// Number of the slot behind the last one: the slots of a channel are the latest before it.
+    /// Number of the slot after the last one: the slots of a channel are the latest before it.
     pub end: u64,
     channels: usize,
-    /// The oldest slots first, each of all channels; a count of 0 is none.
+    /// The oldest slot first, each with all channels; a `count` of 0 stands for no samples of that
+    /// channel.
     rows: VecDeque<Option<Arc<[Slot]>>>,
 }
 
@@ -41,14 +42,14 @@ impl Recent {
         Self { rate_hz, samples_per_slot, end: 0, channels, rows: VecDeque::new() }
     }
 
-    /// The slots of a channel, the oldest first; at most 480. The last may still grow.
+    /// The slots of a channel, the oldest first; at most 480. The last slot may still grow.
     pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
         let kept = if channel < self.channels { self.rows.len() } else { 0 };
         let slot = move |row: &Option<Arc<[Slot]>>| row.as_ref()?.get(channel).copied().filter(|slot| slot.count > 0);
         self.rows.iter().take(kept).map(slot)
     }
 
-    /// One channel's samples, without a gap between them, the first number `index`.
+    /// Adds samples of one channel without a gap between them, the first with this absolute index.
     pub(crate) fn push(&mut self, channel: usize, index: u64, counts: &[i32]) {
         let mut index = index;
         let mut rest = counts;
@@ -58,7 +59,7 @@ impl Recent {
             let here =
                 usize::try_from((slot + 1) * self.samples_per_slot - index).map_or(rest.len(), |n| n.min(rest.len()));
             let (now, later) = rest.split_at(here);
-            // the oldest of a long batch have fallen out already
+            // the oldest slots of a long batch have been dropped already
             let place = (self.end - slot) as usize;
             let row = self.rows.len().checked_sub(place).and_then(|place| self.rows.get_mut(place));
             if let Some(row) = row {

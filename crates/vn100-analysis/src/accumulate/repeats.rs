@@ -1,46 +1,46 @@
-//! Rows that come again: a recording played in a loop, or rows stored twice.
+//! Repeated rows: a recording played in a loop, or rows stored twice.
 
 use imu_noise::{BadEncoding, ByteReader, Encoded, encode_hash};
 
-/// Rows that mark the beginning of the record.
+/// The number of rows by which the beginning of the record is recognised.
 const BEGINNING: usize = 16;
 
-/// Sums that are kept of the first pass.
+/// The most sums that are kept of the first pass.
 const MOST_SUMS: usize = 1024;
 
-/// Counts the rows that come again, in bounded memory, by sums of their hashes.
+/// Counts repeated rows, in bounded memory, by sums of their hashes.
 ///
-/// The record repeats itself where its first sixteen rows come again in order; the rows behind them
-/// are compared with those of the first pass, up to 1024 groups of 1, 2, 4, ... rows. A row that
-/// equals the one before it was stored twice, unless that happens by chance: as often as rows equal
-/// the one before that. A live sensor repeats neither.
+/// The record repeats itself where its first sixteen rows occur again in order; the rows after them
+/// are compared with those of the first pass, in up to 1024 groups of 1, 2, 4, ... rows. A row that
+/// equals the row before it was stored twice, unless that happens by chance, which is estimated by
+/// how often a row equals the second row before it. A live sensor repeats neither.
 #[derive(Debug, Clone)]
 pub(crate) struct Repeats {
     beginning: Vec<u64>,
-    /// Of the first pass, by group.
+    /// Sums of the first pass, by group.
     sums: Vec<u64>,
     rows_per_sum: u64,
-    /// Rows since the beginning, in the first pass.
+    /// Rows of the first pass since the beginning.
     rows: u64,
-    /// Of the first pass, once it has ended.
+    /// Length of the first pass, once it has ended.
     period: Option<u64>,
-    /// How many rows of the beginning the latest ones are, while it is searched for.
+    /// How many rows of the beginning the latest rows equal, while the beginning is searched.
     found: usize,
     pass: Option<Pass>,
     in_passes: u64,
-    /// The first two rows, and the last two, the last one first.
+    /// The hashes of the first two rows, and of the last two, the last row first.
     first: [Option<u64>; 2],
     last: [Option<u64>; 2],
     like_last: u64,
     like_one_before: u64,
 }
 
-/// A pass that has been equal to the first one so far.
+/// A pass that has been equal to the first pass so far.
 #[derive(Debug, Clone, Copy)]
 struct Pass {
     rows: u64,
     counted: u64,
-    /// Of the rows of the present group.
+    /// Sum over the rows of the present group.
     sum: u64,
 }
 
@@ -64,7 +64,7 @@ impl Default for Repeats {
 }
 
 impl Repeats {
-    /// Rows of the record that came before, without those of a group that has not ended.
+    /// Rows that repeat earlier ones, without those of a group that has not ended.
     pub(crate) fn repeated(&self) -> u64 {
         let twice = self.like_last.saturating_sub(self.like_one_before);
         let by_chance = 5.0 * ((self.like_last + self.like_one_before) as f64).sqrt();
@@ -72,8 +72,8 @@ impl Repeats {
         self.in_passes.max(if is_chance { 0 } else { twice })
     }
 
-    /// Adds the rows that follow. Whether they come again as a loop is not known: they would have
-    /// to be compared with these one by one.
+    /// Appends the rows of the next piece. Whether these repeat the record as a loop is not known:
+    /// they would have to be compared with it one by one.
     pub(crate) fn append(&mut self, next: &Self) {
         let alike = |one: Option<u64>, other: Option<u64>| u64::from(one.is_some() && one == other);
         self.like_last += next.like_last + alike(self.last[0], next.first[0]);
@@ -88,7 +88,7 @@ impl Repeats {
         (self.found, self.pass) = (0, None);
     }
 
-    /// Takes a row by its [`hash`].
+    /// Adds a row by its [`hash`].
     pub(crate) fn push(&mut self, row: u64) {
         let is_like_last = self.last[0] == Some(row);
         self.like_last += u64::from(is_like_last);
@@ -98,7 +98,7 @@ impl Repeats {
             self.first = if self.first[0].is_none() { [Some(row), None] } else { [self.first[0], Some(row)] };
         }
         if self.beginning.len() < BEGINNING {
-            // constant rows identify no place
+            // constant rows mark no place
             if is_like_last {
                 self.beginning.clear();
                 self.sums.clear();
@@ -143,7 +143,7 @@ impl Repeats {
         }
         self.found = 0;
         if self.period.is_none() {
-            // the beginning of the second pass was learned as part of the first
+            // the first rows of the second pass were added to the first pass
             let period = self.rows - BEGINNING as u64;
             for (at, row) in (period..).zip(self.beginning.clone()) {
                 self.add(at, row.wrapping_neg());
@@ -178,9 +178,10 @@ impl Repeats {
     }
 }
 
-/// Of a row. The standard hasher, which resists chosen keys, would take longer than its sums.
+/// The hash of a row. The standard hasher, which resists chosen keys, would take longer than all
+/// sums of the row.
 pub(crate) fn hash(counts: &[i32]) -> u64 {
-    // no product waits for another one
+    // no product depends on another one
     let weighted = |sum: u64, counts: &[i32]| {
         let products =
             counts.iter().zip(WEIGHTS).map(|(count, weight)| u64::from(count.cast_unsigned()).wrapping_mul(weight));
@@ -189,7 +190,7 @@ pub(crate) fn hash(counts: &[i32]) -> u64 {
     scattered(counts.chunks(WEIGHTS.len()).fold(0, weighted))
 }
 
-/// No multiples of two and without a simple relation, one for each channel of a message.
+/// Odd numbers without a simple relation between them, one for each channel of a message.
 const WEIGHTS: [u64; 16] = {
     let (mut weights, mut place) = ([0; 16], 0);
     while place < weights.len() {
@@ -199,16 +200,17 @@ const WEIGHTS: [u64; 16] = {
     weights
 };
 
-/// A number all bits of which depend on all of this one, which it is different for.
+/// A number all bits of which depend on all bits of this one; different numbers give different
+/// ones.
 const fn scattered(number: u64) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
-    // the low bits of a product are its weakest
+    // the low bits of a product depend on the fewest bits
     let product = (number ^ number >> 32).wrapping_mul(MULTIPLIER);
     product ^ product >> 32
 }
 
-/// What a record that has ended needs: no row is compared with it any more.
+/// The form in bytes holds what a record that has ended needs: no row is compared with it any more.
 impl Encoded for Repeats {
     fn encode(&self, out: &mut Vec<u8>) {
         for row in self.first.iter().chain(&self.last) {

@@ -1,4 +1,4 @@
-//! Rows of a batch, or some of them, with the cells among them that have no value.
+//! Rows of a batch, or some of them, with those of their cells that have no value.
 
 use std::ops::Range;
 
@@ -8,11 +8,11 @@ use vn100_protocol::stream::AbsentCell;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RowSlice<'a> {
     pub(crate) counts: &'a [i32],
-    /// Counts of a row.
+    /// Counts per row.
     width: usize,
-    /// Those of these rows alone.
+    /// The absent cells of these rows.
     absent: &'a [AbsentCell],
-    /// By what number the cells call the first of these rows.
+    /// The row number of the first of these rows in the absent cells.
     first_row: usize,
 }
 
@@ -22,7 +22,7 @@ impl<'a> RowSlice<'a> {
         Self { counts, width, absent, first_row: 0 }
     }
 
-    /// Those at these places.
+    /// The rows at these places.
     pub(crate) fn at(&self, rows: Range<usize>) -> Self {
         let cell = |row: usize| self.absent.partition_point(|cell| cell.row < self.first_row + row);
         Self {
@@ -37,12 +37,12 @@ impl<'a> RowSlice<'a> {
         self.counts.len() / self.width
     }
 
-    /// Every cell has a value.
+    /// Whether every cell has a value.
     pub(crate) const fn is_full(&self) -> bool {
         self.absent.is_empty()
     }
 
-    /// Its absent cells, by the places of these rows.
+    /// The absent cells, with rows counted from the first of these.
     pub(crate) fn absent(&self) -> Vec<AbsentCell> {
         self.absent.iter().map(|cell| AbsentCell { row: cell.row - self.first_row, ..*cell }).collect()
     }
@@ -52,7 +52,7 @@ impl<'a> RowSlice<'a> {
         self.absent.iter().filter(move |cell| cell.channel == channel).map(|cell| cell.row - self.first_row)
     }
 
-    /// The rows that lack none of these channels, in runs.
+    /// The rows that lack none of these channels, in runs of neighbours.
     pub(crate) fn with(&self, channels: Range<usize>) -> impl Iterator<Item = &'a [i32]> {
         let mut lacking: Vec<_> = self
             .absent

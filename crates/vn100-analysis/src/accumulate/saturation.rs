@@ -1,4 +1,4 @@
-//! The samples that the sensor measured with an axis at the end of its range, as it says itself.
+//! The samples that the sensor reports as measured with an axis at the end of its range.
 
 use std::time::Duration;
 
@@ -6,16 +6,16 @@ use std::time::Duration;
 const AXES: [&str; 10] =
     ["mag_x", "mag_y", "mag_z", "accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z", "pressure"];
 
-/// What a record has of them.
+/// Number and times of the saturated samples of a record.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saturation {
     /// Samples with any axis at the end of its range.
     pub samples: u64,
-    /// Of each axis, in the order of the bits.
+    /// Number of such samples by axis, in the order of the bits.
     by_axis: [u64; AXES.len()],
-    /// The data time of the first such sample.
+    /// Data time of the first such sample; `None` without one.
     pub first_at: Option<Duration>,
-    /// That of the last one.
+    /// Data time of the last such sample; `None` without one.
     pub last_at: Option<Duration>,
 }
 
@@ -36,7 +36,7 @@ impl Saturation {
         self.last_at = next.last_at.or(self.last_at);
     }
 
-    /// The axes that were, and in how many samples.
+    /// The axes that were at the end of their range, each with its number of samples.
     pub fn axes(&self) -> impl Iterator<Item = (&'static str, u64)> {
         AXES.into_iter().zip(self.by_axis).filter(|(_, count)| *count > 0)
     }

@@ -1,4 +1,5 @@
-//! What the sensor reported of its registers within the stream, register 54 with measurements.
+//! What the sensor reported of its registers within the stream; of register 54 the measurements in
+//! it.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -13,18 +14,20 @@ use crate::{
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SensorReplies {
     pub(super) registers: BTreeMap<u8, String>,
-    /// The registers, and how many samples there were, when the link was lost last.
+    /// The registers, and the number of samples, when the link was last lost.
     before_break: Option<(BTreeMap<u8, String>, u64)>,
-    /// The first two serial numbers that differ, in their order, and the samples before the second.
+    /// The first two different serial numbers, in their order, and the number of samples before the
+    /// second.
     two_serials: Option<(String, String, u64)>,
-    /// The first serial number, and the samples before it.
+    /// The first serial number, and the number of samples before it.
     first_serial: Option<(String, u64)>,
-    /// Of each channel of register 54: too few replies, and too unevenly spaced, for a deviation.
+    /// Of each channel of register 54. Its readings are too few, and too unevenly spaced, for a
+    /// deviation.
     imu: Vec<(Moments, Histogram)>,
 }
 
 impl SensorReplies {
-    /// Replies among excluded samples, perhaps of another sensor, are not kept.
+    /// Takes a reply. Replies among excluded samples, which may be of another sensor, are not kept.
     pub(crate) fn push(&mut self, contents: &RegisterContents, samples: u64, is_excluded: bool) {
         let (register, fields) = (contents.register, contents.fields.to_string());
         if register == Register::IMU
@@ -41,7 +44,7 @@ impl SensorReplies {
         }
     }
 
-    /// Continues with the next piece.
+    /// Appends the next piece.
     pub(crate) fn append(&mut self, next: &Self) {
         if let Some((serial, samples)) = &next.first_serial {
             self.compare_serial(serial, *samples);
@@ -70,27 +73,27 @@ impl SensorReplies {
         }
     }
 
-    /// The link is lost after so many samples: the next reply may be another sensor's.
+    /// The link was lost after this many samples: the next reply may be that of another sensor.
     pub(crate) fn mark_break(&mut self, samples: u64) {
         self.before_break = Some((self.registers.clone(), samples));
     }
 
-    /// Excludes the replies since a break behind as many samples too.
+    /// Excludes the replies since the last break after this many samples as well.
     pub(crate) fn exclude(&mut self, samples: u64) {
         if let Some((registers, _)) = self.before_break.as_ref().filter(|(_, before)| *before == samples) {
             self.registers.clone_from(registers);
         }
     }
 
-    /// The output rate in hertz by register 7; `None` for 0, which is no rate.
+    /// The output rate in hertz by register 7; `None` where it is not known, or 0.
     pub(crate) fn rate_hz(&self) -> Option<f64> {
         let fields = self.registers.get(&Register::ASYNC_RATE.0)?;
         let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
-    /// `layout` with what register 82 says of integrals: whether the filter's bias is taken off the
-    /// rates before they are integrated.
+    /// `layout` with what register 82 says of increments: whether the bias of the filter is
+    /// subtracted from the rates before they are integrated.
     pub(crate) fn layout_of(&self, layout: &Arc<Layout>) -> Arc<Layout> {
         let is_integral =
             |channel: &Channel| channel.increment_step.is_some() && channel.quantity == Quantity::AngularRate;
@@ -104,7 +107,8 @@ impl SensorReplies {
         }
     }
 
-    /// `change` is the one after which samples are excluded.
+    /// A warning where two sensors replied; `change` is the change of rate after which samples are
+    /// excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let headline = format!("serial number changed from {before} to {then}");
@@ -139,7 +143,8 @@ impl SensorReplies {
     }
 }
 
-/// A name of its own, because the stream may have a channel of the plain name.
+/// Gives a channel of register 54 another name, because the stream may have a channel of the plain
+/// name.
 fn renamed(channel: &Channel) -> Channel {
     let prefix = match channel.quantity {
         Quantity::Temperature | Quantity::Pressure => "polled",

@@ -1,4 +1,4 @@
-//! The axes of a sensor beside its temperature, as the stream has it or as it was asked for.
+//! The axes of a sensor against its temperature, which the stream carries or which was polled.
 
 use imu_noise::{
     BadEncoding, ByteReader, Encoded, NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch,
@@ -8,11 +8,11 @@ use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 use crate::sensor::sensor_of;
 
-/// What relates the angular rates and accelerations of a record to the temperature of the sensor.
+/// Sums of the angular rates and accelerations of a record against the temperature of the sensor.
 #[derive(Debug, Clone)]
 pub struct TemperatureRecord {
     blocks: TemperatureBlocks,
-    /// Of each channel of the layout.
+    /// The role of each channel of the layout.
     parts: Vec<ChannelRole>,
     degrees_per_count: f64,
     is_polled: bool,
@@ -26,7 +26,8 @@ enum ChannelRole {
 }
 
 impl TemperatureRecord {
-    /// By the first channel that is one; `None` without a temperature or an axis.
+    /// By the first channel of the stream that is a temperature; `None` without one, or without an
+    /// axis.
     pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
         let temperature = layout.channels.iter().position(is_temperature)?;
         let mut record = Self::new(layout, &layout.channels[temperature], false)?;
@@ -34,7 +35,7 @@ impl TemperatureRecord {
         Some(record)
     }
 
-    /// By readings of register 54 between the rows.
+    /// By readings of register 54 between the rows; `None` without an axis.
     pub(crate) fn polled(layout: &Layout) -> Option<Self> {
         Self::new(layout, VNIMU.channels.iter().find(|channel| is_temperature(channel))?, true)
     }
@@ -61,7 +62,7 @@ impl TemperatureRecord {
         self.blocks.push_samples(first, samples);
     }
 
-    /// Samples of the channel at this place of the layout.
+    /// Adds samples of the channel at this place of the layout, the first with this absolute index.
     pub(crate) fn push(&mut self, place: usize, first: u64, counts: &[i32]) {
         match self.parts.get(place) {
             Some(ChannelRole::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
@@ -70,21 +71,22 @@ impl TemperatureRecord {
         }
     }
 
-    /// So many samples are absent of the channel at this place of the layout, from this one on.
+    /// Adds absent samples of the channel at this place of the layout, from this absolute index on.
     pub(crate) fn push_absent(&mut self, place: usize, first: u64, samples: u64) {
         if let Some(ChannelRole::Axis(axis)) = self.parts.get(place) {
             self.blocks.push_absent(*axis, first, samples);
         }
     }
 
-    /// A reading at the sample with this index; unused where the stream has the temperature itself.
+    /// Adds a reading at the sample with this index; ignored where the stream carries the
+    /// temperature.
     pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
         if self.is_polled {
             self.blocks.push_temperature(index, &[counts]);
         }
     }
 
-    /// Continues with the next piece of a record whose stream has the temperature.
+    /// Appends the next piece of a record whose stream carries the temperature.
     pub(crate) fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.blocks.append(&next.blocks)
     }
@@ -93,19 +95,19 @@ impl TemperatureRecord {
         self.blocks.part();
     }
 
-    /// Whether the temperature was asked for between the rows, and is no channel of the stream.
+    /// Whether the temperature was polled between the rows, and is no channel of the stream.
     #[must_use]
     pub const fn is_polled(&self) -> bool {
         self.is_polled
     }
 
-    /// The search for the coefficients of all axes.
+    /// The search for the temperature coefficients of all axes.
     pub(crate) fn search(&self, interval_s: f64) -> Result<TemperatureSearch, NoCoefficient> {
         TemperatureSearch::new(&self.blocks, interval_s, self.degrees_per_count)
     }
 
-    /// The number of the axis at this place of the layout, where there is one that lacks a tenth of
-    /// its samples at most.
+    /// The number of the axis at this place of the layout; `None` for another channel, and for an
+    /// axis that lacks more than a tenth of its samples.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
         match self.parts.get(place) {
             Some(ChannelRole::Axis(axis)) => {
@@ -122,7 +124,7 @@ fn is_temperature(channel: &Channel) -> bool {
 }
 
 impl TemperatureRecord {
-    /// Without the roles of the channels, which the layout says.
+    /// The form in bytes, without the roles of the channels, which the layout determines.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         self.is_polled.encode(out);
         self.blocks.encode(out);
