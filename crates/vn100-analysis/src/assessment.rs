@@ -36,25 +36,25 @@ use crate::{
     warning::Warning,
 };
 
-/// The two-sided level of intervals, unless another is asked for.
+/// The two-sided level of intervals where no other is asked for.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
-/// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot
-/// alone; some milliseconds for twelve channels.
+/// What a snapshot says of the sensor, at one level of confidence. A function of the snapshot
+/// alone, which takes some milliseconds for twelve channels.
 ///
-/// It outlives its snapshot: the octaves of a record that grew a little since have nearly the same
-/// degrees of freedom.
+/// An assessment may be used with a later snapshot: the octaves of a record that has grown a little
+/// have nearly the same degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Assessment {
-    /// Samples in the statistics that were assessed.
+    /// Number of samples in the statistics that were assessed.
     pub samples: u64,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
     /// One per channel, in the order of the layout.
     pub channels: Vec<ChannelAssessment>,
-    /// The sensor was moved; `None` where the record shows it at rest.
+    /// The motion of the sensor; `None` where the record shows the sensor at rest.
     pub motion: Option<Motion>,
-    /// Limits of the results, beyond the snapshot's own warnings.
+    /// Limits of the results, in addition to the warnings of the snapshot.
     pub warnings: Vec<Warning>,
 }
 
@@ -63,7 +63,8 @@ pub struct Assessment {
 pub struct ChannelAssessment {
     /// One per octave of the snapshot.
     pub octaves: Vec<OctaveAssessment>,
-    /// One per octave of the deviation that was not asked for, by the kind of noise seen there.
+    /// One per octave of the deviation that the settings do not select, by the kind of noise that
+    /// those octaves show.
     pub other_octaves: Vec<OctaveAssessment>,
     /// One per point of the snapshot.
     pub points: Vec<OctaveAssessment>,
@@ -71,30 +72,34 @@ pub struct ChannelAssessment {
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub disturbed: Disturbed,
-    /// Whether the values are normally distributed; `None` without samples of a stream.
+    /// Whether the values are normally distributed; `None` for channels that are not in the stream.
     pub normality: Option<Result<Normality, NotJudged>>,
-    /// What the sensor does to the channel's white noise; `None` where that is unknown.
+    /// What the sensor does on board to the white noise of the channel; `None` where that is not
+    /// known.
     pub onboard: Option<Onboard>,
 }
 
 /// With fewer degrees of freedom an interval spans more than a factor of ten, and none is given.
 pub const LEAST_EDF: f64 = 2.0;
 
-/// What is known of one octave's deviation.
+/// What is known of the deviation at one averaging factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OctaveAssessment {
     /// Averaging factor.
     pub m: u64,
-    /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
+    /// Exponent of the spectrum nearest to the noise that this octave shows; `None` with too few
+    /// blocks.
     pub alpha: Option<i8>,
-    /// Degrees of freedom, and bounds of a deviation of 1, to be multiplied by the octave's own;
-    /// `None` below [`LEAST_EDF`] degrees of freedom. By the fitted mixture of noises, or, where no
-    /// model holds, the kind of noise seen here or next to here.
+    /// Degrees of freedom, and confidence limits of a deviation of 1, to be multiplied by the
+    /// deviation of the octave; `None` below [`LEAST_EDF`] degrees of freedom. They follow from the
+    /// fitted mixture of noises, or, where no model fits, from the kind of noise that this octave
+    /// or a neighbour shows.
     pub relative: Option<Interval>,
 }
 
 impl Assessment {
-    /// At the level `confidence`, 0 < p < 1; outside, there are no intervals and no parameters.
+    /// Assesses a snapshot at the level `confidence`, 0 < p < 1; outside that range there are no
+    /// intervals and no parameters. A snapshot without samples has no channels.
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);

@@ -5,52 +5,52 @@ use std::{fmt, str::FromStr};
 use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, RecordShape, check_encoded};
 use thiserror::Error;
 
-/// The averaging times at which the deviation is given. The noise model rests on the octaves,
-/// whatever is given beside it.
+/// The averaging times at which the deviation is given. The noise model is fitted to the octaves in
+/// any case.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum AveragingTimes {
     /// m = 1, 2, 4, 8 … samples.
     #[default]
     Octave,
-    /// m = 1, 2, 4, 10, 20, 40, 100 … samples, as Stable32 and allantools have it.
+    /// m = 1, 2, 4, 10, 20, 40, 100 … samples, as in Stable32 and allantools.
     Decade,
-    /// Every m up to 1024, above that 128 in each octave, evenly spaced: neighbours then lie at
-    /// most 0.8 % apart and share nearly all of their samples. So a long record of n samples is
-    /// visited 1024 + 128 · log2(n/2048) times, not n/2 times.
+    /// Every m up to 1024, and above that 128 in each octave, evenly spaced: neighbours are then at
+    /// most 0.8 % apart and share nearly all of their samples. A long record of n samples has 1024
+    /// + 128 · log2(n/2048) of these averaging times instead of n/2.
     All,
-    /// These, in seconds; each above 0.
+    /// These averaging times in seconds, each above 0.
     List(Vec<f64>),
 }
 
-/// A text names no averaging times.
+/// Why a text names no averaging times.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum AveragingTimesError {
-    /// Neither a name nor a number.
+    /// The text, or a part between commas, is neither a name nor a number.
     #[error("{0:?} is no averaging time: octave, decade, all, or seconds with commas between them, as in 0.5,1,10")]
     NoNumber(String),
-    /// Zero, negative, or no finite number.
+    /// The number is zero, negative, or not finite.
     #[error("an averaging time of {0} s does not exist: give seconds above 0")]
     NotPositive(f64),
 }
 
-/// An averaging time that was asked for, and that the record does not have.
+/// An averaging time that was asked for and that the record does not have.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum MissingTime {
-    /// It is no whole number of samples.
+    /// The averaging time is not a whole number of samples.
     #[error(
         "the averaging time of {tau_s} s is no multiple of the sample interval of {interval_s} s; the nearest: {}",
         near(*.tau_s, *.interval_s)
     )]
     NoMultiple {
-        /// Asked for, in seconds.
+        /// The averaging time asked for, in seconds.
         tau_s: f64,
-        /// Between samples, in seconds.
+        /// The sample interval, in seconds.
         interval_s: f64,
     },
-    /// No window of the record is so long.
+    /// No window of the record is as long.
     #[error("an averaging time of {tau_s} s needs {needed_s} s without a gap, and the record has no such stretch")]
     TooLong {
-        /// Asked for, in seconds.
+        /// The averaging time asked for, in seconds.
         tau_s: f64,
         /// The length of one window, in seconds.
         needed_s: f64,
@@ -58,7 +58,7 @@ pub enum MissingTime {
 }
 
 impl MissingTime {
-    /// Of an averaging factor that no stretch of a record of this shape has room for.
+    /// The error for an averaging factor that no stretch of a record of this shape has room for.
     pub(crate) fn without_window(m: u64, shape: &RecordShape) -> Self {
         let order = if shape.deviation == Deviation::Allan { 2.0 } else { 3.0 };
         let tau_s = m as f64 * shape.interval_s;
@@ -72,19 +72,20 @@ fn near(tau_s: f64, interval_s: f64) -> String {
     times.collect::<Vec<_>>().join(" and ")
 }
 
-/// Without the digits that a division by the rate adds.
+/// The number without the digits that a division by the rate adds.
 fn tidy(seconds: f64) -> f64 {
     format!("{seconds:.9e}").parse().unwrap_or(seconds)
 }
 
 impl AveragingTimes {
-    /// All m up to here.
+    /// Every m up to this one is given.
     const ALL_UP_TO: u64 = 1024;
-    /// From there on.
+    /// The number of averaging factors in each octave above that.
     const IN_AN_OCTAVE: u64 = 128;
 
-    /// The averaging factors beside the octaves for a record of this shape, ascending, and the
-    /// times that are no multiple of its sample interval; none for the octaves themselves.
+    /// The averaging factors besides the octaves for a record of this shape, ascending, and the
+    /// times that are not a multiple of its sample interval; none of either for the octaves
+    /// themselves.
     pub(crate) fn factors(&self, shape: &RecordShape) -> (Vec<u64>, Vec<MissingTime>) {
         let has_window = |m: &u64| shape.windows(*m) > 0;
         match self {
@@ -109,7 +110,8 @@ impl AveragingTimes {
         }
     }
 
-    /// The times asked for that are no multiple of this sample interval.
+    /// Those of the listed times that are not a multiple of this sample interval, in seconds; empty
+    /// for all other averaging times.
     #[must_use]
     pub fn no_multiples(&self, interval_s: f64) -> Vec<MissingTime> {
         let Self::List(times) = self else { return Vec::new() };
@@ -118,7 +120,8 @@ impl AveragingTimes {
     }
 }
 
-/// `None` unless whole to a millionth, which decimals of times and rates are.
+/// The averaging factor; `None` unless it is whole to a millionth, the precision to which times and
+/// rates are given.
 fn whole_factor(tau_s: f64, interval_s: f64) -> Option<u64> {
     let m = tau_s / interval_s;
     (m.round() >= 1.0 && (m / m.round() - 1.0).abs() <= 1e-6).then_some(m.round() as u64)

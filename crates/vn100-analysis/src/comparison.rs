@@ -23,33 +23,36 @@ const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind:
 /// One record to be compared.
 #[derive(Debug, Clone, Copy)]
 pub struct ComparedRecord<'a> {
-    /// What texts call it.
+    /// The name of the record in texts.
     pub name: &'a str,
-    /// What was measured.
+    /// The numbers of the record.
     pub snapshot: &'a Snapshot,
-    /// What that says.
+    /// The assessment of the snapshot.
     pub assessment: &'a Assessment,
-    /// When its source began, before anything was skipped: nanoseconds since 1970-01-01 UTC, where
-    /// known.
+    /// When the source of the record began, before any skip, in nanoseconds since 1970-01-01 UTC;
+    /// `None` where that is not known.
     pub started_ns: Option<i64>,
 }
 
-/// A comparison of several records. Records are numbered in the order given.
+/// A comparison of several records. A record is referred to by its place among those given, from 0.
+/// Of fewer than two records all lists of differences are empty.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// Two-sided level of every interval; differences are significant below 1 - confidence.
+    /// Two-sided level of every interval; a difference is significant where its corrected
+    /// probability is below 1 - confidence.
     pub confidence: f64,
-    /// Octaves that two records share at the same averaging time; corrected all together.
+    /// The octaves that two records share at the same averaging time; corrected for all of them
+    /// together.
     pub octaves: Vec<OctaveTest>,
-    /// By sensor, the records in the order of their white noise.
+    /// By sensor, the records in ascending order of their white noise.
     pub rankings: Vec<Ranking>,
-    /// By channel of a sensor: the mean in each record, and their differences.
+    /// By channel of a sensor: the mean in each record, and the differences of the means.
     pub means: Vec<ChannelMeans>,
     /// Events that disturbed a record.
     pub disturbances: Vec<RecordDisturbance>,
-    /// Records that hold the same samples: these are not tested against each other.
+    /// Pairs of records that hold the same samples, which are not tested against each other.
     pub same_samples: Vec<SameSamples>,
-    /// The record to use where one will do, or why none is that.
+    /// The record to use where one is enough, or why there is none.
     pub recommended: Result<Recommendation, WhyNone>,
     /// What could not be compared, or only in part.
     pub caveats: Vec<Caveat>,
@@ -58,39 +61,41 @@ pub struct Comparison {
 /// An event that disturbed a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordDisturbance {
-    /// Its number.
+    /// The number of the record.
     pub record: usize,
-    /// What, when, and in which channels.
+    /// The kind of event, its time, and the channels.
     pub warning: Warning,
 }
 
 /// Two records with the same samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SameSamples {
-    /// Their numbers.
+    /// The numbers of the two records.
     pub records: [usize; 2],
-    /// How much of each is in the other.
+    /// The shares of each record that are in the other.
     pub shared: SharedRows,
 }
 
 impl SameSamples {
-    /// From this part on a record is whole in the other: a few rows may have been lost.
+    /// From this share on, all of a record counts as part of the other: a few rows may have been
+    /// dropped.
     pub const WHOLE: f64 = 0.98;
 }
 
-/// The two probabilities of a test that is one of many.
+/// The two probabilities of one test among many.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chance {
-    /// Of a difference at least as large by chance alone, for this test alone.
+    /// Probability of a difference at least as large by chance alone, for this test alone; 0 to 1.
     pub p: f64,
-    /// The same with Holm's correction for all tests made with it.
+    /// The same probability with Holm's correction for all tests made together.
     pub corrected: f64,
 }
 
 impl Comparison {
-    /// All assessed at the level `confidence`, 0 < p < 1; outside, nothing differs and nothing is
-    /// ranked. `stayed_on`: the sensor was not switched off between the records, which they do not
-    /// say themselves, so that noise alone may have moved their means.
+    /// Compares records assessed at the level `confidence`, 0 < p < 1; outside that range no
+    /// difference is significant and nothing is ranked. `stayed_on`: the sensor was not switched
+    /// off between the records, so that noise alone may have changed their means; the records
+    /// themselves do not show that.
     #[must_use]
     pub fn of(records: &[ComparedRecord<'_>], stayed_on: bool, confidence: f64) -> Self {
         let same_samples = same_samples(records);
@@ -108,7 +113,7 @@ impl Comparison {
         comparison
     }
 
-    /// Whether a difference with that probability is statistically significant.
+    /// Whether a difference with this probability is statistically significant.
     #[must_use]
     pub fn is_significant(&self, chance: Chance) -> bool {
         chance.corrected < 1.0 - self.confidence
@@ -136,19 +141,20 @@ fn chances(probabilities: &[f64]) -> Vec<Chance> {
     probabilities.iter().zip(corrected).map(|(&p, corrected)| Chance { p, corrected }).collect()
 }
 
-/// Every two of `count` records, the earlier one first.
+/// Every pair out of `count` records, the earlier record first.
 fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| [a, b]))
 }
 
-/// What the sensor does to the channels of `quantity`; `None` where unknown.
+/// What the sensor does on board to the channels of `quantity`; `None` where that is not known.
 fn onboard(quantity: Quantity, record: &ComparedRecord<'_>) -> Option<Onboard> {
     let layout = record.snapshot.layout.as_ref()?;
     let channel = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
     record.assessment.channels.get(channel)?.onboard
 }
 
-/// Where unknown, averaging and decimation make the same of white noise at the same rate.
+/// Whether the white noise of `quantity` aliases in the same way in both records. Where averaging
+/// and decimation are not known, that is assumed for equal rates.
 fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
     match (onboard(quantity, a), onboard(quantity, b)) {
         (Some(a), Some(b)) => (a.window.white_factor() / b.window.white_factor() - 1.0).abs() < 0.01,

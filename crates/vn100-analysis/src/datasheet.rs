@@ -14,15 +14,16 @@ use crate::{
 /// The noise of a sensor as its maker specifies it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Datasheet {
-    /// The sensor.
+    /// Name of the sensor.
     pub name: String,
-    /// How far the figures can be trusted.
+    /// How far the figures can be trusted; `None` where the sheet says nothing about that.
     pub note: Option<String>,
-    /// What the sensor does before it sends a sample, where this program does not know the sensor.
+    /// What the sensor does on board before it sends a sample; `None` for a sensor that this
+    /// program knows.
     pub onboard: Option<SheetOnboard>,
-    /// Its figures.
+    /// The figures of the sheet.
     pub figures: Vec<DatasheetFigure>,
-    /// Typical figures pass and fail, too.
+    /// Whether typical figures pass and fail, as limits do.
     pub typical_is_limit: bool,
 }
 
@@ -31,7 +32,7 @@ pub struct Datasheet {
 pub struct SheetOnboard {
     /// Refreshes per second, above 0.
     pub refresh_hz: f64,
-    /// Refreshes averaged; 1 averages nothing.
+    /// Refreshes averaged for one sample; 1 averages nothing.
     pub window: u32,
 }
 
@@ -42,16 +43,17 @@ pub struct DatasheetFigure {
     pub sensor: Sensor,
     /// The parameter.
     pub term: Term,
-    /// What is claimed, in SI units; of a density, two-sided.
+    /// The claim in SI units (magnetic field in gauss); a density as two-sided.
     pub claim: Claim,
-    /// The density may be one-sided as well: the claim is √2 smaller then.
+    /// Whether it is unknown if the density is two-sided or one-sided; as one-sided, the claim is
+    /// √2 smaller.
     pub is_of_unknown_sides: bool,
-    /// The minimum of the Allan deviation, what most sheets call bias instability:
-    /// [`curve_minimum`](imu_noise::curve_minimum).
+    /// Whether the figure is the minimum of the Allan deviation, which most sheets call bias
+    /// instability: [`curve_minimum`](imu_noise::curve_minimum).
     pub is_minimum: bool,
     /// The figure as printed, such as `typical 0.0035 deg/s/sqrt(Hz)`.
     pub printed: String,
-    /// Where it was found.
+    /// Where the figure was found.
     pub source: Option<String>,
 }
 
@@ -62,70 +64,71 @@ pub struct FigureVerdict {
     pub figure: DatasheetFigure,
     /// The verdict.
     pub verdict: Verdict,
-    /// The parameter as measured, in the figure's convention, in SI units.
+    /// The measured parameter in the convention of the figure, in SI units (magnetic field in
+    /// gauss).
     pub measured: Parameter,
-    /// What the stream does to it.
+    /// The effect of averaging and decimation on the parameter in this stream.
     pub stream: StreamFactor,
-    /// Why that is not known; `None` where it is.
+    /// Why that effect is not known; `None` where it is known.
     pub unknown: Option<StreamUnknown>,
-    /// Whether the averaging on board is known, which is no matter to other noise than white.
+    /// Whether the averaging on board is known; it has no effect on other terms than white noise.
     pub window_known: bool,
-    /// Lower and upper value expected in this stream of a sensor at the figure, in SI units; a
-    /// density of unknown sides taken as two-sided.
+    /// Lower and upper value that a sensor at the figure is expected to show in this stream, in SI
+    /// units; a density of unknown convention is taken as two-sided.
     pub expected: (f64, f64),
-    /// The verdict for each convention where it is not known whether a density is one-sided; else
-    /// empty.
+    /// The verdict under each convention, where it is not known whether a density is one-sided;
+    /// else empty.
     pub readings: Vec<Reading>,
 }
 
 /// One reading of a figure whose convention is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// As which density.
+    /// The convention: two-sided or one-sided.
     pub sides: Sides,
-    /// The verdict if that was meant.
+    /// The verdict under this convention.
     pub verdict: Verdict,
-    /// Lower and upper value then expected in this stream, in SI units.
+    /// Lower and upper value expected in this stream under this convention, in SI units.
     pub expected: (f64, f64),
 }
 
 /// The verdicts of a measurement on all figures of a data sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdicts {
-    /// Name of the sheet.
+    /// Name of the data sheet.
     pub datasheet: String,
-    /// How far its figures can be trusted.
+    /// How far the figures of the sheet can be trusted.
     pub note: Option<String>,
-    /// By channel of the layout; none for channels without figures.
+    /// By channel of the layout, the verdicts on its figures; empty for channels without figures.
     pub channels: Vec<Vec<FigureVerdict>>,
-    /// Typical figures pass and fail, too.
+    /// Whether typical figures pass and fail, as limits do.
     pub typical_is_limit: bool,
 }
 
-/// Why the effect of the stream on a parameter is unknown; the first reason that holds.
+/// Why the effect of the stream on a parameter is not known; the first reason that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamUnknown {
-    /// The averaging on board is not reported.
+    /// The averaging on board is not reported by the sensor.
     Window,
     /// The sample rate is assumed.
     Rate,
-    /// A line was removed, and some of the parameter with it.
+    /// A spectral peak was removed, and an unknown share of the parameter with it.
     LineRemoved,
 }
 
-/// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1.
+/// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
 fn floor_of_flicker() -> f64 {
     (2.0 * LN_2 / PI).sqrt()
 }
 
 impl Datasheet {
-    /// The verdict of an assessment on every figure.
+    /// Judges an assessment by every figure of the sheet.
     ///
-    /// White noise is compared with the figure times what averaging and decimation on board make of
-    /// it; where these are unknown it neither passes nor fails. Neither of them changes B. All but
-    /// B and the minimum of the curve, which do not depend on the time scale, need a rate that is
-    /// not assumed; all but white noise a record from which no line was removed. Nothing is
-    /// compared where the sensor was moved.
+    /// White noise is compared with the figure multiplied by the effect of averaging and decimation
+    /// on board; where that effect is not known, it neither passes nor fails. B does not depend on
+    /// it. All figures but B and the minimum of the curve, which do not depend on the time scale,
+    /// need a sample rate that is not assumed; all but white noise need a record from which no
+    /// spectral peak was removed. Where the sensor was moved, no channel has verdicts.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
         let of_channel = |channel: &ChannelAssessment| {
@@ -135,7 +138,7 @@ impl Datasheet {
                 let (window, window_known) = self.window(noise.sensor, channel.onboard, snapshot);
                 let unknown = unknown(figure.term, window_known, snapshot);
                 let stream = StreamFactor { is_known: unknown.is_none(), ..StreamFactor::ONE };
-                // only white noise folds
+                // only white noise aliases
                 let stream = match figure.term {
                     Term::White => {
                         let (factor, uncertainty) = (window.white_factor(), Onboard::uncertainty_of(window));
@@ -156,8 +159,9 @@ impl Datasheet {
         }
     }
 
-    /// Each parameter in SI units (magnetic field in gauss), with B as the model has it, by the
-    /// lower end of what is typical, or by the limit where nothing is.
+    /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
+    /// as the noise model defines it: the lower end of a typical range, or the limit where the
+    /// sheet gives no typical value.
     #[must_use]
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
         self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
@@ -180,7 +184,8 @@ impl Datasheet {
             (None, Some(stated)) => {
                 let decimation = stated.refresh_hz / snapshot.timing.rate_hz;
                 let window = BoxcarWindow { length: stated.window, decimation };
-                // the fit allows for shared refreshes only where the sensor itself reported them
+                // the fit allows for refreshes that neighbouring windows share only where the
+                // sensor itself reports the window
                 (window, !window.overlaps())
             }
             (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),
@@ -188,7 +193,7 @@ impl Datasheet {
     }
 }
 
-/// Why the effect of the stream on that parameter is unknown; `None` where it is known.
+/// Why the effect of the stream on a parameter is not known; `None` where it is known.
 fn unknown(term: Term, window_known: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
     let window = (!window_known).then_some(StreamUnknown::Window);
     let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
@@ -201,13 +206,15 @@ fn unknown(term: Term, window_known: bool, snapshot: &Snapshot) -> Option<Stream
 }
 
 impl DatasheetFigure {
-    /// The parameter of the model that reads as printed, by the lower end of what is typical.
+    /// The parameter of the noise model that corresponds to the printed figure, by the lower end of
+    /// a typical range.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
         if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
-    /// Whether it is the minimum of the deviation, rather than a parameter of the model.
+    /// Whether the figure is the minimum of the deviation, rather than a parameter of the noise
+    /// model.
     #[must_use]
     pub fn is_curve_minimum(&self) -> bool {
         self.is_minimum && self.term == Term::BiasInstability
@@ -242,9 +249,10 @@ impl DatasheetFigure {
     }
 }
 
-/// Why not all verdicts that decide on `figure` are a pass, by channel; none without a data sheet.
-/// Limits decide, and typical figures where they are taken for limits. `None` is a channel without
-/// a figure, or one that is not there.
+/// The channels of `figure` whose deciding verdicts are not all a pass, each with such a verdict;
+/// empty where all pass. Limits decide, and typical figures where these are taken as limits. `None`
+/// stands for a channel without a figure, and, under the name of the figure, for a record without
+/// such a channel or for no data sheet.
 #[must_use]
 pub fn not_passed<'a>(
     figure: &NoiseFigure,

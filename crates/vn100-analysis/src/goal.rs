@@ -1,4 +1,4 @@
-//! How well a figure shall be known before a measurement ends: `gyro N ±5%`.
+//! How well a parameter must be known before a measurement ends: `gyro N ±5%`.
 
 use std::{fmt, str::FromStr};
 
@@ -10,46 +10,46 @@ use crate::{
     snapshot::Snapshot,
 };
 
-/// A figure, and the half-width of its interval that is asked for.
+/// A parameter, and the half-width of its interval that ends a measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// What shall be known.
+    /// The parameter.
     pub figure: NoiseFigure,
-    /// Half the width of the interval over the value, at most; above 0.
+    /// The largest half-width of the interval, divided by the value; above 0.
     pub relative_half_width: f64,
 }
 
-/// A text is no goal.
+/// Why a text is no goal.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum GoalError {
-    /// There is no `±`.
+    /// The text has no `±`.
     #[error("invalid target {0:?}; expected PARAMETER ±PERCENT, such as \"gyro N ±5%\"")]
     Form(String),
-    /// The figure is none.
+    /// The part before `±` names no parameter.
     #[error(transparent)]
     NoiseFigure(#[from] NoiseFigureError),
-    /// The part behind `±` is no percentage above 0.
+    /// The part after `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
 }
 
 impl Goal {
-    /// Whether every axis meant is estimated so well.
+    /// Whether the parameter is estimated with that precision on every axis of the goal.
     #[must_use]
     pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
         let axes = self.relative_half_widths(snapshot, assessment);
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
-    /// Why no record like this one, however long, shows the figure; `None` before there is a
-    /// message.
+    /// Why no record of this message, however long, shows the parameter; `None` where one may, and
+    /// while there is no message.
     #[must_use]
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Half the width of the interval over the value, by axis; `None` where the figure is not
-    /// estimated, and empty without a channel.
+    /// Half the width of the interval divided by the value, by axis; `None` where the parameter is
+    /// not estimated. Empty where the message has no such channel.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
@@ -63,27 +63,27 @@ impl Goal {
     }
 }
 
-/// A goal that a measurement ended without.
+/// A goal that was not met when the measurement ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnmetGoal {
     /// The goal.
     pub goal: Goal,
-    /// Why.
+    /// The reason.
     pub why: WhyUnmet,
 }
 
 /// Why a goal is not met.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WhyUnmet {
-    /// The message of the stream does not show the parameter; the reason in words.
+    /// The message of the stream does not show the parameter, for this reason in words.
     OutOfReach(String),
-    /// The data ended before. Half-widths by axis, `None` where not estimated; empty without a
-    /// channel.
+    /// The measurement ended before the goal was met. Half-widths by axis as in
+    /// [`Goal::relative_half_widths`].
     EndedBefore(Vec<(String, Option<f64>)>),
 }
 
 impl UnmetGoal {
-    /// Those of the goals that are not met.
+    /// Those of the `goals` that are not met.
     #[must_use]
     pub fn of(goals: &[Goal], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
         let why = |goal: &Goal| match goal.out_of_reach(snapshot) {
@@ -100,7 +100,7 @@ impl FromStr for Goal {
     type Err = GoalError;
 
     fn from_str(text: &str) -> Result<Self, GoalError> {
-        // not every keyboard has the sign
+        // `+-` for keyboards without the sign
         let split = text.split_once('±').or_else(|| text.split_once("+-"));
         let (figure, percent) = split.ok_or_else(|| GoalError::Form(text.into()))?;
         let relative_half_width = share_of_percent(percent).ok_or_else(|| GoalError::Percent(text.into()))?;

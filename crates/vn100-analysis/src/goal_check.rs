@@ -1,5 +1,5 @@
-//! Whether a measurement may end: the cheapest question first, so that a fit is made only where it
-//! may say yes.
+//! Whether a measurement may end. The cheapest test comes first, so that a fit is made only where
+//! its answer may be yes.
 
 use imu_noise::{OctaveSum, Term, least_half_width};
 
@@ -10,12 +10,13 @@ use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
 };
 
-/// Wider goals are left to the fit: the shape of so wide an interval is not foreseen.
+/// Wider goals are left to the fit: the asymmetry of so wide an interval cannot be predicted.
 const WIDEST: f64 = 0.5;
 
 impl Analysis {
-    /// Whether the goals of the settings are all met, or one is out of reach; never without goals.
-    /// As [`Goal::is_met`] by the assessment of this very moment has it, mostly without making one.
+    /// Whether all goals of the settings are met, or one is out of reach; `false` without goals.
+    /// The answer is that of [`Goal::is_met`] with the assessment of this moment, mostly without
+    /// making one.
     #[must_use]
     pub fn goals_are_decided(&self) -> bool {
         let (goals, confidence) = (&self.settings().until, self.settings().confidence);
@@ -35,7 +36,8 @@ impl Analysis {
         if !goals.iter().all(|goal| goal.is_met_by_each(&snapshot, &mut axes)) {
             return false;
         }
-        // what one axis shows of a slow term all axes together may not prove
+        // a slow term may be estimated on one axis alone and not be significant on all axes
+        // together
         let is_slow = |goal: &Goal| goal.figure.term != Term::White;
         let assessment = goals.iter().any(is_slow).then(|| Assessment::new(&snapshot, confidence));
         assessment.is_none_or(|assessment| goals.iter().all(|goal| goal.is_met(&snapshot, &assessment)))
@@ -43,12 +45,12 @@ impl Analysis {
 }
 
 impl Goal {
-    /// Whether a record of so many samples may meet it.
+    /// Whether a record of this many samples may meet the goal.
     fn is_within(&self, samples: u64, confidence: f64) -> bool {
         self.figure.term != Term::White || self.allows(std::iter::empty(), samples, confidence)
     }
 
-    /// Whether one with these octaves may.
+    /// Whether a record with these octaves may meet the goal.
     fn is_within_octaves(&self, snapshot: &Snapshot, confidence: f64) -> bool {
         let samples = snapshot.timing.samples + snapshot.timing.missing;
         let octaves = |results: &ChannelSnapshot| {
@@ -64,7 +66,7 @@ impl Goal {
         self.relative_half_width > WIDEST || least <= self.relative_half_width
     }
 
-    /// Whether each selected axis meets it, independently of the others.
+    /// Whether each axis of the goal meets it, independently of the others.
     fn is_met_by_each(&self, snapshot: &Snapshot, axes: &mut SingleAxes<'_>) -> bool {
         let mut concerned = (snapshot.layout_channels().iter().enumerate())
             .filter(|(_, channel)| self.figure.concerns(channel))

@@ -1,4 +1,4 @@
-//! Work shared by all cores.
+//! Work distributed over all cores.
 
 use std::{
     num::NonZero,
@@ -7,14 +7,18 @@ use std::{
     thread,
 };
 
-/// The results of `work` on each of `items`, in their order, with any number of cores.
+/// The results of `work` on each of `items`, in the order of the items, whatever the number of
+/// cores.
+///
+/// # Panics
+/// With the panic of `work`, once all other items are done.
 pub fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let queue = Mutex::new(items.enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work_off = || std::iter::from_fn(next).map(|(place, item)| (place, work(item))).collect::<Vec<_>>();
     let others = thread::available_parallelism().map_or(0, |cores| NonZero::get(cores) - 1);
     let mut done = thread::scope(|scope| {
-        // without a thread of its own the work is done here
+        // where no further thread can be started, the work is done on this one
         let others: Vec<_> =
             (0..others).filter_map(|_| thread::Builder::new().spawn_scoped(scope, work_off).ok()).collect();
         let mut done = work_off();

@@ -1,4 +1,4 @@
-//! A noise parameter of some channels, as users name it: `gyro N`, `accel_y B`.
+//! A noise parameter of some channels, as users write it: `gyro N`, `accel_y B`.
 
 use std::{fmt, str::FromStr};
 
@@ -11,47 +11,47 @@ use crate::sensor::{SENSORS, axes_name, letter, sensor_of, uncompensated_message
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoiseFigure {
-    /// One axis by its name, or all by that of the sensor: `gyro`, `accel` or `mag`.
+    /// One axis by its name, or all axes by the name of the sensor: `gyro`, `accel` or `mag`.
     channels: String,
-    /// Of which sensor.
+    /// The sensor.
     pub sensor: Sensor,
-    /// Which.
+    /// The parameter.
     pub term: Term,
 }
 
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
-/// A text is no figure.
+/// Why a text names no parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum NoiseFigureError {
-    /// Not two words.
+    /// The text is not two words.
     #[error("{0:?} names no figure: a group (gyro, accel, mag) or a channel, and N, B or K, as in \"gyro N\"")]
     Form(String),
-    /// No such letter.
+    /// The second word is none of the letters N, B and K.
     #[error("{0:?} is no parameter: N, B or K")]
     Letter(String),
-    /// No message has such an axis, or its quantity has no noise parameters.
+    /// The first word is no axis of any message, or one without noise parameters.
     #[error("{0:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z")]
     Channel(String),
-    /// Long averages of a magnetic field show the surroundings.
+    /// B and K of a magnetometer: long averages of a magnetic field show the surroundings.
     #[error("{0} is not the sensor's: at long averaging times a magnetometer shows the field around it")]
     Surroundings(String),
 }
 
 impl NoiseFigure {
-    /// Whether `channel` is one of those meant.
+    /// Whether `channel` is one of the channels of the figure.
     #[must_use]
     pub fn concerns(&self, channel: &Channel) -> bool {
         channel.name == self.channels
             || self.channels == axes_name(self.sensor) && sensor_of(channel.quantity) == Some(self.sensor)
     }
 
-    /// How many axes are meant.
+    /// The number of axes of the figure.
     pub(crate) fn axes(&self) -> u32 {
         if self.channels == axes_name(self.sensor) { 3 } else { 1 }
     }
 
-    /// Why no record of `layout` shows it, however long; `None` where one may.
+    /// Why no record of `layout`, however long, shows the parameter; `None` where one may.
     pub(crate) fn absent_from(&self, layout: &Layout) -> Option<String> {
         let message = &layout.message;
         let concerned: Vec<&Channel> = layout.channels.iter().filter(|channel| self.concerns(channel)).collect();
@@ -62,7 +62,7 @@ impl NoiseFigure {
             && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
         (bias_removed && self.term != Term::White).then(|| {
             let uncompensated = match uncompensated_message(message) {
-                // another form of packets has the same name
+                // the message has packets already: another form of packets has the same name
                 BINARY => "packets of uncompensated rates show it",
                 _ => "VNIMU is uncompensated",
             };
@@ -71,13 +71,13 @@ impl NoiseFigure {
     }
 }
 
-/// A percentage above 0 as a share; the sign may follow.
+/// A percentage above 0 as a fraction; a percent sign may follow the number.
 pub(crate) fn share_of_percent(text: &str) -> Option<f64> {
     let percent = text.trim().trim_end_matches('%').trim_end().parse::<f64>().ok()?;
     (percent > 0.0 && percent.is_finite()).then_some(percent / 100.0)
 }
 
-/// A share in percent, without the digits that binary fractions add.
+/// A fraction in percent, without the digits that binary fractions add.
 pub(crate) fn in_percent(share: f64) -> f64 {
     let percent = 100.0 * share;
     format!("{percent:.12e}").parse().unwrap_or(percent)

@@ -1,4 +1,4 @@
-//! From what a record shall show to how the sensor is set, and how long it must rest.
+//! From what a record is to show to how the sensor is set, and how long it must rest.
 
 use std::sync::Arc;
 
@@ -15,22 +15,23 @@ use crate::{
     want::{Known, Want},
 };
 
-/// Of sentences: the factory default.
+/// The rate of sentences in hertz: the factory default.
 const SENTENCES_HZ: u32 = 40;
 
-/// Of packets: the rate at which the factory default of the averaging window aliases no noise.
+/// The rate of packets in hertz: that at which the factory default of the averaging window aliases
+/// no noise.
 const PACKETS_HZ: u32 = 200;
 
-/// The fastest line of the sensor.
+/// The highest baud rate of the sensor.
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
-/// B, K and R of six axes are tested in one record.
+/// The number of slow terms that are tested in one record: B, K and R of six axes.
 const SLOW_TERMS: usize = 18;
 
-/// Published practice leaves out between so much, in seconds; the maker states no figure.
+/// Published practice excludes a warm-up between these lengths, in seconds; the maker states none.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 
-/// What the sensor is to send. Its angular rates still hold the sensor's own bias.
+/// What the sensor is to send: in either case angular rates that contain the bias of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlannedMessage {
     /// Packets with the device time.
@@ -39,25 +40,26 @@ pub enum PlannedMessage {
     Sentences,
 }
 
-/// Behind the sensor's low pass, N is read as well as from independent samples so far apart, in
-/// seconds and in intervals, with windows that leave nothing aliased. Measured of emulated records
-/// were 64 to 91 ms at 200 and 800 Hz, six intervals at 40 Hz; planned with 80 ms, 18 of 24 records
-/// met ±2 %.
+/// The distance of independent samples with which N would be estimated as precisely, behind the
+/// low-pass filter of the sensor and with windows that alias no noise: in seconds, and in
+/// intervals. From emulated records it was 64 to 91 ms at 200 and 800 Hz, and six intervals at 40
+/// Hz; planned with 80 ms, 18 of 24 records met ±2 %.
 const BEHIND_LOW_PASS_S: f64 = 0.1;
 const BEHIND_LOW_PASS_INTERVALS: f64 = 6.0;
 
 impl PlannedMessage {
-    /// The sentence of [`Sentences`](Self::Sentences).
+    /// The sentence that [`Sentences`](Self::Sentences) stands for.
     const SENTENCE: AsyncType = AsyncType::IMU;
 
-    /// The one with this name, in upper or lower case: that of packets, or `VNIMU`.
+    /// The planned message with this name, in upper or lower case: one of packets, or `VNIMU`;
+    /// `None` for any other.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let is_sentence = Self::Sentences.name().eq_ignore_ascii_case(name);
         PacketMessage::named(name).map(Self::Packets).or(is_sentence.then_some(Self::Sentences))
     }
 
-    /// As the sensor is asked for it.
+    /// The name by which the sensor is set to the message.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -74,15 +76,15 @@ impl PlannedMessage {
         }
     }
 
-    /// Whether it carries axes of this sensor.
+    /// Whether the message has axes of this sensor.
     #[must_use]
     pub fn holds(self, sensor: Sensor) -> bool {
         let is_of = |channel: &Channel| sensor_of(channel.quantity) == Some(sensor);
         self.layout().is_some_and(|layout| layout.channels.iter().any(is_of))
     }
 
-    /// Seconds between two samples of the sensor's axes; more where its low pass makes neighbours
-    /// alike, so that N is read at longer averaging times.
+    /// Seconds between two samples of the axes of a sensor; more where the low-pass filter of the
+    /// sensor correlates neighbours, so that N is estimated at longer averaging times.
     fn interval_s(self, sensor: Sensor, rate_hz: u32) -> f64 {
         let is_of = |channel: &&Channel| sensor_of(channel.quantity) == Some(sensor);
         let layout = self.layout();
@@ -106,7 +108,7 @@ impl PlannedMessage {
         }
     }
 
-    /// `None` where the sensor has no such rate.
+    /// The load of the message; `None` where the sensor does not have the rate.
     fn load(self, rate_hz: u32) -> Option<LinkLoad> {
         match self {
             Self::Packets(packets) => LinkLoad::of_packets(&packets.output(1, rate_hz)?),
@@ -116,7 +118,7 @@ impl PlannedMessage {
         }
     }
 
-    /// The rates of the sensor in hertz, the highest first.
+    /// The output rates of the message in hertz, the highest first.
     fn rates_hz(self) -> Vec<u32> {
         match self {
             Self::Packets(_) => {
@@ -127,10 +129,10 @@ impl PlannedMessage {
     }
 }
 
-/// What is fixed before anything is planned.
+/// What the user has fixed of the measurement; `None` is left to the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Given {
-    /// What is sent.
+    /// The message.
     pub message: Option<PlannedMessage>,
     /// Output rate in hertz.
     pub rate_hz: Option<u32>,
@@ -140,24 +142,26 @@ pub struct Given {
     pub confidence: f64,
 }
 
-/// A measurement as it should be made.
+/// A measurement as planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// How long for what, in the order asked.
+    /// The length for each want, in the order asked.
     pub wants: Vec<PlannedWant>,
-    /// What is sent: packets, with the magnetic field where something of it is wanted.
+    /// The message: packets, with the magnetic field where a parameter of the magnetometer is
+    /// wanted.
     pub message: PlannedMessage,
     /// Bytes of a packet, or of a sentence with its counter.
     pub frame_bytes: u32,
     /// Output rate in hertz.
     pub rate_hz: u32,
-    /// Values averaged for one that is sent, all that are taken: white noise keeps its density.
+    /// The averaging window in refreshes: all that are measured between two outputs, so that no
+    /// noise is aliased.
     pub window: u32,
     /// Baud rate.
     pub baud: BaudRate,
-    /// To be excluded at the beginning, in seconds.
+    /// The warm-up to exclude at the beginning, in seconds.
     pub warm_up_s: f64,
-    /// Length after the warm-up in seconds, rounded up; `None` where something is out of reach.
+    /// Length after the warm-up in seconds, rounded up; `None` where a want is out of reach.
     pub record_s: Option<f64>,
 }
 
@@ -168,19 +172,20 @@ pub struct PlannedWant {
     pub want: Want,
     /// Seconds after the warm-up; `None` where 100 days are too short.
     pub record_s: Option<f64>,
-    /// For a random walk: seconds if the sensor had no bias instability that hides it.
+    /// For a random walk: the length in seconds if the sensor had no bias instability, which hides
+    /// the random walk; else `None`.
     pub without_bias_instability_s: Option<f64>,
-    /// For a random walk: 20 √3 N/K, the rule of thumb, in seconds.
+    /// For a random walk: the rule of thumb 20 √3 N/K, in seconds; else `None`.
     pub by_rule_s: Option<f64>,
-    /// For a limit: the value that the sensor is taken to have, in SI units. Nearer to the limit it
-    /// takes longer.
+    /// For a limit: the value that the sensor is assumed to have, in SI units; else `None`. The
+    /// nearer the value is to the limit, the longer the record.
     pub taken_at: Option<f64>,
 }
 
-/// A measurement cannot be made so.
+/// Why no measurement can be planned.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PlanningError {
-    /// The data sheet does not say what the length depends on.
+    /// The data sheet does not give a parameter on which the length depends.
     #[error(
         "the length for {want:?} depends on {missing}, which the data sheet {datasheet:?} does not give for that sensor: add it, or give a \
          value, as in \"gyro K >= 2e-7\""
@@ -188,63 +193,63 @@ pub enum PlanningError {
     NotQuoted {
         /// What is wanted.
         want: String,
-        /// The parameters without a figure.
+        /// The parameters that the data sheet does not give.
         missing: &'static str,
         /// Name of the data sheet.
         datasheet: String,
     },
-    /// The line is too slow.
+    /// The baud rate is too low.
     #[error("{frame_bytes} bytes {rate_hz} times a second do not fit {baud} baud; {}", match highest_hz {
         Some(hz) => format!("reduce the rate to {hz} Hz, or use a higher baud rate"),
         None => "use a higher baud rate".into(),
     })]
     DoesNotFit {
-        /// Bytes of a packet or a sentence.
+        /// Length of a packet or a sentence in bytes.
         frame_bytes: u32,
         /// The rate asked for.
         rate_hz: u32,
         /// The baud rate.
         baud: u32,
-        /// The highest rate that fits.
+        /// The highest rate that fits; `None` where none does.
         highest_hz: Option<u32>,
     },
-    /// The message lacks the sensor of a figure.
+    /// The message does not have the sensor of a parameter.
     #[error("{want:?} cannot be planned with {message}, which has no {sensor}: use {}", messages.join(" or "))]
     NotInMessage {
         /// What is wanted.
         want: String,
         /// What is sent.
         message: &'static str,
-        /// What the figure is of.
+        /// The sensor of the parameter.
         sensor: &'static str,
-        /// Messages that have it.
+        /// Messages that have the sensor.
         messages: Vec<&'static str>,
     },
-    /// The sensor has no such rate.
+    /// The sensor does not have the rate.
     #[error("{message} has no rate of {rate_hz} Hz: use one of {}", list(rates_hz))]
     NoSuchRate {
         /// What is sent.
         message: &'static str,
         /// The rate asked for.
         rate_hz: u32,
-        /// The rates in hertz.
+        /// The rates that the message can have, in hertz.
         rates_hz: Vec<u32>,
     },
 }
 
 impl Plan {
-    /// The share of records of the planned length that meet a want, all its axes together.
+    /// The fraction of records of the planned length that meet a want on all of its axes together.
     pub const MET_IN: f64 = 0.8;
 
-    /// The share of the line up to which a rate or a baud rate is recommended: the rest is room for
-    /// replies and for a clock that is too fast.
+    /// The part of the baud rate up to which a rate is recommended: the rest is room for replies
+    /// and for a clock that is too fast.
     pub const MOST_LOAD: f64 = 0.9;
 
-    /// Plans a record that shows all of `wants`, of a sensor as `datasheet` has it.
+    /// Plans a record that shows all of `wants`, for a sensor with the figures of `datasheet`.
     ///
     /// # Errors
-    /// Where what is given does not go together, and where the data sheet does not say how large a
-    /// thing wanted is, or the white noise that hides it.
+    /// [`PlanningError`]: when the given settings contradict each other or the wants, and when the
+    /// data sheet does not give the size of a wanted parameter, or the white noise that hides it.
     pub fn new(wants: &[Want], given: Given, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let has_field = wants.iter().any(|want| want.figure.sensor == Sensor::Magnetometer);
         let [without_field, with_field] = PACKET_MESSAGES;
@@ -319,7 +324,7 @@ impl PlannedWant {
             want: want.clone(),
             record_s: length(&truth),
             without_bias_instability_s: if is_walk { length(&without) } else { None },
-            // what is visible falls as the record grows
+            // the smallest visible random walk falls as the record grows
             by_rule_s: white
                 .zip(assumed)
                 .filter(|_| is_walk)
@@ -329,15 +334,16 @@ impl PlannedWant {
     }
 }
 
-/// What a sensor is taken to have that shall be judged by a `limit`: what is typical, but where
-/// that is not known, or so near that a verdict would take for ever, a fifth below the limit.
+/// The value that a sensor to be judged by a `limit` is assumed to have: the typical value, but
+/// where that is not known, or is so near that a verdict would take very long, a fifth below the
+/// limit.
 fn beside(limit: f64, typical: Option<f64>) -> f64 {
     const NEAREST: f64 = 0.2;
     typical.filter(|typical| (typical / limit - 1.0).abs() > NEAREST).unwrap_or((1.0 - NEAREST) * limit)
 }
 
-/// The sensor's own baud rate where what is sent fits it, and as many rows as that carries, but no
-/// more than are useful: long averaging times do not need more.
+/// The factory default of the baud rate where the message fits it, and the highest rate that it has
+/// room for, up to the one that is useful: long averaging times do not need more.
 fn rate_and_baud(message: PlannedMessage, given: Given) -> Result<(u32, BaudRate), PlanningError> {
     let usual_hz = if message == PlannedMessage::Sentences { SENTENCES_HZ } else { PACKETS_HZ };
     let (rates_hz, frame_bytes) = (message.rates_hz(), message.frame_bytes());
@@ -374,7 +380,7 @@ fn list(rates_hz: &[u32]) -> String {
     rates_hz.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// To minutes, from an hour on to ten, from ten hours on to hours.
+/// Rounded up to minutes, from an hour on to ten minutes, from ten hours on to hours.
 fn rounded_up(seconds: f64) -> f64 {
     let step = match seconds {
         ..3600.0 => 60.0,

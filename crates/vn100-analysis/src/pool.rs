@@ -1,5 +1,5 @@
-//! Recordings of one sensor together: one curve, one set of parameters, what one more recording
-//! would read, and which of them is an outlier.
+//! Several recordings of one sensor taken together: one curve, one set of parameters, the interval
+//! of one more recording, and the outlier among them.
 
 mod not_pooled;
 
@@ -10,42 +10,44 @@ use crate::{assessment::LEAST_EDF, comparison::ComparedRecord, sensor::sensor_of
 
 pub use not_pooled::{NotPooled, Unpooled};
 
-/// Several recordings of one sensor as one. Recordings are numbered in the order given.
+/// Several recordings of one sensor taken as one. A recording is referred to by its place among
+/// those given, from 0.
 #[derive(Debug, Clone)]
 pub struct Pool {
     /// Two-sided level of every interval.
     pub confidence: f64,
-    /// All of them, those excluded too.
+    /// All recordings, including those excluded.
     pub parts: Vec<PoolPart>,
-    /// What was taken on trust: serial numbers, averaging windows.
+    /// What was assumed without evidence: serial numbers, averaging windows.
     pub notes: Vec<String>,
-    /// By channel; none with fewer than two recordings that belong together.
+    /// By channel of the recordings in the pool; empty where fewer than two recordings belong
+    /// together.
     pub channels: Vec<PooledChannel>,
 }
 
 /// One of the recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoolPart {
-    /// What texts call it.
+    /// The name of the recording in texts.
     pub name: String,
-    /// The sensor's; `None` where the recording does not hold it.
+    /// Serial number of the sensor; `None` where the recording does not contain it.
     pub serial: Option<String>,
-    /// Samples in its statistics.
+    /// Number of samples in the statistics of the recording.
     pub samples: u64,
-    /// Time they span, in seconds.
+    /// Data time of these samples, in seconds.
     pub duration_s: f64,
-    /// Why it is excluded; `None` for one that is in.
+    /// Why the recording is excluded; `None` for a recording in the pool.
     pub refused: Option<String>,
 }
 
 /// One channel over all recordings, in the channel's own unit.
 #[derive(Debug, Clone)]
 pub struct PooledChannel {
-    /// As in every recording.
+    /// The channel, which is the same in every recording.
     pub channel: Channel,
-    /// Each octave that a recording has.
+    /// Every octave that any recording has.
     pub octaves: Vec<PooledOctave>,
-    /// N, B, K, and Q where it was fitted; none for what is no axis of a sensor.
+    /// N, B, K, and Q where it was fitted; none for a channel that is no axis of a sensor.
     pub parameters: Vec<PooledParameter>,
 }
 
@@ -56,37 +58,41 @@ pub struct PooledOctave {
     pub m: u64,
     /// Averaging time in seconds.
     pub tau_s: f64,
-    /// Root of the sum of all squares over all terms; `None` where the sum is unknown.
+    /// The deviation: √(sum of all squares / number of all terms); `None` where the sum is not
+    /// known.
     pub deviation: Option<f64>,
-    /// Differences that were squared and summed.
+    /// Number of squared differences in the sum.
     pub terms: u64,
-    /// Of a deviation of 1, by sampling alone: recordings that differ by more are not in it. The
-    /// degrees of freedom are those of the recordings, added with the weight that each has in the
-    /// sum (Welch, 1947; Satterthwaite, 1946).
+    /// Degrees of freedom, and confidence limits of a deviation of 1, by sampling alone:
+    /// differences between recordings are not in them. The degrees of freedom are those of the
+    /// recordings, added with the weight of each in the sum (Welch, 1947; Satterthwaite, 1946).
+    /// `None` where they are not known.
     pub relative: Option<Interval>,
-    /// Recordings that have this octave.
+    /// Number of recordings that have this octave.
     pub parts: usize,
 }
 
 /// A parameter over all recordings, in the unit of its term.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PooledParameter {
-    /// Which.
+    /// The parameter.
     pub term: Term,
     /// The estimate of each recording; `None` for one that is excluded.
     pub parts: Vec<Option<Parameter>>,
-    /// From three estimates on; fewer are only listed.
+    /// The mean of the recordings and its interval; `None` with fewer than three estimates, which
+    /// are only listed.
     pub pooled: Option<RandomEffects>,
-    /// Where three recordings or more bound it and none estimates it: the bound of all, if it is
-    /// the same in all.
+    /// The common upper bound, where at least three recordings bound the parameter and none
+    /// estimates it, if the parameter is the same in all; else `None`.
     pub common_bound: Option<f64>,
-    /// The probability of the farthest recording, corrected for all parameters of all channels too
-    /// (Holm).
+    /// The probability of the farthest recording, corrected for all parameters of all channels as
+    /// well (Holm); `None` without [`pooled`](Self::pooled).
     pub corrected: Option<f64>,
 }
 
 impl PooledParameter {
-    /// The outlier: a recording so far off that any would be in less than 5 % of pools.
+    /// The place of the outlier: a recording so far off that any would be as far in less than 5 %
+    /// of pools.
     #[must_use]
     pub fn outlier(&self) -> Option<usize> {
         let farthest = self.pooled?.farthest?;
@@ -94,7 +100,7 @@ impl PooledParameter {
     }
 }
 
-/// Terms that are positive amplitudes; a ramp has a sign, and belongs to one recording.
+/// The terms that are positive amplitudes; a ramp has a sign, and belongs to one recording.
 const TERMS: [Term; 4] = [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 impl Pool {
@@ -132,8 +138,8 @@ impl Pool {
         Self { confidence, parts, notes, channels }
     }
 
-    /// A pool for each stream that the sensor sent: other messages, channels, rates and averaging
-    /// windows are others. In the order of the first recording of each.
+    /// One pool for each stream that the sensor sent, in the order of the first recording of each.
+    /// Streams differ by message, channels, rate or averaging window.
     #[must_use]
     pub fn by_stream(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<Self> {
         let mut groups: Vec<Vec<ComparedRecord<'_>>> = Vec::new();
@@ -150,7 +156,7 @@ impl Pool {
         groups.iter().map(|group| Self::of(group, confidence)).collect()
     }
 
-    /// Whether every recording is in.
+    /// Whether every recording is in the pool.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.parts.len() > 1 && self.parts.iter().all(|part| part.refused.is_none())
@@ -168,7 +174,8 @@ fn why_unusable(record: &ComparedRecord<'_>) -> Option<String> {
     record.assessment.motion.as_ref().map(ToString::to_string)
 }
 
-/// What keeps `record` from being one more recording of the same stream as `first`.
+/// What keeps `record` from being another recording of the same stream as `first`; `None` for
+/// nothing.
 fn difference(record: &ComparedRecord<'_>, first: &ComparedRecord<'_>) -> Option<String> {
     let (ours, theirs) = (record.snapshot, first.snapshot);
     let name = first.name;
@@ -252,7 +259,7 @@ fn octaves(
         let ((_, first), others) = found.split_first()?;
         let mut all = *first;
         others.iter().for_each(|(_, sum)| all.append(sum));
-        // what is not known of a record is at least one
+        // degrees of freedom that are not known are at least one
         let edf = |part: usize| {
             let assessed = records[part].assessment.channels.get(place)?.octaves.get(index)?;
             assessed.relative.map(|relative| relative.edf)
@@ -315,7 +322,7 @@ fn correct(channels: &mut [PooledChannel]) {
 }
 
 impl PooledChannel {
-    /// What it measures.
+    /// The quantity of the channel.
     #[must_use]
     pub fn quantity(&self) -> Quantity {
         self.channel.quantity

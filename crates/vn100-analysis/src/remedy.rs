@@ -2,43 +2,43 @@
 
 use std::fmt;
 
-/// What a user can do.
+/// An action of the user against a limit of the result.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// Give the nominal sample rate: this one in hertz, where one is measured.
+    /// Give the nominal sample rate: this one in hertz, where it was measured.
     GiveRate(Option<f64>),
-    /// Exclude the beginning of the record: so many minutes, where that is known.
+    /// Exclude the beginning of the record: this many minutes, where the length is known.
     Skip(Option<f64>),
-    /// End the record before its end.
+    /// End the measurement before the end of the record.
     EndEarlier,
-    /// Take lines that carry no checksum.
+    /// Accept sentences that carry no checksum.
     AcceptUnchecked,
     /// Name the columns of a CSV file, and their units.
     MapColumns,
-    /// State whether a filter has taken the bias out of the rates.
+    /// State whether a filter has removed the bias from the rates.
     SayCompensated,
     /// Give the data sheet of the sensor.
     GiveDatasheet,
     /// State the setting of register 85.
     GiveWindow,
-    /// Measure packets where there are sentences, too.
+    /// Measure the packets of a stream that carries sentences as well.
     MeasurePackets,
-    /// Take what is typical for a limit.
+    /// Judge by typical figures as by limits.
     TypicalIsLimit,
-    /// Set the sensor, for good.
+    /// Set the sensor permanently.
     Configure(Setting),
     /// Set the sensor for one measurement.
     MeasureWith(Setting),
-    /// Measure the live sensor, which shortens the latency of its port.
+    /// Measure the live sensor, where the latency of the port is shortened.
     MeasureLive,
-    /// Read the temperature between the lines of a live sensor.
+    /// Poll the temperature of a live sensor between its sentences.
     ReadTemperature,
-    /// Remove what follows the temperature.
+    /// Remove the contribution of the temperature.
     RemoveTemperature,
     /// Record the live sensor, with its temperature and the conditions.
     Record,
-    /// Ask how long a record must be.
+    /// Plan how long a record must be.
     Plan,
     /// Write the file for Kalibr.
     ExportKalibr,
@@ -49,16 +49,16 @@ pub enum Remedy {
 /// A setting of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Setting {
-    /// The message it sends, by its header.
+    /// The message, by its header.
     Message(&'static str),
     /// The averaging window of register 85, in refreshes.
     Window(u32),
 }
 
-/// How a face calls what a user can do there.
+/// The words of a face for a remedy: its option or command.
 pub type RemedyWords = fn(&Remedy) -> String;
 
-/// Without a face: by what is set.
+/// The words of no face: what is to be set or done.
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -95,7 +95,7 @@ impl fmt::Display for Setting {
     }
 }
 
-/// Sentences, with places for what the user can do.
+/// Sentences that contain remedies, which each face puts into its own words.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Text {
     parts: Vec<TextPart>,
@@ -108,28 +108,28 @@ enum TextPart {
 }
 
 impl Text {
-    /// The same, and then these words.
+    /// This text, followed by these words.
     #[must_use]
     pub fn then(mut self, words: impl Into<String>) -> Self {
         self.parts.push(TextPart::Words(words.into()));
         self
     }
 
-    /// The same, and then what the user can do.
+    /// This text, followed by a remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: Remedy) -> Self {
         self.parts.push(TextPart::Remedy(remedy));
         self
     }
 
-    /// The same, and then another text.
+    /// This text, followed by another text.
     #[must_use]
     pub fn append(mut self, text: Self) -> Self {
         self.parts.extend(text.parts);
         self
     }
 
-    /// What the user can do, in the order of the sentences.
+    /// The remedies, in the order of the sentences.
     pub fn remedies(&self) -> impl Iterator<Item = &Remedy> {
         self.parts.iter().filter_map(|part| match part {
             TextPart::Words(_) => None,
@@ -137,7 +137,7 @@ impl Text {
         })
     }
 
-    /// Those of the sentences that name what the user can do, without their full stops.
+    /// The sentences that contain a remedy, in the words of a face and without their full stops.
     #[must_use]
     pub fn actions(&self, words: RemedyWords) -> Vec<String> {
         let (mut actions, mut sentence, mut is_action) = (Vec::new(), String::new(), false);
@@ -164,7 +164,7 @@ impl Text {
         actions.iter().map(|action| action.trim().trim_end_matches('.').to_owned()).collect()
     }
 
-    /// The sentences, with what the user can do by the names of a face.
+    /// All sentences, in the words of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {
         let part = |part: &TextPart| match part {

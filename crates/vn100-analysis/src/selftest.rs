@@ -1,4 +1,4 @@
-//! Published and exact reference values beside what the same code as for any record makes of their
+//! Published and exact reference values, compared with those that this code computes from the same
 //! inputs, which are built in.
 
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::{accumulate::analysis::Analysis, averaging_times::AveragingTimes, set
 /// Reference values of one source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfTestSuite {
-    /// Where they stand, or how they were computed.
+    /// Where the values are published, or how they were computed.
     pub source: &'static str,
     /// Each reference value with the computed one.
     pub checks: Vec<SelfTestCheck>,
@@ -20,27 +20,29 @@ pub struct SelfTestSuite {
 /// A reference value, and the value that this program computes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfTestCheck {
-    /// What was computed.
+    /// Name of the statistic.
     pub statistic: String,
-    /// Averaging factor of a deviation or of its degrees of freedom; `None` for what has none.
+    /// Averaging factor of a deviation or of its degrees of freedom; `None` for a statistic without
+    /// one.
     pub m: Option<u64>,
-    /// As it is printed.
+    /// The reference value, as it is printed.
     pub reference: &'static str,
-    /// `None` without a result.
+    /// The computed value; `None` where the computation gives none.
     pub ours: Option<f64>,
-    /// Largest relative difference that is none: the last digit printed, or rounding.
+    /// The largest relative difference that counts as agreement: half of the last printed digit, or
+    /// rounding.
     pub tolerance: f64,
 }
 
 impl SelfTestCheck {
-    /// Computed value less the reference, over the reference; `None` without a computed value.
+    /// (computed - reference) / reference; `None` without a computed value.
     #[must_use]
     pub fn relative_difference(&self) -> Option<f64> {
         let reference: f64 = self.reference.parse().ok()?;
         Some(self.ours? / reference - 1.0)
     }
 
-    /// Whether both agree.
+    /// Whether the two values agree to within `tolerance`; `false` without a computed value.
     #[must_use]
     pub fn passes(&self) -> bool {
         self.relative_difference().is_some_and(|difference| difference.abs() <= self.tolerance)
@@ -63,7 +65,7 @@ const NIST1000_PUBLISHED: [(Estimator, Deviation, u64, &str); 12] = [
     (Estimator::Full, Deviation::Hadamard, 100, "3.237638e-02"),
 ];
 
-/// The same of the nine-point suite of NBS Monograph 140, annex 8.E.
+/// The nine-point suite of NBS Monograph 140, annex 8.E, in the same form.
 const NBS14: [i32; 9] = [892, 809, 823, 798, 671, 644, 883, 903, 677];
 const NBS14_PUBLISHED: [(Estimator, Deviation, u64, &str); 8] = [
     (Estimator::Plain, Deviation::Allan, 1, "91.22945"),
@@ -76,7 +78,7 @@ const NBS14_PUBLISHED: [(Estimator, Deviation, u64, &str); 8] = [
     (Estimator::Full, Deviation::Hadamard, 2, "85.61487"),
 ];
 
-/// Of 1000 samples, all overlaps: deviation, kind of noise, m, degrees of freedom.
+/// For 1000 samples, all overlapping: deviation, kind of noise, m, degrees of freedom.
 const EDF_EXACT: [(Deviation, PowerLaw, u64, &str); 10] = [
     (Deviation::Allan, PowerLaw::White, 1, "666.222296395"),
     (Deviation::Allan, PowerLaw::White, 16, "91.1526889158"),
@@ -90,7 +92,7 @@ const EDF_EXACT: [(Deviation, PowerLaw, u64, &str); 10] = [
     (Deviation::Hadamard, PowerLaw::RandomWalk, 64, "12.8307249493"),
 ];
 
-/// Degrees of freedom, level, and the bounds of a deviation of 1.
+/// Degrees of freedom, level, and the confidence limits of a deviation of 1.
 const BOUNDS_EXACT: [(f64, f64, &str, &str); 4] = [
     (2.0, 0.95, "0.520658266698817327", "6.28473469648538237"),
     (10.0, 0.95, "0.698717044163424394", "1.75493354741335593"),
@@ -98,7 +100,7 @@ const BOUNDS_EXACT: [(f64, f64, &str, &str); 4] = [
     (10_000.0, 0.99, "0.982091186215891528", "1.0185285266559558"),
 ];
 
-/// All suites; takes some milliseconds.
+/// Computes all suites, which takes some milliseconds.
 #[must_use]
 pub fn self_test() -> Vec<SelfTestSuite> {
     let deviations = |published: &[(Estimator, Deviation, u64, &'static str)], counts: &[i32], decimals, tolerance| {
@@ -131,8 +133,8 @@ pub fn self_test() -> Vec<SelfTestSuite> {
     ]
 }
 
-/// n_0 = 1234567890, n_(i+1) = 16807 n_i mod 2147483647, over 2147483647: to seven decimals, as
-/// the handbook prints them.
+/// The series n_0 = 1234567890, n_(i+1) = 16807 n_i mod 2147483647, divided by 2147483647, to seven
+/// decimals as the handbook prints it.
 fn nist1000() -> Vec<i32> {
     const MODULUS: u64 = 2_147_483_647;
     let states = std::iter::successors(Some(1_234_567_890_u64), |state| Some(16_807 * state % MODULUS));
@@ -148,8 +150,8 @@ const fn statistic(estimator: Estimator, deviation: Deviation) -> &'static str {
     }
 }
 
-/// Of the series that is measured like any other. Non-overlapping at m is m = 1 of the sums of m
-/// samples, over m.
+/// The deviation of the series, computed as for any record. The non-overlapping deviation at m is
+/// that at m = 1 of the sums of m samples, divided by m.
 fn deviation_of(counts: &[i32], decimals: u8, estimator: Estimator, deviation: Deviation, m: u64) -> Option<f64> {
     let settings = Settings { estimator, deviation, rate_hz: Some(1.0), ..Settings::default() };
     match estimator {

@@ -1,22 +1,22 @@
-//! The sensors that have noise parameters, and the letters of these.
+//! The sensors that have noise parameters, and the letters of the parameters.
 
 use imu_noise::{Sensor, Term};
 use vn100_protocol::{BINARY, Quantity};
 
-/// What each sensor measures, in the order of results.
+/// The quantity of each sensor, and the sensor, in the order of results.
 pub const SENSORS: [(Quantity, Sensor); 3] = [
     (Quantity::AngularRate, Sensor::Gyroscope),
     (Quantity::Acceleration, Sensor::Accelerometer),
     (Quantity::MagneticField, Sensor::Magnetometer),
 ];
 
-/// What measures this; `None` for what has no noise parameters.
+/// The sensor of a quantity; `None` for a quantity without noise parameters.
 #[must_use]
 pub fn sensor_of(quantity: Quantity) -> Option<Sensor> {
     SENSORS.into_iter().find(|(measured, _)| *measured == quantity).map(|(_, sensor)| sensor)
 }
 
-/// The name of a sensor in a sentence.
+/// The name of a sensor in a sentence, such as `gyroscope`.
 #[must_use]
 pub fn sensor_name(sensor: Sensor) -> &'static str {
     match sensor {
@@ -26,7 +26,8 @@ pub fn sensor_name(sensor: Sensor) -> &'static str {
     }
 }
 
-/// The name of all axes of a sensor together, with which the names of its channels begin.
+/// The name of all axes of a sensor together, `gyro`, `accel` or `mag`: the names of its channels
+/// begin with it.
 #[must_use]
 pub fn axes_name(sensor: Sensor) -> &'static str {
     match sensor {
@@ -36,7 +37,7 @@ pub fn axes_name(sensor: Sensor) -> &'static str {
     }
 }
 
-/// The letter of a parameter.
+/// The letter of a parameter: N, B, K, R or Q.
 #[must_use]
 pub fn letter(term: Term) -> &'static str {
     match term {
@@ -48,8 +49,8 @@ pub fn letter(term: Term) -> &'static str {
     }
 }
 
-/// The message of a VN-100 with uncompensated rates that is like this one: packets in the place of
-/// packets, a sentence in that of anything else.
+/// The message of a VN-100 with uncompensated rates that can replace this one: packets for packets,
+/// the sentence `VNIMU` for any other.
 #[must_use]
 pub fn uncompensated_message(message: &str) -> &'static str {
     if message == BINARY { BINARY } else { "VNIMU" }

@@ -1,4 +1,4 @@
-//! What the user sets of an analysis.
+//! The settings of an analysis.
 
 use std::time::Duration;
 
@@ -6,49 +6,51 @@ use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, Estimator, check_en
 
 use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, detrend::Detrend, goal::Goal};
 
-/// The sensor's default output rate, assumed where the rate is unknown.
+/// The default output rate of the sensor in hertz, which is assumed where the rate is not known.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
 
 /// How a stream is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Nominal sample rate in hertz, if the user knows it.
+    /// Nominal sample rate in hertz; `None` where the user does not give it.
     pub rate_hz: Option<f64>,
-    /// Which windows enter the deviation.
+    /// Which windows are averaged in the deviation.
     pub estimator: Estimator,
-    /// Which deviation.
+    /// The deviation: Allan or Hadamard.
     pub deviation: Deviation,
-    /// At which averaging times the final result gives the deviation; others than the octaves with
-    /// [`Estimator::Full`] alone.
+    /// The averaging times at which the final result gives the deviation; others than the octaves
+    /// only with [`Estimator::Full`].
     pub averaging_times: AveragingTimes,
-    /// Data time excluded at the beginning.
+    /// Data time excluded at the beginning; zero for none.
     pub skip: Duration,
-    /// Data time from the first sample, behind which the measurement ends; `None` for all there is.
+    /// Data time from the first sample at which the measurement ends; `None` for no end.
     pub duration: Option<Duration>,
-    /// What is removed from each channel before its deviation is taken.
+    /// What is removed from each channel before its deviation is computed; `None` for nothing.
     pub detrend: Option<Detrend>,
-    /// Fit quantisation noise in addition to the other terms.
+    /// Whether quantisation noise is fitted in addition to the other terms.
     pub quantization: bool,
-    /// The averaging window of gyroscope and accelerometer that register 85 had, in refreshes,
-    /// where the stream does not carry the register.
+    /// The averaging window of gyroscope and accelerometer in refreshes, for a stream that does not
+    /// carry register 85; `None` where the user does not give it.
     pub window: Option<u32>,
-    /// Whether the rates are compensated, as the user says; outranks what the message says.
+    /// Whether the rates are compensated, as the user states, which outranks the message; `None`
+    /// where the user does not state it.
     pub compensated: Option<bool>,
-    /// The measurement ends once all of these are known; with none it does not end for that.
+    /// The measurement ends once all of these goals are met; without goals it does not end for that
+    /// reason.
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
-    /// Keep the last minutes of every channel, for a screen; no result depends on it.
+    /// Whether the latest samples of every channel are kept, for a screen; no result depends on it.
     pub recent: bool,
-    /// Keep the deviation that is not asked for, too, Hadamard's or Allan's, for a screen; no
-    /// result depends on it.
+    /// Whether the deviation that is not selected, Hadamard or Allan, is kept as well, for a
+    /// screen; no result depends on it.
     pub other_deviation: bool,
-    /// How often watchers get a new snapshot at most, down to a millisecond.
+    /// The shortest interval between two snapshots for faces, to a millisecond.
     pub watch_every: Duration,
 }
 
 impl Default for Settings {
-    /// Everything included, rate unknown, intervals at 95 %, ten snapshots a second.
+    /// Everything included, no rate given, intervals at 95 %, ten snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,
@@ -71,7 +73,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What a result depends on: goals, screens and watchers have ended.
+    /// The settings on which the sums of a finished record depend: without goals, and without what
+    /// is kept for screens.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
         let Self {
             rate_hz, estimator, deviation, averaging_times, skip, duration, detrend, quantization, window, ..

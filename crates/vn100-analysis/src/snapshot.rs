@@ -1,4 +1,4 @@
-//! The state of the statistics at one moment.
+//! The results of a measurement at one moment.
 
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
@@ -19,97 +19,103 @@ use crate::{
     warning::Warning,
 };
 
-/// Everything known of a measurement at one moment. Taking one does not disturb the measurement.
+/// All results of a measurement at one moment. Taking a snapshot does not change the measurement.
+/// Without a sample there are no layout and no channels.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
-    /// The message measured; `None` while no sample has come.
+    /// The message that is measured; `None` before the first sample.
     pub layout: Option<Arc<Layout>>,
-    /// The time base.
+    /// Rate, counts and gaps of the samples.
     pub timing: Timing,
-    /// What the arrival stamps say, until a change of rate; `None` for a stream without stamps.
+    /// Summary of the arrival stamps, up to a change of rate; `None` for a stream without stamps.
     pub arrivals: Option<TimebaseSummary>,
-    /// Why the stamps of an earlier connection were no time base.
+    /// Why the stamps of an earlier connection were refused as a time base; `None` where none were.
     pub refused_before: Option<Refusal>,
     /// The change of rate after which samples are excluded.
     pub rate_change: Option<RateChange>,
     /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
     pub false_rate: Option<FalseRate>,
-    /// A rate that the sensor reports, and arrival times show to be false.
+    /// A rate that the sensor reports and that arrival times show to be false.
     pub false_report: Option<FalseReport>,
-    /// Samples excluded because they came at another rate for a while, as delayed bytes do.
+    /// Samples excluded because they arrived at another rate for a while, as delayed bytes do.
     pub other_rate_samples: u64,
-    /// The sensor's registers by number, as it last printed them within the stream.
+    /// The registers of the sensor by number, with their fields as the sensor last printed them
+    /// within the stream.
     pub registers: BTreeMap<u8, String>,
-    /// What the stream carried, samples or not.
+    /// Counts of everything that the stream carried, samples or not.
     pub link: StreamCounts,
-    /// When the link was down.
+    /// The outages of the link.
     pub outages: Outages,
-    /// Places that the user marked, in time order; the first thousand.
+    /// Places that the user marked, in time order; at most the first thousand.
     pub marks: Vec<PlaceMark>,
-    /// Another program that had the port open meanwhile, and so received a part of the bytes.
+    /// Another program that had the port open during the measurement, and so received a part of the
+    /// bytes; `None` for none.
     pub port_shared_with: Option<String>,
-    /// Samples with an axis at the end of its range, as the sensor says.
+    /// Samples with an axis at the end of its range, as the sensor reports.
     pub saturation: Saturation,
-    /// How often the sensor restarted within the stream, by its own time; 0 where rows carry none.
+    /// How often the sensor restarted within the stream, by its device time; 0 where rows carry
+    /// none.
     pub restarts: u64,
-    /// How often the time of the sensor stepped ahead of what passed by the host's clock.
+    /// How often the device time stepped ahead of the time that had passed by the clock of the
+    /// host.
     pub time_steps: u64,
-    /// Packets excluded as their time fits neither neighbour: damage that the CRC did not show.
+    /// Packets excluded because their time fits neither neighbour: damage that the CRC did not
+    /// detect.
     pub false_times: u64,
-    /// How the deviations are estimated.
+    /// Which windows are averaged in the deviations.
     pub estimator: Estimator,
     /// Data time excluded at the beginning.
     pub skipped: Duration,
-    /// Which deviation it is.
+    /// Which deviation the octaves are of.
     pub deviation: Deviation,
-    /// What was removed from each channel that has it, before its deviation.
+    /// What was removed from each channel before its deviation was computed; `None` for nothing.
     pub detrended: Option<Detrend>,
-    /// What relates the axes to the temperature of the sensor; `None` where the record does not
-    /// have it.
+    /// Sums of the axes against the temperature of the sensor; `None` where the record contains no
+    /// temperature.
     pub temperature: Option<TemperatureRecord>,
-    /// Quantisation noise is fitted too.
+    /// Whether quantisation noise is fitted as well.
     pub quantization: bool,
-    /// The averaging window of register 85 as the user says, see
-    /// [`Settings::window`](crate::Settings::window).
+    /// The averaging window that the user gave, see [`Settings::window`](crate::Settings::window).
     pub given_window: Option<u32>,
-    /// Averaging times that were asked for, and that a final result does not have.
+    /// Averaging times that were asked for and that a final result does not have.
     pub missing_times: Vec<MissingTime>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
-    /// The length of each measured vector.
+    /// The magnitude of each measured vector.
     pub magnitudes: Vec<Magnitude>,
-    /// What was read from register 54 between the lines.
+    /// The channels of register 54, which was read between the sentences.
     pub register_channels: Vec<RegisterChannel>,
-    /// Which rows were measured.
+    /// A sample of the measured rows, by which two records of the same rows are recognised.
     pub fingerprint: Fingerprint,
     /// Limits of the result, the gravest first.
     pub warnings: Vec<Warning>,
-    /// The last minutes, where they were asked for.
+    /// The latest samples; `None` where they are not kept.
     pub recent: Option<Recent>,
 }
 
-/// A place in the record that its user marked.
+/// A place in the record that the user marked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaceMark {
     /// Data time from the beginning of the record, in seconds.
     pub at_s: f64,
-    /// In the user's words, as they were recorded.
+    /// The text of the mark, as it was recorded.
     pub text: String,
 }
 
 impl Snapshot {
-    /// The channels of the layout; none without one.
+    /// The channels of the layout; empty without a layout.
     #[must_use]
     pub fn layout_channels(&self) -> &[Channel] {
         self.layout.as_ref().map_or(&[], |layout| &layout.channels)
     }
 
-    /// The same with their results.
+    /// The channels of the layout, each with its results.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)
     }
 
-    /// Of the first three channels that measure `quantity`, in their unit.
+    /// The means of the first three channels that measure `quantity`, in their unit; `None` with
+    /// fewer than three such channels, or without a sample.
     #[must_use]
     pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
         let means: Vec<f64> = (self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3))
@@ -118,8 +124,7 @@ impl Snapshot {
         means.try_into().ok()
     }
 
-    /// The latest temperature that was asked for beside the samples (register 54), in °C; `None`
-    /// where there is no answer.
+    /// The latest polled temperature (register 54), in °C; `None` without a reading.
     #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
         let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?.as_str()).ok()?;
@@ -129,13 +134,14 @@ impl Snapshot {
         values.find_map(|(channel, value)| (channel.quantity == Quantity::Temperature).then_some(value))
     }
 
-    /// Rows that are pending until their arrival times show or confirm the rate; `None` for none.
+    /// Number of rows that are pending until their arrival times show or confirm the rate; `None`
+    /// where none are.
     #[must_use]
     pub fn rows_pending(&self) -> Option<u64> {
         self.arrivals.as_ref()?.samples_pending()
     }
 
-    /// How the octaves of a channel were computed.
+    /// Length, interval and kind of the octaves of a channel.
     #[must_use]
     pub fn shape_of(&self, results: &ChannelSnapshot) -> RecordShape {
         let rows = self.shape();
@@ -146,13 +152,13 @@ impl Snapshot {
         }
     }
 
-    /// The sample rate of a channel, in hertz.
+    /// The sample rate of a channel, in hertz: that of the rows over the stride of the channel.
     #[must_use]
     pub fn rate_of(&self, results: &ChannelSnapshot) -> f64 {
         self.timing.rate_hz / results.stride as f64
     }
 
-    /// How the octaves of channels with the rate of the rows were computed.
+    /// Length, interval and kind of the octaves of a channel with a sample in every row.
     #[must_use]
     pub fn shape(&self) -> RecordShape {
         RecordShape {
@@ -169,17 +175,20 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// In nanoseconds, from the last row before each loss to the reconnect; `None` where the times
-    /// of the events contradict each other.
+    /// Sum of the times of all outages that have ended, in nanoseconds, each from the last row
+    /// before the loss to the reconnect; `None` where the times of the events contradict each
+    /// other.
     pub down_ns: Option<i64>,
-    /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
+    /// The start of the present outage, in nanoseconds from the origin of the arrival times; `None`
+    /// while the link is up.
     pub since_ns: Option<i64>,
-    /// When it was closed for good while it was down; `None` as long as it is not.
+    /// When the link was closed for good during an outage; `None` where it was not.
     pub closed_ns: Option<i64>,
 }
 
 impl Outages {
-    /// A silence is reported some seconds late: the link is down since the last row of the stream.
+    /// Takes a link event. A silence is reported some seconds late: the link is down since the last
+    /// row of the stream.
     pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
@@ -187,7 +196,7 @@ impl Outages {
                     self.down_ns = Some(0);
                 }
                 self.times += 1;
-                // a clock may have been set back
+                // a clock may have been set back meanwhile
                 self.since_ns = last_row_ns.filter(|ns| *ns <= event.at_ns).or(Some(event.at_ns));
             }
             LinkEventKind::Up { .. } => {
@@ -199,7 +208,7 @@ impl Outages {
         }
     }
 
-    /// The sum with the outage that ends then, if there is one.
+    /// The sum including the present outage up to `at_ns`, if there is one.
     fn down_until(&self, at_ns: i64) -> Option<i64> {
         let Some(since_ns) = self.since_ns else { return self.down_ns };
         // the stamps of a recording may go back
@@ -207,8 +216,8 @@ impl Outages {
         self.down_ns?.checked_add(last_ns)
     }
 
-    /// The time in seconds without it, to a millisecond; `None` where that is not known, as while
-    /// it is down.
+    /// Time without the link in seconds, to a millisecond; `None` where it is not known, as during
+    /// an outage.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         let down_ns = match (self.since_ns, self.closed_ns) {
@@ -230,10 +239,10 @@ impl fmt::Display for Outages {
     }
 }
 
-/// The samples in time.
+/// Rate, counts and gaps of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
-    /// Nominal sample rate in hertz; tau = m / rate.
+    /// Nominal sample rate in hertz; an averaging time is m / rate.
     pub rate_hz: f64,
     /// Where the rate comes from.
     pub rate_from: RateFrom,
@@ -243,16 +252,17 @@ pub struct Timing {
     pub excluded: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
-    /// Which evidence most of them were counted by; where as many by each, the evidence at the end.
+    /// The evidence by which most missing samples were counted; the latest evidence where several
+    /// counted as many.
     pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
-    /// Runs of samples without a gap or a change of scale between them.
+    /// Stretches of samples without a gap or a change of the printed scale.
     pub segments: u64,
 }
 
 impl Timing {
-    /// Time the samples in the statistics span, in seconds: (samples + missing) / rate.
+    /// Data time of the samples in the statistics, in seconds: (samples + missing) / rate.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         (self.samples + self.missing) as f64 / self.rate_hz
@@ -262,11 +272,11 @@ impl Timing {
 /// The evidence for missing samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MissingFrom {
-    /// The sensor's own time in every packet: exact.
+    /// Device time in every packet: exact.
     DeviceTime,
-    /// A counter in every line: exact.
+    /// A row counter in every sentence: exact.
     Counter,
-    /// Arrival times: entirely missing lines are counted too.
+    /// Arrival times: entirely missing sentences are counted as well.
     Arrival,
     /// A rejected row between valid ones: dropped lines are not detected.
     #[default]
@@ -274,20 +284,20 @@ pub enum MissingFrom {
 }
 
 impl MissingFrom {
-    /// All of them.
+    /// All kinds of evidence, the most reliable first.
     pub const ALL: [Self; 4] = [Self::DeviceTime, Self::Counter, Self::Arrival, Self::RejectedRows];
 
-    /// Whether it leaves nothing to guess.
+    /// Whether missing samples are counted exactly.
     #[must_use]
     pub const fn is_exact(self) -> bool {
         matches!(self, Self::DeviceTime | Self::Counter)
     }
 }
 
-/// Where the sensor's rate changed in mid-stream.
+/// A change of the rate of the sensor within the stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateChange {
-    /// Samples in the statistics, all before it.
+    /// Samples in the statistics, all of them before the change.
     pub after_samples: u64,
     /// Rate before, in hertz.
     pub from_hz: f64,
@@ -298,7 +308,7 @@ pub struct RateChange {
 /// A rate by arrival times that the sensor contradicted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FalseRate {
-    /// Samples that were placed by it and excluded.
+    /// Samples that were placed by the false rate, and excluded.
     pub samples: u64,
     /// The rate by arrival times, in hertz.
     pub arrival_hz: f64,
@@ -318,63 +328,66 @@ pub struct FalseReport {
 /// Where a sample rate comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RateFrom {
-    /// Given by the user.
+    /// The user gave the rate.
     Option,
-    /// The sensor's own time in every packet.
+    /// The device time in every packet shows it.
     DeviceTime,
-    /// Reported by the sensor, in register 7.
+    /// The sensor reported it, in register 7.
     Device,
-    /// From the arrival times.
+    /// The arrival times show it.
     Arrival,
-    /// Unknown: the sensor's default of 40 Hz.
+    /// The rate is not known: the factory default of 40 Hz.
     Assumed,
 }
 
 impl RateFrom {
-    /// All of them.
+    /// All sources, the most reliable first.
     pub const ALL: [Self; 5] = [Self::Option, Self::DeviceTime, Self::Device, Self::Arrival, Self::Assumed];
 }
 
-/// One channel of a [`Snapshot`]. Everything is in counts of the channel's last decimal.
+/// The results of one channel. Values are in counts of the channel, see
+/// [`Channel::scale`](crate::protocol::Channel::scale).
 #[derive(Debug, Clone)]
 pub struct ChannelSnapshot {
-    /// Mean, spread and extremes.
+    /// Mean, standard deviation, higher moments and extremes.
     pub moments: Moments,
     /// How often each value occurred.
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
-    /// The same of the deviation that was not asked for, with nothing removed; empty where it is
-    /// [not kept](crate::Settings::other_deviation).
+    /// The sums of the deviation that the settings do not select, with nothing removed; empty where
+    /// they are [not kept](crate::Settings::other_deviation).
     pub other_octaves: Vec<OctaveSum>,
-    /// The same at the averaging times asked for; none where these are the octaves, and in a
-    /// measurement under way.
+    /// The sums at the averaging times of the settings; empty where these are the octaves, and
+    /// during a measurement.
     pub points: Vec<OctaveSum>,
-    /// What kind of noise each of the octaves shows.
+    /// The kind of noise that each of the octaves shows; `None` with too few blocks.
     pub noise_types: Vec<Option<PowerLaw>>,
-    /// In counts per sample; `None` for short records and behind gaps of unknown length.
+    /// Slope of the regression line in counts per sample; `None` for short records and after gaps
+    /// of unknown length.
     pub slope_counts: Option<f64>,
-    /// `None` for what was asked for between the lines.
+    /// Spectrum, blocks and distribution; `None` for a channel of register 54, which is not in the
+    /// stream.
     pub signal: Option<ChannelSignal>,
-    /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous
-    /// series has left the branch from -180 (not included) to 180 degrees; else 0.
+    /// To be subtracted from mean, minimum and maximum: whole turns in counts, for an angle whose
+    /// continuous series has left the branch from -180 (excluded) to 180 degrees; else 0.
     pub branch_counts: i64,
-    /// Rows for one of its samples: 1, or more where the sensor measures it more slowly than it
-    /// sends it.
+    /// Rows per sample of the channel: 1, or more where the sensor measures the quantity less often
+    /// than it sends rows.
     pub stride: u64,
-    /// Counts of one in the last digit that the sensor printed at any time, of an increment over
-    /// the sample interval; 1 where the layout has no more digits.
+    /// The step of the last digit that the sensor printed at any time, in counts, of an increment
+    /// divided by the sample interval; 1 where all digits of the layout were printed.
     pub printed_step_counts: f64,
-    /// The contribution of the temperature to the channel, where it was removed.
+    /// The contribution of the temperature to the channel; `None` where it was not removed.
     pub removed_temperature: Option<RemovedTemperature>,
 }
 
-/// The contribution of the temperature to a channel, and the deviation before its removal.
+/// The contribution of the temperature to a channel, and the octaves before its removal.
 #[derive(Debug, Clone)]
 pub struct RemovedTemperature {
     /// What was removed.
     pub removal: TemperatureRemoval,
-    /// The octaves as measured.
+    /// The octaves as measured, with the contribution in them.
     pub octaves: Vec<OctaveSum>,
 }
 
@@ -383,7 +396,7 @@ impl RemovedTemperature {
         Self { removal, octaves: measured.to_vec() }
     }
 
-    /// These sums of the same channel without what the temperature made.
+    /// The given sums of the channel without the contribution of the temperature.
     pub(crate) fn without(&self, sums: &[OctaveSum]) -> Vec<OctaveSum> {
         let of_block = self.octaves.iter().find(|sum| sum.m == self.removal.block_length());
         let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
@@ -398,20 +411,20 @@ impl RemovedTemperature {
 }
 
 impl ChannelSnapshot {
-    /// The step from value to value, in the unit of `channel`: the real one where the values show
-    /// it, else one of the last printed digit.
+    /// The step between neighbouring values, in the unit of `channel`: the actual step where the
+    /// values show it, else that of the last printed digit.
     #[must_use]
     pub fn step(&self, channel: &Channel) -> f64 {
         channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }
 }
 
-/// A channel that was asked for between the lines.
+/// A channel of register 54, which was read between the sentences.
 #[derive(Debug, Clone)]
 pub struct RegisterChannel {
-    /// What it is, by a name of its own.
+    /// The channel, under a name of its own.
     pub channel: Channel,
-    /// Its statistics; it has no deviation.
+    /// The statistics of the channel; it has no deviation.
     pub results: ChannelSnapshot,
 }
 

@@ -1,40 +1,42 @@
-//! What is known of a source beside its samples.
+//! What is known of a source besides its samples.
 
 use std::collections::BTreeMap;
 
 use vn100_protocol::stream::{BagReport, CsvReport};
 
-/// What is known of a source beside its samples: a session fills it, reports and faces read it.
+/// What is known of a source besides its samples: a session fills in the facts, reports and faces
+/// read them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SourceFacts {
-    /// File name without its folder, `-` for standard input, or the port.
+    /// File name without its folder, `-` for standard input, or the name of the port.
     pub name: String,
     /// The format of the source; `None` while it is not known.
     pub kind: Option<&'static str>,
-    /// Why reading did not begin, or ended early.
+    /// Why reading did not begin, or ended early; `None` where it did not.
     pub error: Option<String>,
-    /// The stored file; `None` for what is no file, and where it was not read for that.
+    /// The stored file; `None` where the source is no file, and where the file was not hashed.
     pub file: Option<FileFacts>,
-    /// The lines of a CSV file.
+    /// What the reader of a CSV file found; `None` for any other source.
     pub csv: Option<CsvReport>,
-    /// The messages of a bag.
+    /// What the reader of a bag found; `None` for any other source.
     pub bag: Option<BagReport>,
-    /// Which stream of the source this is, where it may have several: the topic of a bag, or a
-    /// group of columns.
+    /// Which stream of the source this is, where the source may have several: the topic of a bag,
+    /// or a group of columns; else `None`.
     pub stream: Option<String>,
-    /// What a recording that is replayed says of itself.
+    /// What a replayed recording says of itself; `None` for any other source.
     pub recording: Option<RecordingFacts>,
-    /// The conditions of the measurement, as the user wrote them down.
+    /// The conditions of the measurement, name and text as the user wrote them down; `None` for
+    /// none.
     pub meta: Option<BTreeMap<String, String>>,
-    /// The link of a live source; its counts are in the snapshot.
+    /// The link of a live source; its counts are in the snapshot. `None` for any other source.
     pub link: Option<LinkFacts>,
-    /// The recording that is made meanwhile.
+    /// The recording that is made during the measurement; `None` for none.
     pub recorder: Option<RecorderFacts>,
-    /// Where a paced replay is.
+    /// The place of a paced replay; `None` for any other source.
     pub playback: Option<PlaybackFacts>,
-    /// Whether no more samples come.
+    /// Whether no more samples will follow.
     pub ended: bool,
-    /// Why the measurement ended; `None` until it has.
+    /// Why the measurement ended; `None` while it has not.
     pub end: Option<EndKind>,
 }
 
@@ -47,11 +49,11 @@ pub enum EndKind {
     Duration,
     /// All goals are met, or one is out of reach.
     Goals,
-    /// The user stopped it, or a signal did.
+    /// The user stopped the measurement, or a signal did.
     Stopped,
-    /// The source was lost for longer than it was waited for.
+    /// No sample arrived for the time after which the source is given up.
     GaveUp,
-    /// The time by the clock that it could take was over.
+    /// The measurement had lasted as long by the clock as it may.
     WallTime,
     /// Reading failed.
     SourceFailed,
@@ -59,14 +61,14 @@ pub enum EndKind {
     OtherMessage,
     /// The sensor sent at another rate.
     OtherRate,
-    /// The sensor sent, and never a measurement.
+    /// The sensor sent frames, but never a measurement.
     NoMeasurement,
     /// The source was not opened.
     NotStarted,
 }
 
 impl EndKind {
-    /// All of them.
+    /// All reasons, in the order of the codes.
     pub const ALL: [Self; 11] = [
         Self::EndOfInput,
         Self::Duration,
@@ -82,10 +84,10 @@ impl EndKind {
     ];
 }
 
-/// A file as it is stored, compressed or not.
+/// A file as it is stored, which may be compressed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FileFacts {
-    /// Its size.
+    /// Size in bytes.
     pub bytes: u64,
     /// The SHA-256 of its bytes, in 64 hexadecimal digits.
     pub sha256: String,
@@ -94,11 +96,11 @@ pub struct FileFacts {
 /// What a recording says of itself.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RecordingFacts {
-    /// The program that wrote it.
+    /// The program that wrote the recording, with its version.
     pub program: Option<String>,
     /// Time of the first byte, in nanoseconds since 1970-01-01 UTC.
     pub started_ns: Option<i64>,
-    /// How it ended; `None` until it was read to the end.
+    /// How the recording ended; `None` until it is read to its end.
     pub end: Option<RecordingEndFacts>,
 }
 
@@ -116,41 +118,40 @@ pub struct RecordingEndFacts {
 /// A live link at one moment.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LinkFacts {
-    /// What the link does.
+    /// What the link is doing.
     pub status: LinkStatus,
-    /// The port by its name, once one is open.
+    /// The name of the port, once one is open.
     pub port: Option<String>,
-    /// Baud rate; `None` where the link has none, or it is not known yet.
+    /// Baud rate; `None` where the link has none, or where it is not known yet.
     pub baud: Option<u32>,
-    /// Why the link is down.
+    /// Why the link is down; `None` where it is not.
     pub cause: Option<String>,
-    /// Failed attempts since the sensor was connected last, as far as they are known to have
-    /// failed.
+    /// Attempts since the sensor was last connected that are known to have failed.
     pub attempts: u32,
 }
 
-/// What a link does.
+/// What a link is doing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum LinkStatus {
     /// The port is being opened.
     #[default]
     Opening,
-    /// The baud rate is searched.
+    /// A baud scan searches the sensor.
     Scanning,
     /// The sensor's output is received.
     Connected,
     /// The port is open and no bytes arrive.
     Silent,
-    /// A connection was lost; it is opened again.
+    /// The connection was lost; another attempt follows.
     Lost,
-    /// There was no connection yet; it is tried again.
+    /// The sensor was not connected yet; another attempt follows.
     NotConnected,
-    /// The link is over.
+    /// The link has ended.
     Closed,
 }
 
 impl LinkStatus {
-    /// Its name in results.
+    /// The code of the status in results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -170,23 +171,23 @@ impl LinkStatus {
 pub struct RecorderFacts {
     /// The file.
     pub path: String,
-    /// Bytes of the stream that are in it.
+    /// Bytes of the stream that the file holds.
     pub bytes: u64,
-    /// Bytes that are missing in it because the disk did not take them in time.
+    /// Bytes of the stream that the file lacks because the disk did not take them in time.
     pub unrecorded_bytes: u64,
-    /// Why it stopped, if it did.
+    /// Why the recording stopped; `None` while it continues.
     pub error: Option<String>,
 }
 
-/// Where a paced replay is.
+/// The place of a paced replay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PlaybackFacts {
     /// Samples replayed.
     pub samples: u64,
-    /// Samples in the capture; `None` until they are counted.
+    /// Samples in the capture; `None` until they are counted, and where they cannot be.
     pub total: Option<u64>,
     /// Whether the replay is paused.
     pub paused: bool,
-    /// Whether the capture was replayed to its end.
+    /// Whether the capture, or the part to be measured, was replayed to its end.
     pub at_end: bool,
 }

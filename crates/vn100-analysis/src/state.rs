@@ -1,15 +1,15 @@
 //! The mergeable state of recordings: exact sums of pieces and of whole recordings, as bytes.
 //!
 //! A state holds recordings by their names, each in pieces that know their place in it. Merging is
-//! the union: associative and commutative. The pieces of one recording say the very bits that the
-//! undivided record says, across gaps too; different recordings stay side by side, so that no
-//! window reaches from the one into the other, and each keeps what its parameters, statistics,
-//! spectrum and warnings need. [`Pool`](crate::Pool) takes them as one.
+//! the union of both: associative and commutative. The pieces of one recording give, bit by bit,
+//! the results of the undivided recording, across gaps as well. Different recordings are kept side
+//! by side, so that no window reaches from one into another, and each keeps what its parameters,
+//! statistics, spectrum and warnings need. [`Pool`](crate::Pool) takes them together.
 //!
 //! What cannot be pooled: rows that were placed by arrival times are whole recordings, and not
 //! pieces of one ([`NotAppended`]); what changes with time (blocks, trends, disturbances,
-//! temperature) belongs to a recording, and is no property of several; rows that are no longer
-//! there cannot be added to, be removed from or be measured by other settings.
+//! temperature) belongs to one recording, and is not a property of several. The rows themselves are
+//! not in a state: none can be added to it, removed from it, or measured with other settings.
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
@@ -22,19 +22,19 @@ use crate::accumulate::{
     piece::{NotAppended, PieceStart},
 };
 
-/// What the bytes begin with.
+/// The first bytes of a state.
 const MAGIC: [u8; 4] = *b"VN1S";
 
-/// Of the form of the bytes.
+/// Version of the form in bytes.
 const VERSION: u16 = 1;
 
-/// Magic, version, layout, length of what follows.
+/// Length of the header: magic, version, layout of the sums, length of what follows.
 const HEADER: usize = 4 + 2 + 8 + 8;
 
-/// CRC-32 (ISO-HDLC) of all before it.
+/// Length of the CRC-32 (ISO-HDLC) of all bytes before it.
 const CHECKSUM: usize = 4;
 
-/// Recordings, or pieces of them.
+/// Recordings, or pieces of them, that merge in any order.
 ///
 /// ```
 /// use vn100_analysis::{Analysis, Settings, State};
@@ -53,15 +53,16 @@ pub struct State {
 /// One recording.
 #[derive(Debug, Default)]
 struct Recording {
-    /// Nanoseconds since 1970-01-01 UTC.
+    /// Start of the recording in nanoseconds since 1970-01-01 UTC; `None` where not known.
     started_ns: Option<i64>,
-    /// Why it could not be read, or not to its end.
+    /// Why the recording could not be read, or not to its end.
     error: Option<String>,
-    /// In order of time, none of them overlapping.
+    /// The pieces in order of time, without overlap.
     pieces: Vec<Piece>,
 }
 
-/// A recording, or part of one, as the bytes of its [`Analysis`]: a fifth of the memory.
+/// A recording, or a part of one, as the bytes of its [`Analysis`], which take a fifth of the
+/// memory.
 #[derive(Debug, Clone)]
 struct Piece {
     bytes: Box<[u8]>,
@@ -73,11 +74,11 @@ struct Piece {
 /// A recording of a [`State`].
 #[derive(Debug, Clone, Copy)]
 pub struct RecordedPieces<'a> {
-    /// Its name.
+    /// Name of the recording.
     pub name: &'a str,
-    /// When it began, in nanoseconds since 1970-01-01 UTC.
+    /// Start of the recording, in nanoseconds since 1970-01-01 UTC; `None` where not known.
     pub started_ns: Option<i64>,
-    /// Why it could not be read, or not to its end.
+    /// Why the recording could not be read, or not to its end; `None` where it was read to its end.
     pub error: Option<&'a str>,
     pieces: &'a [Piece],
 }
@@ -85,74 +86,74 @@ pub struct RecordedPieces<'a> {
 /// Why bytes are no state, or two states cannot be merged. Nothing was merged.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StateError {
-    /// They begin with something else.
+    /// The bytes do not begin as those of a state.
     #[error("these bytes are no state: they do not begin with VN1S")]
     NotAState,
-    /// Another version of this program wrote them.
+    /// Another version of the form wrote the bytes.
     #[error("the state has version {found}, this program reads version {known}: make it anew from the recording")]
     OtherVersion {
-        /// Of the bytes.
+        /// The version in the bytes.
         found: u16,
-        /// Of this program.
+        /// The version of this program.
         known: u16,
     },
-    /// Its sums are over other windows, bins or blocks.
+    /// The sums in the bytes are over other windows, bins or blocks.
     #[error("the sums of the state have the layout {found:016x}, those of this program {known:016x}: make it anew")]
     OtherLayout {
-        /// Of the bytes.
+        /// The layout of the sums in the bytes.
         found: u64,
-        /// Of this program.
+        /// The layout of the sums in this program.
         known: u64,
     },
     /// Bytes are missing at the end.
     #[error("the state ends after {bytes} of {expected} bytes: copy it again")]
     Truncated {
-        /// That are there.
+        /// Number of bytes.
         bytes: u64,
-        /// As its header says.
+        /// Number of bytes by the header.
         expected: u64,
     },
-    /// The checksum is another one.
+    /// The checksum does not match the bytes.
     #[error("the state is damaged: its checksum is {found:08x}, that of its bytes {computed:08x}")]
     Damaged {
-        /// Stored.
+        /// The checksum in the bytes.
         found: u32,
-        /// Of the bytes.
+        /// The checksum computed from the bytes.
         computed: u32,
     },
-    /// The checksum holds, and a value is none that a state has.
+    /// The checksum matches, and the bytes hold a value that no state has.
     #[error("the state is damaged: {0}")]
     Contradictory(#[from] BadEncoding),
-    /// Two pieces have samples of the same time, or the same place and none: which of them comes
-    /// first is not known.
+    /// Two pieces of a recording hold samples of the same time, or hold none and have the same
+    /// place, so that their order is not known.
     #[error(
         "{recording}: both states hold the samples from {start} to {end}: merge each piece once, and name recordings differently"
     )]
     Overlap {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
         /// Index of the first sample that both hold.
         start: u64,
-        /// Behind the last one of either.
+        /// Index after the last sample of either piece.
         end: u64,
     },
-    /// Pieces under one name are of different messages.
+    /// The pieces of a recording are of different messages.
     #[error("{recording}: the pieces hold different messages or channels: name recordings differently")]
     OtherMessage {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
-    /// Under one name one state says another start or error.
+    /// The two states name another start or error of the recording.
     #[error("{recording}: the states contradict each other on when it began, or whether it could be read")]
     OtherFacts {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
 }
 
 impl State {
-    /// A recording of this name, or a piece of it
-    /// ([`starting_at`](Analysis::starting_at)): rows that are pending are decided.
+    /// A state with one recording of this name, or with a piece of it
+    /// ([`starting_at`](Analysis::starting_at)). Rows of the analysis that are pending are decided.
     #[must_use]
     pub fn of(name: &str, started_ns: Option<i64>, analysis: &mut Analysis) -> Self {
         analysis.finish();
@@ -166,25 +167,25 @@ impl State {
         Self { recordings: BTreeMap::from([(name.to_owned(), recording)]) }
     }
 
-    /// A recording that could not be read.
+    /// A state with one recording that could not be read.
     #[must_use]
     pub fn unreadable(name: &str, error: &str) -> Self {
         let recording = Recording { error: Some(error.to_owned()), ..Recording::default() };
         Self { recordings: BTreeMap::from([(name.to_owned(), recording)]) }
     }
 
-    /// The same of a recording that could not be read to its end.
+    /// The state, with the error that ended the reading of its recordings.
     #[must_use]
     pub fn with_error(mut self, error: &str) -> Self {
         self.recordings.values_mut().for_each(|recording| recording.error = Some(error.to_owned()));
         self
     }
 
-    /// Both as one, in any order.
+    /// The union of both states, which does not depend on their order.
     ///
     /// # Errors
-    /// Where both hold samples of one time of the same recording, and where what they call by one
-    /// name is not one.
+    /// [`StateError`]: when both hold samples of the same time of one recording, and when
+    /// recordings of one name differ in message, start or error.
     pub fn merged(mut self, other: Self) -> Result<Self, StateError> {
         for (name, theirs) in other.recordings {
             match self.recordings.entry(name) {
@@ -198,15 +199,16 @@ impl State {
         Ok(self)
     }
 
-    /// With neighbouring pieces as one, in fewer bytes: once no piece is to come between them. What
-    /// cannot be appended stays apart, and reading the recording says why.
+    /// The state with neighbouring pieces joined, which takes fewer bytes; to be called once no
+    /// piece can come between them. Pieces that cannot be appended stay apart, and
+    /// [`analysis`](RecordedPieces::analysis) gives the reason.
     #[must_use]
     pub fn joined(mut self) -> Self {
         self.recordings.values_mut().for_each(Recording::join);
         self
     }
 
-    /// By name.
+    /// The recordings, by name.
     pub fn recordings(&self) -> impl Iterator<Item = RecordedPieces<'_>> {
         self.recordings.iter().map(|(name, recording)| RecordedPieces {
             name,
@@ -216,7 +218,8 @@ impl State {
         })
     }
 
-    /// The form in bytes: the same for the same pieces, in whatever order they were merged.
+    /// The form in bytes, which is the same for the same pieces, in whatever order they were
+    /// merged.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = MAGIC.to_vec();
@@ -235,11 +238,12 @@ impl State {
         out
     }
 
-    /// Of bytes that [`to_bytes`](Self::to_bytes) gave. Those of any origin give a state or an
-    /// error; what is allocated is no more than a fixed multiple of their number.
+    /// A state from bytes that [`to_bytes`](Self::to_bytes) gave. Any other bytes give a state or
+    /// an error, and allocate at most a fixed multiple of their number.
     ///
     /// # Errors
-    /// Where they are of another kind, version or layout, damaged or incomplete.
+    /// [`StateError`]: when the bytes are of another kind, version or layout, damaged or
+    /// incomplete.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, StateError> {
         let truncated = |expected: u64| StateError::Truncated { bytes: bytes.len() as u64, expected };
         if !bytes.starts_with(&MAGIC) {
@@ -271,7 +275,7 @@ impl State {
 }
 
 impl Piece {
-    /// `None` for sums that no measurement has.
+    /// The piece that an analysis is of; `None` for sums that no measurement can have.
     fn of(analysis: &Analysis) -> Option<Self> {
         let mut bytes = Vec::new();
         analysis.encode(&mut bytes);
@@ -282,7 +286,7 @@ impl Piece {
         Analysis::decode(&mut ByteReader::new(&self.bytes))
     }
 
-    /// Both as one; `None` where the other is no neighbour, or cannot be appended.
+    /// Both pieces joined; `None` where the other is no neighbour, or cannot be appended.
     fn continued_by(&self, next: &Self) -> Option<Self> {
         let mut analysis = self.analysis().ok().filter(|_| self.end == next.start)?;
         analysis.append_finished(&next.analysis().ok()?).ok()?;
@@ -344,14 +348,14 @@ imu_noise::encoded!(Recording { started_ns, error, pieces } if |recording| {
 });
 
 impl RecordedPieces<'_> {
-    /// Its sums, as of the undivided record; what lies between pieces is missing. `None` where it
-    /// could not be read.
+    /// The sums of the recording, as of the undivided record; samples between the pieces count as
+    /// missing. `None` where the recording could not be read.
     ///
     /// # Errors
-    /// Where its pieces do not belong together.
+    /// [`NotAppended`] when the pieces cannot be appended to each other.
     pub fn analysis(&self) -> Result<Option<Analysis>, NotAppended> {
         let mut whole: Option<Analysis> = None;
-        // what was read once is read again
+        // bytes that were read once can be read again
         for piece in self.pieces.iter().filter_map(|piece| piece.analysis().ok()) {
             match &mut whole {
                 Some(whole) => whole.append_finished(&piece)?,

@@ -1,4 +1,4 @@
-//! What a record shall show: a figure, and how well it shall be known.
+//! What a planned record is to show: a parameter, and how well it is to be known.
 
 use std::{fmt, str::FromStr};
 
@@ -7,56 +7,56 @@ use thiserror::Error;
 
 use crate::noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent};
 
-/// A figure, and how well it shall be known.
+/// A parameter, and how well a record is to show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Want {
-    /// Which figure.
+    /// The parameter.
     pub figure: NoiseFigure,
-    /// How well.
+    /// How well it is to be known.
     pub known: Known,
 }
 
-/// How well a figure shall be known.
+/// How well a parameter is to be known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Known {
-    /// It is detected, at its typical size.
+    /// The parameter is detected, if it has its typical size.
     Seen,
-    /// Half the width of its interval over the value is so much at most.
+    /// Half the width of the interval over the value is at most this; above 0.
     Within(f64),
-    /// It is detected if it is at least so large, in SI units.
+    /// The parameter is detected, if it is at least this large, in SI units; above 0.
     AtLeast(f64),
-    /// Whether it lies above or below this limit is decided, in SI units.
+    /// It is decided whether the parameter is above or below this limit, in SI units; above 0.
     AtMost(f64),
 }
 
-/// A text is no want, or one that no record meets.
+/// Why a text is no want, or one that no record can meet.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WantError {
-    /// There is no sign between a figure and what follows.
+    /// There is no sign after the parameter.
     #[error(
         "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 2e-7\", or a limit, as in \"accel B <= 0.04 mg\""
     )]
     Form(String),
-    /// The figure is none.
+    /// The part before the sign names no parameter.
     #[error(transparent)]
     NoiseFigure(#[from] NoiseFigureError),
-    /// The part behind `±` is no percentage above 0.
+    /// The part after `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
-    /// The part behind `>=` or `<=` is no number above 0.
+    /// The part after `>=` or `<=` is no number above 0.
     #[error("{0:?} is no number above 0, with a unit if it is not SI, as in \"2e-7\" or \"0.5 deg/h^1.5\"")]
     Number(String),
     /// The parameter is not stated in that unit.
     #[error("{figure} is not stated in {unit:?}: {units}")]
     Unit {
-        /// The figure.
+        /// The parameter.
         figure: String,
         /// The unit given.
         unit: String,
-        /// Those in use.
+        /// The units that the parameter is stated in.
         units: String,
     },
-    /// N is always there.
+    /// N is present in every record: it cannot be detected, only measured.
     #[error("the precision of {0} is missing, as in \"{0} ±5%\"")]
     White(String),
     /// No typical random walk is known.
@@ -68,7 +68,7 @@ impl FromStr for Want {
     type Err = WantError;
 
     fn from_str(text: &str) -> Result<Self, WantError> {
-        // not every keyboard has the signs
+        // other signs for keyboards without these
         let split_at = |signs: [&str; 2]| signs.iter().find_map(|sign| text.split_once(sign));
         let within = split_at(["±", "+-"]);
         let percent =
@@ -98,14 +98,14 @@ impl FromStr for Want {
     }
 }
 
-/// Whether more follows a figure.
+/// Whether the text begins with a parameter, so that a want may follow it.
 fn begins_with_figure(text: &str) -> bool {
     let mut words = text.split_whitespace();
     let figure = words.by_ref().take(2).collect::<Vec<_>>().join(" ");
     words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
 }
 
-/// A number with one of the units in use, or none for SI.
+/// A number in SI units, from one with a unit in use, or with none for SI.
 fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());

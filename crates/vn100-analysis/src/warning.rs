@@ -1,4 +1,4 @@
-//! Warnings: kinds, channels and texts.
+//! Warnings: kinds, severities, channels and texts.
 
 pub(crate) mod advice;
 
@@ -6,95 +6,96 @@ use std::fmt;
 
 use crate::remedy::{RemedyWords, Text};
 
-/// The kinds of warning, by the names scripts may rely on.
+/// The kinds of warning, whose names are a contract with scripts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WarningKind {
-    /// The recording that was made meanwhile is not whole.
+    /// The recording made during the measurement is not complete.
     RecordingFailed,
-    /// The measurement ended before what was asked for was measured.
+    /// The measurement ended before all that was asked for was measured.
     EndedEarly,
-    /// Bytes arrive, and no sample is among them.
+    /// Bytes arrive, but no sample of a message that is measured.
     NoValidLines,
-    /// Valid sentences of another message are excluded.
+    /// Valid frames of a message other than the measured one are excluded.
     OtherMessages,
-    /// The sensor has more to send than its line carries.
+    /// The sensor has more to send than its baud rate has room for.
     LinkBudget,
     /// The sensor reported unsolicited errors.
     DeviceErrors,
-    /// Another program has the port open too.
+    /// Another program has the port open as well.
     PortShared,
-    /// The message carries values corrected by the sensor's own filter.
+    /// The message carries values that the attitude filter of the sensor has corrected.
     CompensatedStream,
     /// Whether the values are corrected by a filter is not known.
     CompensationUnknown,
-    /// The sensor averages and decimates: its white noise reads higher, or at short tau lower.
+    /// The sensor averages and decimates: aliasing raises its white noise, or averaging lowers it
+    /// at short averaging times.
     DecimatedStream,
-    /// Another sensor answered in mid-stream.
+    /// Another sensor answered within the record.
     AnotherSensor,
     /// The sample rate is unknown.
     RateAssumed,
-    /// The sensor's rate changed in mid-stream.
+    /// The rate of the sensor changed within the record.
     RateChanged,
-    /// The measured rate is none the sensor has, or not the one taken.
+    /// The measured rate is none of the sensor's, or not the nominal one.
     RateOffNominal,
     /// Some arrival stamps lie before earlier ones.
     StampsBackwards,
-    /// The arrival stamps cannot be a sensor's.
+    /// The arrival stamps cannot be those of a sensor.
     StampsRefused,
-    /// Lines arrive several at a time.
+    /// Sentences arrive several at a time.
     BunchedArrival,
-    /// Samples are missing.
+    /// Samples were dropped.
     Gaps,
-    /// Lines were damaged.
+    /// Sentences or rows were rejected.
     RejectedLines,
     /// Rows lack values of some channels.
     AbsentValues,
-    /// Numbers of a bag were taken for absent, and are not.
+    /// Numbers of a bag were treated as absent, although they are not.
     UnreadValues,
-    /// Lines carry no checksum.
+    /// Sentences carry no checksum.
     UncheckedLines,
-    /// Lines repeat earlier ones.
+    /// Sentences or rows repeat earlier ones.
     RepeatedLines,
-    /// The sensor's printed resolution changed in mid-stream.
+    /// The resolution of the printed values changed within the record.
     PrintFormat,
-    /// A channel repeats very few values.
+    /// A channel takes no more than two values.
     StuckDigits,
-    /// A spectrum has peaks: something shakes the sensor, or an alternating field is near.
+    /// A spectrum has peaks: vibration, or an alternating magnetic field.
     VibrationLine,
     /// Besides white noise there is noise correlated over seconds.
     CorrelatedNoise,
-    /// A filter slower than the output takes the high frequencies.
+    /// A low-pass filter slower than the output removes the high frequencies.
     LowPass,
-    /// Lines leave less than half of the frequencies to the noise.
+    /// Spectral peaks leave less than half of the band to the noise.
     LineFreeBand,
-    /// Something happened in the middle of the record.
+    /// The sensor was moved, or mean or noise changed during the record.
     NotStationary,
-    /// The level settled from the beginning on, as of a sensor that warms up.
+    /// The level settled at the beginning of the record, as when a sensor warms up.
     WarmUp,
-    /// The bias follows the temperature of the sensor.
+    /// The bias follows the temperature of the sensor significantly.
     FollowsTemperature,
-    /// A channel's noise is less than its last printed digit.
+    /// The noise of a channel from sample to sample is less than half a step of its values.
     QuantisationFloor,
-    /// A channel reaches the end of its sensor's range.
+    /// A channel reaches the end of the range of its sensor.
     FullRange,
-    /// An angle turned so far that its count had to start anew.
+    /// An angle turned so far that its count of turns started anew.
     AngleRestarted,
     /// Columns of a file hold magnitudes that their unit makes impossible.
     UnitDoubtful,
-    /// The mean acceleration is not as long as gravity.
+    /// The magnitude of the mean acceleration is not that of gravity.
     GravityMagnitude,
-    /// The mean magnetic field is not as long as the Earth's.
+    /// The magnitude of the mean magnetic field is not that of the Earth.
     FieldMagnitude,
     /// The sensor turns its measurements into the axes of a vehicle.
     RotatedAxes,
-    /// Yaw is worse than pitch and roll.
+    /// Yaw varies much more than pitch and roll.
     YawFromMagnetometer,
-    /// Too few samples for any deviation, or for more than a rough one.
+    /// There are too few samples for a deviation, or for more than a rough one.
     TooShort,
 }
 
 impl WarningKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 41] = [
         Self::RecordingFailed,
         Self::EndedEarly,
@@ -139,7 +140,7 @@ impl WarningKind {
         Self::TooShort,
     ];
 
-    /// The kind's name in results: lower case, words joined by hyphens.
+    /// The code of the kind: lower case, words joined by hyphens.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -187,8 +188,9 @@ impl WarningKind {
         }
     }
 
-    /// What it means for the result; where the sensor was moved, [`WarningKind::NotStationary`] is
-    /// a problem, and of a capture [`WarningKind::EndedEarly`] a note.
+    /// What a warning of this kind means for the result. A single warning may differ: where the
+    /// sensor was moved [`WarningKind::NotStationary`] is a problem, and for a capture
+    /// [`WarningKind::EndedEarly`] is a note.
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
@@ -240,19 +242,19 @@ impl WarningKind {
 /// What a warning means for the result, the gravest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Numbers of the result are wrong, or not those of the sensor, or the record is not whole.
+    /// Numbers of the result are wrong, or not those of the sensor, or the record is not complete.
     Problem,
     /// Numbers of the result are less certain, or mean less.
     Caution,
-    /// A property of the stream that its reader should know; healthy sensors have it, too.
+    /// A property of the stream that its user should know; healthy sensors have it as well.
     Note,
 }
 
 impl Severity {
-    /// All of them, the gravest first.
+    /// All severities, the gravest first.
     pub const ALL: [Self; 3] = [Self::Problem, Self::Caution, Self::Note];
 
-    /// Its name in results.
+    /// The code of the severity.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -266,20 +268,20 @@ impl Severity {
 /// One warning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
-    /// What kind it is.
+    /// The kind of the warning.
     pub kind: WarningKind,
-    /// What it means for the result.
+    /// What the warning means for the result.
     pub severity: Severity,
-    /// The channels it concerns, by name; empty when it concerns all.
+    /// Names of the channels concerned; empty where all are.
     pub channels: Vec<String>,
-    /// What was found, in some words without a full stop.
+    /// What was found, in a few words without a full stop.
     pub headline: String,
-    /// Why it matters and what to do, in sentences; empty where the headline says it all.
+    /// Why it matters and what to do, in sentences; empty where the headline is enough.
     pub details: Text,
 }
 
 impl Warning {
-    /// With the severity of its kind.
+    /// A warning with the severity of its kind.
     #[must_use]
     pub fn new(
         kind: WarningKind,
@@ -290,13 +292,13 @@ impl Warning {
         Self { kind, severity: kind.severity(), channels, headline: headline.into(), details: details.into() }
     }
 
-    /// Kind and headline: one line.
+    /// Kind and headline, in one line.
     #[must_use]
     pub fn title(&self) -> String {
         format!("{}: {}", self.kind.name(), self.headline)
     }
 
-    /// Headline and details, with what the user can do by the names of a face.
+    /// Headline and details, with the remedies in the words of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {
         self.with_details(&self.details.in_words(words))

@@ -1,4 +1,4 @@
-//! Why records can be compared with reserve only.
+//! Why records can be compared only in part.
 
 use vn100_protocol::Quantity;
 
@@ -12,23 +12,25 @@ pub enum CaveatKind {
     NoSamples,
     /// The rate of some records is unknown, and their averaging times may be wrong.
     RateAssumed,
-    /// Channels that one record has and another has not.
+    /// One record has channels that another does not have.
     Channels,
-    /// Rates without an averaging time in common.
+    /// The records have no averaging time in common, because of their rates.
     NoCommonTau,
     /// The sensor averaged or decimated differently, so that its white noise aliases differently.
     Sampling,
-    /// The bias was taken out of the gyroscope in one of them.
+    /// The bias was removed from the gyroscope in some records.
     Compensation,
     /// The records are of several sensors.
     SeveralSensors,
-    /// The sensor was moved: a mean of that record is no bias.
+    /// The sensor was moved during a record, whose mean is then not the bias.
     Moved,
     /// Two records hold the same samples.
     SameSamples,
-    /// When some records began is not known: differences of means are given without a probability.
+    /// The start of some records is not known: differences of means are given without a
+    /// probability.
     StartUnknown,
-    /// The sensor may have been switched off between the records: the same.
+    /// The sensor may have been switched off between the records: differences of means are given
+    /// without a probability.
     MayHaveBeenOff,
 }
 
@@ -55,11 +57,11 @@ impl CaveatKind {
 /// What could not be compared, or only in part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Caveat {
-    /// What kind it is.
+    /// The kind of caveat.
     pub kind: CaveatKind,
-    /// The records it concerns.
+    /// The numbers of the records concerned.
     pub records: Vec<usize>,
-    /// What was found, and what follows.
+    /// What was found, and its consequence.
     pub text: Text,
 }
 
@@ -112,7 +114,8 @@ fn same_samples(records: &[ComparedRecord<'_>], same: &SameSamples) -> Caveat {
     Caveat { kind: CaveatKind::SameSamples, records: same.records.to_vec(), text: text.into() }
 }
 
-/// Why differences of means have no probability; nothing where fewer than two records have means.
+/// Why differences of means have no probability; `None` where they have one, and where fewer than
+/// two records have means.
 fn without_chance(records: &[ComparedRecord<'_>], stayed_on: bool) -> Option<Caveat> {
     let has_means =
         |record: &ComparedRecord<'_>| record.snapshot.timing.samples > 0 && record.assessment.motion.is_none();
@@ -171,7 +174,7 @@ fn channels(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKin
     (!lone.is_empty()).then(|| (CaveatKind::Channels, format!("{}: not compared", lone.join("; "))))
 }
 
-/// Names and units.
+/// Names and units of the channels.
 fn names(record: &ComparedRecord<'_>) -> Vec<(String, String)> {
     record
         .snapshot

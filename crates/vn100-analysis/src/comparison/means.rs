@@ -1,4 +1,4 @@
-//! The means of each channel, their differences, and whether noise alone explains these.
+//! The means of each channel, their differences, and whether noise alone explains the differences.
 
 use imu_noise::{
     Spread, SquaredAmplitude, Status, Stretch, Term, VarianceEstimate, mean_difference_test, standard_error_of_mean,
@@ -8,23 +8,24 @@ use vn100_protocol::{Channel, Quantity, Register};
 use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
 use crate::{ChannelNoise, LongTauValidity, sensor::sensor_of};
 
-/// One channel of a sensor over all records.
+/// The means of one channel of a sensor over all records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelMeans {
-    /// Its name.
+    /// Name of the channel.
     pub channel: String,
-    /// What it measures.
+    /// Quantity of the channel.
     pub quantity: Quantity,
-    /// Its unit.
+    /// Unit of the channel.
     pub unit: String,
-    /// One per record that has it and samples, and where the sensor was not moved.
+    /// One for each record that has samples of the channel and in which the sensor was not moved.
     pub means: Vec<RecordMean>,
-    /// `None` for fewer than two means, and where the records are of several sensors.
+    /// The spread of the means; `None` for fewer than two means, and where the records are of
+    /// several sensors.
     pub spread: Option<Spread>,
-    /// Of every two of them.
+    /// The differences of every pair of these means.
     pub differences: Vec<MeanDifference>,
-    /// A filter takes the bias out of one of the records at least: the spread is not that of the
-    /// bias.
+    /// Whether a filter removes the bias in at least one of the records: the spread is then not
+    /// that of the bias.
     pub bias_removed: bool,
 }
 
@@ -33,64 +34,66 @@ pub struct ChannelMeans {
 pub struct RecordMean {
     /// Number of the record.
     pub record: usize,
-    /// In the unit of the channel.
+    /// The mean, in the unit of the channel.
     pub mean: f64,
-    /// What repeating it at once would show; `None` where the noise at that averaging time is not
-    /// known.
+    /// The standard error of the mean; `None` where the noise at the averaging time of the whole
+    /// record is not known.
     pub error: Option<MeanError>,
 }
 
-/// The standard error of a mean under the N, B and K of its record: √½ of what it and the mean of
-/// as long a record right behind it differ by. Of flicker noise and of a random walk a mean has no
-/// error but against another one.
+/// The standard error of a mean under the N, B and K of its record: √½ of the standard error of the
+/// difference between this mean and that of a record as long directly after it. Under flicker noise
+/// and a random walk the error of a single mean is not defined, only that of a difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanError {
-    /// In the unit of the channel.
+    /// Standard error, in the unit of the channel.
     pub standard_error: f64,
-    /// Its equivalent degrees of freedom.
+    /// Equivalent degrees of freedom of the standard error.
     pub edf: f64,
-    /// The length of the record in seconds.
+    /// Length of the record in seconds.
     pub tau_s: f64,
 }
 
 /// The difference of two means.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanDifference {
-    /// The two records.
+    /// The numbers of the two records.
     pub records: [usize; 2],
     /// The second mean less the first, in the unit of the channel.
     pub difference: f64,
-    /// Whether noise explains it, or why that is unknown.
+    /// Whether noise explains the difference, or why that is not known.
     pub test: Result<MeanTest, Untested>,
 }
 
-/// A difference of means compared with that expected from noise.
+/// A test of a difference of means against the difference expected from noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanTest {
-    /// Of the difference, under the N, B and K of both records and the time between them; in the
-    /// unit of the channel.
+    /// Standard error of the difference, under the N, B and K of both records and the time between
+    /// them, in the unit of the channel.
     pub standard_error: f64,
-    /// Its equivalent degrees of freedom.
+    /// Equivalent degrees of freedom of that standard error.
     pub edf: f64,
-    /// That noise alone takes the means so far apart; corrected for all channels and pairs.
+    /// Probability that noise alone makes a difference as large; corrected for all channels and
+    /// pairs.
     pub chance: Chance,
 }
 
-/// Why it is unknown whether noise explains the difference of two means.
+/// Why it is not known whether noise explains the difference of two means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Untested {
-    /// They are of several sensors.
+    /// The records are of several sensors.
     SeveralSensors,
-    /// They hold the same samples.
+    /// The records hold the same samples.
     SameSamples,
-    /// When a record began is not known, and flicker and walk grow with the time between.
+    /// The start of a record is not known, and flicker noise and random walk grow with the time
+    /// between.
     StartUnknown,
     /// Each record is a connection of its own: the sensor may have been switched off between them,
-    /// and starts with another bias then.
+    /// and starts with another bias after that.
     MayHaveBeenOff,
-    /// They were made at the same time.
+    /// The records were made at the same time.
     SameTime,
-    /// N, B and K of the channel are not known in one of them.
+    /// N, B or K of the channel is not known in one of the records.
     NoiseUnknown,
 }
 
@@ -109,7 +112,7 @@ impl Untested {
     }
 }
 
-/// The noise of one channel as estimated from a record, at all averaging times.
+/// The noise of one channel at all averaging times, as estimated from a record.
 #[derive(Debug, Clone, Copy)]
 struct RecordNoise {
     white: VarianceEstimate,
@@ -117,7 +120,7 @@ struct RecordNoise {
     walk: SquaredAmplitude,
 }
 
-/// One channel in one record.
+/// The mean of one channel in one record.
 #[derive(Debug, Clone, Copy)]
 struct Mean {
     record: usize,
@@ -178,12 +181,13 @@ pub(super) fn means(
 
 fn channels(records: &[ComparedRecord<'_>]) -> Vec<ComparedChannel> {
     let mut found: Vec<ComparedChannel> = Vec::new();
-    // what moves has no bias that its mean shows
+    // the mean of a sensor that moves is not its bias
     let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
     for (number, record) in at_rest {
         let Some(layout) = &record.snapshot.layout else { continue };
         for (index, channel) in layout.channels.iter().enumerate() {
-            // an angle has no bias, and what surrounds the sensor is not the sensor's
+            // an angle has no bias, and a mean of temperature, pressure or field is that of the
+            // surroundings
             if sensor_of(channel.quantity).is_none() {
                 continue;
             }
@@ -230,7 +234,8 @@ impl RecordNoise {
         Some(Self { white: squared, flicker: of(Term::BiasInstability)?, walk: of(Term::RateRandomWalk)? })
     }
 
-    /// Slow noise as estimated from both records; white noise is each record's own.
+    /// Slow noise as estimated from both records together; the white noise of each record is its
+    /// own.
     fn slow(&self, other: &Self) -> [(Term, VarianceEstimate); 2] {
         [
             (Term::BiasInstability, self.flicker.and(other.flicker).estimate()),
@@ -239,7 +244,8 @@ impl RecordNoise {
     }
 }
 
-/// Of the difference of the means of two stretches; the white noise of each over its own samples.
+/// The noise of the difference between the means of two stretches; the white noise of each is
+/// averaged over its own samples.
 fn noise_of_difference(
     white: [(VarianceEstimate, &ComparedRecord<'_>); 2],
     slow: [(Term, VarianceEstimate); 2],
@@ -263,7 +269,7 @@ fn error(noise: &RecordNoise, record: &ComparedRecord<'_>) -> Option<MeanError> 
     Some(MeanError { standard_error, edf: of_difference.edf, tau_s: duration_s })
 }
 
-/// For all channels of two records.
+/// Whether the means of two records can be tested, for all of their channels.
 fn may_be_tested(
     pair: [usize; 2],
     records: &[ComparedRecord<'_>],
@@ -296,13 +302,13 @@ fn test(first: &Mean, second: &Mean, records: &[ComparedRecord<'_>]) -> Result<M
     tested().ok_or(Untested::NoiseUnknown)
 }
 
-/// The time that was measured, in seconds since 1970-01-01 UTC; `None` where that is not known.
+/// The measured stretch of time, in seconds since 1970-01-01 UTC; `None` where that is not known.
 fn stretch(record: &ComparedRecord<'_>) -> Option<Stretch> {
     let start_s = record.started_ns? as f64 * 1e-9 + record.snapshot.skipped.as_secs_f64();
     Some(Stretch { start_s, duration_s: record.snapshot.timing.duration_s() })
 }
 
-/// Whether two of the records have different serial numbers.
+/// Whether two of the records name different serial numbers.
 pub(super) fn are_of_several_sensors(records: &[ComparedRecord<'_>]) -> bool {
     let mut serials = records.iter().filter_map(|record| record.snapshot.registers.get(&Register::SERIAL_NUMBER.0));
     let first = serials.next();

@@ -1,4 +1,4 @@
-//! Octave by octave: an F-test of the two variances at the same averaging time.
+//! Octave by octave: an F-test of two variances at the same averaging time.
 
 use imu_noise::f_test;
 use vn100_protocol::{Channel, Quantity};
@@ -6,31 +6,31 @@ use vn100_protocol::{Channel, Quantity};
 use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
 use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
 
-/// With fewer degrees of freedom the shape of the distribution is not known well enough.
+/// With fewer degrees of freedom the distribution of a variance is not known well enough.
 const LEAST_EDF: f64 = 2.0;
 
-/// Averaging times are the same within this, relative.
+/// Relative difference up to which averaging times are the same.
 const SAME_TAU: f64 = 1e-3;
 
-/// Two records at one averaging time of one channel.
+/// The deviations of two records at one averaging time of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OctaveTest {
     /// Name of the channel.
     pub channel: String,
-    /// What it measures.
+    /// Quantity of the channel.
     pub quantity: Quantity,
-    /// Its unit.
+    /// Unit of the channel.
     pub unit: String,
     /// Averaging time in seconds.
     pub tau_s: f64,
-    /// The two records.
+    /// The numbers of the two records.
     pub records: [usize; 2],
-    /// Their deviations, in the unit of the channel.
+    /// The deviations of the two records, in the unit of the channel.
     pub deviations: [f64; 2],
-    /// Their equivalent degrees of freedom.
+    /// Equivalent degrees of freedom of the two variances.
     pub edf: [f64; 2],
-    /// F-test, corrected for all octaves of all channels of all pairs. Octaves share samples, which
-    /// makes the correction err on the side of no difference.
+    /// Probability of the F-test, corrected for all octaves of all channels of all pairs. Octaves
+    /// share samples, so that the correction is conservative.
     pub chance: Chance,
 }
 
@@ -80,12 +80,12 @@ pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples]) -> Vec
     tests
 }
 
-/// What temperature and pressure do is the weather's, not the sensor's.
+/// Changes of temperature and pressure are those of the weather, not the noise of the sensor.
 fn is_noise(channel: &Channel) -> bool {
     !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
 }
 
-/// Those known well enough; none where the last printed digit hides the noise.
+/// The octaves with enough degrees of freedom; none where the last printed digit hides the noise.
 fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<OctavePoint> {
     let ComparedRecord { snapshot, assessment, .. } = record;
     let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));

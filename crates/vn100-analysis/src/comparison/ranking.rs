@@ -6,63 +6,65 @@ use vn100_protocol::{Channel, Quantity};
 use super::{Chance, ComparedRecord, SameSamples, chances, fold_alike, pairs};
 use crate::{ChannelAssessment, SENSORS};
 
-/// The records in the order of the white noise of one sensor.
+/// The records in ascending order of the white noise of one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking {
-    /// What the sensor measures.
+    /// Quantity of the sensor.
     pub quantity: Quantity,
-    /// Unit of the white noise.
+    /// Unit of N.
     pub unit: &'static str,
-    /// The quietest first, by [`RankedRecord::own`]; those only whose N is estimated on every axis.
+    /// The quietest record first, by [`RankedRecord::own`]; only records whose N is estimated on
+    /// every axis.
     pub records: Vec<RankedRecord>,
-    /// White noise folds alike in all of them, so that N may be compared.
+    /// Whether white noise aliases in the same way in all records, so that N can be compared.
     pub folds_alike: bool,
-    /// Every two of them where it folds alike and the samples are not the same; corrected for all
-    /// pairs of all sensors.
+    /// The tests of every pair of records, where white noise aliases alike and the samples are not
+    /// the same; corrected for all pairs of all sensors.
     pub tests: Vec<WhiteTest>,
-    /// Records with this sensor where N is not estimated on every axis.
+    /// The records with this sensor whose N is not estimated on every axis.
     pub not_ranked: Vec<usize>,
 }
 
 /// The white noise of one sensor in one record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RankedRecord {
-    /// Its number.
+    /// The number of the record.
     pub record: usize,
-    /// N: root of the mean square over the axes.
+    /// N of the sensor: the root of the mean of N² over the axes.
     pub white: f64,
-    /// Lower end of its interval.
+    /// Lower limit of the confidence interval of `white`.
     pub lower: f64,
-    /// Upper end.
+    /// Upper limit of the confidence interval of `white`.
     pub upper: f64,
-    /// By axis: name and N.
+    /// Name of each axis, and its N.
     pub axes: Vec<(String, f64)>,
-    /// Density of white noise in the stream over the sensor's own; `None` where unknown.
+    /// Density of the white noise in the stream over that of the sensor itself; `None` where that
+    /// is not known.
     pub white_factor: Option<f64>,
 }
 
 impl RankedRecord {
-    /// N without the folding, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); N
-    /// itself where that is not known.
+    /// N without aliasing, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); `white`
+    /// itself where the effect of aliasing is not known.
     #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)
     }
 }
 
-/// Two records whose white noise is compared.
+/// The white noise of two records, compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhiteTest {
-    /// Which.
+    /// The numbers of the two records.
     pub records: [usize; 2],
-    /// That they differ by chance.
+    /// Probability that they differ as much by chance.
     pub chance: Chance,
 }
 
 impl Ranking {
-    /// That the quietest is quieter than the next one by chance; `None` for one record alone, and
-    /// where white noise does not fold alike: the factors are not known as well as N is, and for
-    /// two with the same samples.
+    /// Probability that the quietest record is quieter than the next one by chance. `None` for one
+    /// record alone, where white noise does not alias in the same way (the factors are known less
+    /// well than N), and for two records with the same samples.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
         if !self.folds_alike {
@@ -78,7 +80,7 @@ impl Ranking {
 pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {
     let mut rankings = Vec::new();
     let mut probabilities = Vec::new();
-    // in the order of the channels
+    // in the order of the channels of a message
     for (quantity, sensor) in SENSORS.into_iter().rev() {
         let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
         let mut not_ranked = Vec::new();
@@ -122,7 +124,7 @@ pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], con
     rankings
 }
 
-/// `None` where N is not estimated on every one of the `axes`.
+/// The record in the ranking; `None` where N is not estimated on every one of the `axes`.
 fn ranked_record(
     record: usize,
     axes: &[(&Channel, &ChannelAssessment)],

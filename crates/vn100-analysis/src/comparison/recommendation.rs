@@ -3,28 +3,30 @@
 use super::{ComparedRecord, Comparison, SameSamples};
 use crate::SharedRows;
 
-/// The lengths of two records are the same within this, relative.
+/// Relative difference up to which the lengths of two records are the same.
 const SAME_LENGTH: f64 = 0.01;
 
 /// The record to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Recommendation {
-    /// Its number.
+    /// The number of the record.
     pub record: usize,
-    /// Why this one.
+    /// The reason.
     pub why: WhyUse,
 }
 
 /// Why a record is the one to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WhyUse {
-    /// No other one is undisturbed.
+    /// No other record is undisturbed.
     OnlyUndisturbed,
-    /// It is undisturbed, and significantly quieter than every other such one.
+    /// The record is undisturbed, and significantly quieter than every other undisturbed one.
     Quietest,
-    /// It is undisturbed, no other such one is significantly quieter, and it is the longest.
+    /// The record is undisturbed, no other undisturbed one is significantly quieter, and it is the
+    /// longest of those.
     LongestOfQuiet,
-    /// As [`LongestOfQuiet`](Self::LongestOfQuiet), of several as long; its N is the smallest.
+    /// As [`LongestOfQuiet`](Self::LongestOfQuiet), where several are as long; N of this record is
+    /// the smallest.
     SmallestOfQuiet,
 }
 
@@ -33,9 +35,9 @@ pub enum WhyUse {
 pub enum WhyNone {
     /// The records are of several sensors.
     SeveralSensors,
-    /// All of them are disturbed, or hold nothing.
+    /// All records are disturbed, or hold no samples.
     AllDisturbed,
-    /// None of the undisturbed ones has N estimated on every axis of every sensor.
+    /// No undisturbed record has N estimated on every axis of every sensor.
     NotRanked,
 }
 
@@ -64,8 +66,9 @@ impl WhyNone {
     }
 }
 
-/// Of the undisturbed records with an N on every axis: those that none of them undercuts
-/// significantly in any sensor, of these the longest, of these the one with the smallest N.
+/// The recommendation: of the undisturbed records with N on every axis those that no other has a
+/// significantly smaller N than, in any sensor; of these the longest; of several as long the one
+/// with the smallest N.
 pub(super) fn recommendation(
     comparison: &Comparison,
     records: &[ComparedRecord<'_>],
@@ -101,7 +104,7 @@ pub(super) fn recommendation(
     };
     let mut quiet: Vec<usize> = candidates.iter().copied().filter(|record| !is_undercut(record)).collect();
     if quiet.is_empty() {
-        // each is undercut in another sensor
+        // where each record is noisier than another in some sensor, all of them remain
         quiet.clone_from(&candidates);
     }
     let length = |record: usize| records[record].snapshot.timing.duration_s();
@@ -125,7 +128,8 @@ fn size(comparison: &Comparison, record: usize) -> f64 {
     ranked.filter(|ranked| ranked.record == record).map(|ranked| ranked.own().ln()).sum()
 }
 
-/// Whether all samples of `record` are in `other` too; of two that are the same the later one is.
+/// Whether all samples of `record` are also in `other`; of two equal records, the later one is a
+/// part of the other.
 fn is_part(same: &[SameSamples], record: usize, other: usize) -> bool {
     let found = same.iter().find(|same| same.records.contains(&record) && same.records.contains(&other));
     found.filter(|_| record != other).is_some_and(|same| {

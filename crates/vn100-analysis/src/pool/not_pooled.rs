@@ -4,40 +4,41 @@ use imu_noise::{Status, Term};
 
 use super::Pool;
 
-/// Something that is in no pool, and why.
+/// Something that is not pooled, and why.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NotPooled {
-    /// Which.
+    /// The part of the results.
     pub what: Unpooled,
-    /// Why.
+    /// The reason, in words.
     pub reason: String,
 }
 
-/// What is not pooled. Places are those in [`Pool::parts`] and [`Pool::channels`].
+/// A part of the results that is not pooled. Numbers are places in [`Pool::parts`] and
+/// [`Pool::channels`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unpooled {
-    /// A recording that does not belong to the others.
+    /// A recording that does not belong with the others.
     Recording(usize),
     /// A parameter of a channel that too few recordings estimate.
     Parameter {
-        /// Of it.
+        /// Place of the channel.
         channel: usize,
-        /// Which.
+        /// The parameter.
         term: Term,
     },
     /// R of every channel.
     RateRamp,
     /// Mean, standard deviation, distribution.
     Statistics,
-    /// Density over frequency, and its peaks.
+    /// The power spectral density, and its peaks.
     Spectrum,
     /// Trends, disturbances, warm-up, temperature.
     Changes,
-    /// What limits a result.
+    /// The warnings.
     Warnings,
 }
 
-/// True of any recordings.
+/// Never pooled, whatever the recordings.
 const NEVER: [(Unpooled, &str); 5] = [
     (Unpooled::RateRamp, "a ramp has a sign, and is that of one recording"),
     (Unpooled::Statistics, "they rest on the bias of one recording: the next one has another"),
@@ -47,8 +48,8 @@ const NEVER: [(Unpooled, &str); 5] = [
 ];
 
 impl Pool {
-    /// What the pool does not hold, and why: recordings first, then parameters, then what no pool
-    /// holds. That is with each recording.
+    /// What the pool does not contain, and why: recordings first, then parameters, then the results
+    /// that are given with each recording only.
     #[must_use]
     pub fn not_pooled(&self) -> Vec<NotPooled> {
         let recordings =

@@ -1,4 +1,4 @@
-//! The warnings a snapshot deserves: what was seen, why it matters, what to try.
+//! The warnings about a snapshot: what was found, why it matters, what to do.
 
 mod link;
 #[cfg(test)]
@@ -20,16 +20,17 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// Three terms need four octaves. In white noise the last has ten degrees of freedom, from which on
-/// intervals hold as they say, with so many samples.
+/// The least number of samples. Three terms need four octaves, and with this many samples the last
+/// octave has ten degrees of freedom in white noise, enough for intervals with their stated
+/// coverage.
 const LEAST_SAMPLES: u64 = 66;
 
-/// What only the analysis knows, beyond the numbers of its snapshot.
+/// What the analysis knows beyond the numbers of its snapshot.
 #[derive(Debug, Default)]
 pub(crate) struct StreamFindings {
     pub(crate) repeated_lines: u64,
     pub(crate) print_changes: u64,
-    /// Names of the angles whose count had to start anew.
+    /// Names of the angles whose count of turns started anew.
     pub(crate) restarted: Vec<String>,
 }
 
@@ -166,7 +167,7 @@ impl Advice {
                 .then(" accepts such lines; a damaged digit in them is then not detected.");
             self.warn(WarningKind::UncheckedLines, headline, details);
         }
-        // numbers of any sensor never had a checksum
+        // values of a sensor other than a VN-100 never had a checksum
         let has_checksums = !rates_hz(snapshot.layout.as_deref()).is_empty();
         if tally.unchecked_sentences > 0 && has_checksums {
             let headline = format!("{} accepted without a checksum", of_all_lines(tally.unchecked_sentences, tally));
@@ -174,7 +175,7 @@ impl Advice {
         }
     }
 
-    /// Whether packets come as a VN-100 sends them, and as its registers say.
+    /// Whether packets arrive at the rate of a VN-100, and at the one that its registers set.
     fn on_packet_rate(&mut self, snapshot: &Snapshot) {
         const SAME_RATE: f64 = 1e-6;
         let timing = &snapshot.timing;
@@ -272,7 +273,7 @@ impl Advice {
                     let headline = format!("{}: a deviation needs at least 2", samples(timing.samples));
                     self.warn(WarningKind::TooShort, headline, "Record longer.");
                 }
-                // of a series without a sensor no noise model is fitted
+                // no noise model is fitted to a series without a sensor
                 2..LEAST_SAMPLES if !has_sensor(snapshot) => {}
                 2..LEAST_SAMPLES => {
                     let headline = format!("{} are too few to fit N, B and K", samples(timing.samples));
@@ -294,11 +295,11 @@ impl Advice {
         }
     }
 
-    /// Channels that rows lack, those that most rows lack by themselves.
+    /// Channels that rows lack; those that most rows lack are named separately.
     fn on_absent_values(&mut self, snapshot: &Snapshot) {
         let rows = snapshot.timing.samples;
         let lacking = |(channel, results): (&Channel, &ChannelSnapshot)| {
-            // a channel with a rate of its own lacks none of the rows that repeat it
+            // a channel with a rate of its own is not absent from the rows that repeat its value
             let absent = if results.stride == 1 { rows.saturating_sub(results.moments.count()) } else { 0 };
             (absent > 0).then(|| (absent, channel.name.to_string()))
         };
@@ -322,7 +323,7 @@ impl Advice {
     }
 
     fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], missing_from: MissingFrom) {
-        // a latency timer brings nearly every other line with the one before it
+        // a latency timer delivers nearly every other sentence together with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         let has_stamps = missing_from != MissingFrom::DeviceTime;
         if has_stamps && summary.refusal.is_none() && summary.backwards > 0 {
@@ -332,7 +333,7 @@ impl Advice {
             self.warn(WarningKind::StampsBackwards, headline, details);
         }
         self.on_rate(summary, rates_hz);
-        // by device time no gap depends on when its packets arrive
+        // with device times no gap depends on when its packets arrive
         let is_bunched = |arrivals: &Arrivals| has_stamps && arrivals.share_together > BUNCHED_SHARE;
         if let Some(arrivals) = summary.arrivals.filter(is_bunched) {
             let headline = format!(
@@ -353,11 +354,12 @@ impl Advice {
     }
 
     fn on_rate(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
-        // no quartz is off by so much
+        // no quartz is off by that much
         const CLOCK_PPM: f64 = 1000.0;
-        // what bunching does to a short record
+        // the error that bursts make in a short record
         const BUNCHING_S: f64 = 0.1;
-        // so many dropped samples that another rate fits the same times with more or fewer of them
+        // with this share of dropped samples another rate, with more or fewer of them, fits the
+        // same times
         const UNSURE_SHARE: f64 = 0.1;
         let Some(nominal) = summary.nominal else { return };
         let missing = summary.missing as f64 / (summary.samples + summary.missing).max(1) as f64;
@@ -460,7 +462,7 @@ impl Advice {
     }
 }
 
-/// By register 26, where the stream contains it.
+/// Whether the sensor turns its axes, by register 26, where the stream contains it.
 fn is_rotated(snapshot: &Snapshot) -> bool {
     let register = Register::ROTATION;
     let fields = snapshot.registers.get(&register.0).and_then(|fields| RegisterFields::new(fields).ok());
@@ -469,7 +471,7 @@ fn is_rotated(snapshot: &Snapshot) -> bool {
     rotation.is_some_and(|rotation| rotation.matrix != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 }
 
-/// What the sensor itself says of axes at the end of their range, with the time.
+/// The axes that the sensor itself reports at the end of their range, with the time.
 fn saturated(snapshot: &Snapshot) -> Option<(String, String)> {
     let saturation = &snapshot.saturation;
     let (first, last) = saturation.first_at.zip(saturation.last_at)?;
@@ -502,14 +504,15 @@ fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot
         .collect()
 }
 
-/// No more than two values for as long as the quantity may be constant.
+/// Whether a channel has no more than two values for longer than its quantity may be constant.
 fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool {
     let least_s = match channel.quantity {
-        // no room changes in seconds, nor does the weather; their own noise may be finer than the digits printed
+        // temperature and pressure of a room do not change in seconds; their noise may be finer
+        // than the printed digits
         Quantity::Temperature | Quantity::Pressure => 300.0,
         // an element near ±1 changes with the square of the angle
         Quantity::Quaternion => return false,
-        // a series may well be nearly constant
+        // a series of no sensor may well be nearly constant
         Quantity::Value => return false,
         Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField | Quantity::Angle => 0.0,
     };
@@ -521,7 +524,8 @@ fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool 
 }
 
 fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
-    // ranges in the channel's unit, from quotations of the maker's sheet; the last digits before them are already doubtful
+    // ranges in the unit of the channel, from quotations of the maker's data sheet; the last digits
+    // below them are already doubtful
     let range = match channel.quantity {
         Quantity::MagneticField => 2.5,
         Quantity::Acceleration => 16.0 * 9.80665,
@@ -534,7 +538,7 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
     extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)
 }
 
-/// `number 2, stamp 1`.
+/// The reasons in the form `number 2, stamp 1`.
 fn reasons(rejected: &RejectedRowCounts) -> String {
     let counted: Vec<_> = rejected.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
     counted.join(", ")

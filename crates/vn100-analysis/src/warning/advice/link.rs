@@ -1,5 +1,5 @@
-//! What a link or a file brings instead of samples: no valid lines, errors of the device, stamps
-//! that are no time base.
+//! What a link or a file delivers instead of samples: no valid sentences, errors of the device,
+//! stamps that are no time base.
 
 use imu_noise::Refusal;
 use vn100_protocol::DeviceError;
@@ -12,10 +12,10 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// What was found and what it is likely to suffer from; `None` where it brings samples, or too
-/// little to say.
+/// What was found where no sample arrives, and the likely cause; `None` where samples arrive, or
+/// too few bytes have arrived to say.
 pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
-    // within so many bytes a whole line must have been among them, wherever the first one began
+    // this many bytes contain a whole sentence, wherever the first one began
     const ENOUGH_BYTES: u64 = 3 * 122;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     if link.samples() > 0 {
@@ -28,14 +28,14 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
             .then(" names others, and their units.");
         return Some((headline, details));
     }
-    // damaged lines may be measurements: they must be few beside the answers
+    // damaged sentences may be measurements: they must be few in comparison with the replies
     let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
     let is_clean = 10 * tally.rejected.total() <= link.answers() && 10 * damaged_bytes <= tally.valid_sentence_bytes;
     let has_replies_alone = link.answers() > 0 && tally.valid_sentences() == tally.replies && tally.packets == 0;
     if link.connects > 0 && has_replies_alone && is_clean {
         let replies = lines(link.answers());
         let switch_on = |text: &str| Text::from(text).remedy(Remedy::Configure(Setting::Message("VNYMR")));
-        // register 6 is the output of the port by which it was read
+        // register 6 holds the output of the port by which it was read
         let set = snapshot.registers.get(&6).filter(|output| !output.is_empty() && !output.starts_with('0'));
         let (headline, details) = match set {
             Some(output) => (
@@ -80,7 +80,7 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
             .then("`.");
         return Some((headline, details));
     }
-    // garbled bytes hold hardly a sentence; a program that writes text changes whole ones
+    // garbled bytes contain few sentences; a program that writes text changes whole ones
     if tally.rejected.grammar > 0 && tally.rejected_sentence_bytes > tally.skipped_bytes && link.connects == 0 {
         let headline = format!("all {} malformed", lines(tally.rejected.total()));
         let details = Text::from(
@@ -101,7 +101,7 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
     })
 }
 
-/// One for each code.
+/// One warning for each code.
 pub(super) fn unsolicited(errors: &UnsolicitedErrors) -> impl Iterator<Item = Warning> {
     errors.iter().map(|(error, count)| {
         let headline = format!("unsolicited device error, {}: {error}", counted(count, "time"));
@@ -122,7 +122,7 @@ pub(super) fn unsolicited(errors: &UnsolicitedErrors) -> impl Iterator<Item = Wa
     })
 }
 
-/// The port is open in another program.
+/// The warning that another program has the port open.
 pub(super) fn shared_port(program: &str) -> Warning {
     let details =
         "Each byte reaches only one of the two programs: samples are missing, and lines are cut. End that program.";
@@ -134,8 +134,8 @@ fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What follows from a refusal; `is_over` when the link was lost since, and the stamps that came
-/// then are used again.
+/// The consequence of a refusal; `is_over` where the link was lost after it, and the stamps after
+/// that are used again.
 pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> Text {
     let timing = &snapshot.timing;
     // the stamps of a link are those of its reads
