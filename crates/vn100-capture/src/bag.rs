@@ -1,9 +1,9 @@
 //! Bags of ROS: messages of many topics with their times. ROS 1 bags, rosbag2's SQLite and MCAP
 //! files, and folders of these.
 //!
-//! A [`Bag`] gives the messages in the order they were written, whatever the form of its files; a
-//! [`TopicScan`] says what topics there are, and [`choose`] which of them are streams of a sensor.
-//! [`BagSamples`] makes samples of one of these: of the sentences inside its messages, or of its
+//! A [`Bag`] gives the messages in the order in which they were written, whatever the form of its
+//! files; a [`TopicScan`] finds the topics, and [`choose`] those that are streams of a sensor.
+//! [`BagSamples`] makes samples of one topic: from the sentences inside its messages, or from their
 //! numbers.
 
 mod definition;

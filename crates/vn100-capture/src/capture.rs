@@ -1,4 +1,4 @@
-//! Recorded captures: opened, decompressed, detected.
+//! Captures: opened, decompressed, and their format detected.
 
 use std::{
     fs::{self, File},
@@ -24,22 +24,24 @@ use crate::{
 };
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
-/// An opened capture, detected by its content and ready to be read from its first byte.
+/// An opened capture, whose format was detected from its content, ready to be read from its first
+/// byte.
 pub struct Capture {
-    /// What it is.
+    /// The format after decompression.
     pub format: Format,
     /// Size of the file in bytes, as stored; `None` for a stream.
     pub stored_bytes: Option<u64>,
-    /// How many stored bytes have been read so far; grows while the source is read.
+    /// Number of stored bytes that were read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
-    /// Whether it holds numbers that may be of any sensor, and no messages of a VN-100: then no
-    /// default stands in for a rate that its times do not show.
+    /// Whether the capture holds numbers that may be of any sensor, and no messages of a VN-100. No
+    /// default rate is assumed for such a capture where its times do not show the rate.
     pub holds_values: bool,
-    /// Whether it holds values without times: then its rate must be given.
+    /// Whether the capture holds values without times, so that their rate must be given.
     pub lacks_times: bool,
-    /// The topic that is read of a bag, or the group of columns of a table.
+    /// The topic of a bag, or the group of columns of a table, that is read; `None` where there is
+    /// no choice.
     pub topic: Option<String>,
-    /// Its metadata, where it is a recording of this program.
+    /// The metadata of a recording of this program; `None` for any other capture.
     pub recorded: Option<Recorded>,
     start_reading: StartReading,
 }
@@ -48,16 +50,16 @@ type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result
 
 impl Capture {
     /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, whatever the name says,
-    /// and so is the one capture in a ZIP archive; zeros behind gzip data are its end. A file
+    /// and so is the only capture in a ZIP archive; zeros after gzip data are its end. The file
     /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes
-    /// their arrival times. Where its rows end too early, so does the capture, with an error.
+    /// their arrival times. Where its rows end too early, the capture ends there, with an error.
     ///
-    /// Of a bag, or the folder of one, a topic is read: the one named, else the only one of a
-    /// sensor.
+    /// Of a bag, or the folder of one, one topic is read: the one named in `options`, else the only
+    /// one of a sensor.
     ///
     /// # Errors
-    /// [`OpenError`] when the file cannot be read, or holds nothing of a sensor, or several streams
-    /// of which none is named.
+    /// [`OpenError`] when the file cannot be read, contains nothing of a sensor, or contains
+    /// several streams of which `options` name none.
     pub fn open(path: impl AsRef<Path>, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
@@ -78,8 +80,8 @@ impl Capture {
     }
 
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the topics
-    /// that a bag is measured by, or the columns of a table that come at one rate; and `None` for a
-    /// file of one stream, or one that cannot be opened.
+    /// by which a bag is measured, or the columns of a table that have one rate. A single `None`
+    /// for a file with one stream, and for a file that cannot be opened.
     #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
         let streams = Self::names_of_streams(path.as_ref(), options).unwrap_or_default();
@@ -91,7 +93,7 @@ impl Capture {
             let streams = bag::choose(&bag, options).ok()?;
             return Some(streams.into_iter().map(|stream| stream.topic.name).collect());
         }
-        // what is no file of the disk is read once
+        // what is not a file on disk can be read only once
         if options.topic.is_some() || !fs::metadata(path).ok()?.is_file() {
             return None;
         }
@@ -102,8 +104,8 @@ impl Capture {
         }
     }
 
-    /// Takes any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
-    /// that no name leads to, and the rows of a table of numbers are kept in one.
+    /// Opens any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
+    /// without a name, and the rows of a table of numbers are kept in one.
     ///
     /// # Errors
     /// As [`Capture::open`].
@@ -115,7 +117,7 @@ impl Capture {
         Self::start(reader, None, stored_bytes_read, None, options, path, None)
     }
 
-    /// Starts to read, as [`read_samples`] does from any source.
+    /// Starts to read. The events are those of [`read_samples`].
     ///
     /// # Errors
     /// When no thread can be started.
@@ -134,7 +136,7 @@ impl Capture {
     ) -> Result<Self, BagError> {
         let mut stream = bag::choose_one(&bag, options)?;
         stream.fit(&bag)?;
-        // what was unpacked is read as stored
+        // the bytes that are read of an unpacked bag are not those stored
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
         let counted = if bag.unpacked_bytes > 0 { Arc::default() } else { Arc::clone(&stored_bytes_read) };
         Ok(Self {
@@ -194,7 +196,7 @@ impl Capture {
                     None if again.is_some() => {
                         Box::new(move |options, stop| read_file(BytesReader::new(reader, chosen(options)), stop))
                     }
-                    // a read of a stream may wait for bytes for as long as it likes
+                    // a read of a stream may wait for bytes for any time
                     None => {
                         let source = ReaderSource::spawn(reader, None).map_err(failed)?;
                         Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
@@ -235,47 +237,47 @@ impl Capture {
 /// Why a capture could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The operating system, or the decompressor, refused.
+    /// The operating system, or the decompressor, reports an error.
     #[error("cannot read {}", path.display())]
     Io {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// Its error.
+        /// The error.
         source: io::Error,
     },
-    /// A CSV file whose columns cannot be used.
+    /// The columns of a CSV file cannot be used.
     #[error("{}: {problem}", path.display())]
     Csv {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// What is wrong with its columns.
+        /// Why they cannot be used.
         problem: CsvError,
     },
-    /// A bag that cannot be read, or in which no topic, or more than one, may be meant.
+    /// The bag cannot be read, or no topic of it qualifies, or more than one does.
     #[error("{}: {problem}", path.display())]
     Bag {
         /// The file or folder, `-` for standard input.
         path: PathBuf,
-        /// What is wrong, or what it holds.
+        /// The reason, with the topics of the bag.
         problem: Box<BagError>,
     },
-    /// An MCAP file that is not read.
+    /// The MCAP file cannot be read as a recording.
     #[error("{} is not a recording this program reads: {problem}", path.display())]
     Recording {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// What it is instead.
+        /// Why not.
         problem: RecordingError,
     },
-    /// A ZIP archive that is not read.
+    /// The ZIP archive cannot be read.
     #[error("{}: {problem}", path.display())]
     Archive {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// Why.
+        /// Why not.
         problem: ArchiveError,
     },
-    /// Readable, but not a capture of a VN-100.
+    /// The file can be read and is no capture.
     #[error(
         "{} is not a capture this program reads: searched for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
          binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz and ZIP; found {found}",
@@ -284,7 +286,7 @@ pub enum OpenError {
     NotACapture {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// The content instead.
+        /// What the content is, as far as it is recognised.
         found: String,
     },
 }

@@ -8,11 +8,11 @@ use crate::csv::ColumnMap;
 #[derive(Debug, Clone, Default)]
 pub struct CaptureOptions {
     /// Which columns of a CSV file, or numbers in the messages of a bag, are which channels; `None`
-    /// where they are known by their names.
+    /// to recognise them by their names.
     pub columns: Option<ColumnMap>,
-    /// The topic of a bag; `None` for the only one of a sensor. Of a table of numbers the columns
-    /// to be read, by quantity or channel with spaces between them; `None` for all.
+    /// The topic of a bag; `None` for the only topic of a sensor. For a table of numbers the
+    /// columns to be read, by quantity or channel, separated by spaces; `None` for all columns.
     pub topic: Option<String>,
-    /// The later parts of a recording of which the capture is a part, in their order.
+    /// The paths of the later parts, in order, where the capture is the first part of a recording.
     pub later_parts: Vec<PathBuf>,
 }

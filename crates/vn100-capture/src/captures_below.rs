@@ -6,15 +6,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What captures are called, packed or not; of other files in a folder nothing is said.
+/// Endings of the names of captures, compressed or not; other files in a folder are ignored.
 const ENDINGS: [&str; 19] = [
     "bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "vndtv", "vnimu", "vnmar", "vnqmr",
     "vnymr", "xz", "zip", "zst",
 ];
 
-/// Every capture below `path`, by name: files by their endings, and the folders of ROS 2 bags;
-/// nothing that is hidden. `path` itself is one whatever it is called, and so is what cannot be
-/// listed: opening it says why.
+/// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2
+/// bags; hidden files and folders are skipped. `path` itself is always in the list where it is a
+/// file, whatever its name, and so is a folder that cannot be listed: opening it gives the reason.
 #[must_use]
 pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     let mut captures = Vec::new();
@@ -22,7 +22,8 @@ pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     captures
 }
 
-/// `above` are the folders around `path`, by which a link to one of them is known.
+/// Adds the captures at and below `path`. `above` are the folders around it, by which a link to one
+/// of them is recognised.
 fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec<PathBuf>) {
     if path.is_dir() && !path.join("metadata.yaml").exists() {
         let Ok((folder, entries)) = listed(path) else { return captures.push(path.to_owned()) };

@@ -1,10 +1,10 @@
-//! Recordings as CSV, made by the scripts of laboratories: detected by their content, read
-//! exactly.
+//! Captures in CSV, as laboratory scripts write them: detected by their content, and read exactly.
 //!
-//! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a
-//! column beside a stamp; and any inertial sensor's numbers, in columns and units named by a
-//! [`ColumnMap`]. Numbers become counts of their last digit without the way through a float, stamps
-//! become nanoseconds, and a row that is not understood is counted with its reason.
+//! There are three kinds: the fields of the sensor's sentences in columns of known names; whole
+//! sentences, in a column beside a stamp; and the numbers of any inertial sensor, in columns and
+//! units that a [`ColumnMap`] names. Numbers become counts of their last digit without passing
+//! through a float, stamps become nanoseconds, and a row that is not understood is counted with its
+//! reason.
 
 mod clock;
 mod column_map;
@@ -47,70 +47,71 @@ pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;
 pub(crate) use streams::streams;
 
-/// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
+/// How many bytes of a file are examined: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 
-/// What some programs put before the first line.
+/// The byte order mark that some programs write before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, decided by its head; what a count is worth, by all rows.
+/// How a CSV file is to be read, which its head determines; the size of a count is determined by
+/// all rows.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
-    /// The columns that are not used, by their names in the file.
+    /// The names of the columns that are not used.
     ignored_columns: Vec<String>,
-    /// LF, also behind a CR; or CR, as on old Macs.
+    /// LF, which may follow a CR; or CR, as on old Macs.
     line_end: u8,
     dialect: Dialect,
     columns: Vec<ColumnUse>,
-    /// Of the channels, in the order of the layout: what is known beforehand, and how their columns
-    /// become counts.
+    /// For each channel of the layout, what is known before its column is read, and how the column
+    /// becomes counts.
     priors: Vec<Prior>,
     quantizers: Vec<Quantizer>,
-    /// How the last fields of the first rows are printed; `None` for a sentence, which has a
-    /// checksum.
+    /// How the last fields of the first rows are printed, by which a truncated row is recognised;
+    /// `None` for sentences, which have a checksum.
     last_field: Option<LastField>,
     /// The columns of the stamps and their forms, as a column map names them.
     times: Option<String>,
     /// The form of dates and times of day.
     clock: Option<ClockForm>,
-    /// How long behind the row before it a row came that repeats its stamp; `None` where several
-    /// rows have one stamp as a rule.
+    /// The time from a row to the next one with the same stamp; `None` where it is usual that
+    /// several rows have one stamp.
     repeated_step_ns: Option<i64>,
     /// Lines before the first row.
     lines_above: u64,
 }
 
 impl CsvPlan {
-    /// Whether its rows are numbers, not sentences.
+    /// Whether the rows are numbers, not sentences.
     pub(crate) fn holds_values(&self) -> bool {
         matches!(self.kind, Kind::Values(_))
     }
 
-    /// Whether its rows are numbers without a stamp.
+    /// Whether the rows are numbers without a stamp.
     pub(crate) fn lacks_times(&self) -> bool {
         self.holds_values() && self.times.is_none()
     }
 }
 
-/// What the rows of a CSV file are.
+/// The content of the rows of a CSV file.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    /// Numbers, one per channel. The layout is named after the message when it has exactly the
-    /// channels of one, `CSV` otherwise; its scales lead from the file's units to the channels'
-    /// own, without regard to what a count is worth.
+    /// Numbers, one per channel. The layout has the name of the message whose channels it has
+    /// exactly, else `CSV`; its scales convert the units of the file to those of the channels,
+    /// without regard to the size of a count.
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,
 }
 
 impl CsvPlan {
-    /// What a count of each channel is worth, by what its column prints.
+    /// Sets the size of a count of each channel by what its column prints.
     fn quantize(&mut self, scans: &[ColumnScan], scanned: Scanned) {
         self.quantizers = scans.iter().zip(&self.priors).map(|(scan, &prior)| scan.quantizer(prior, scanned)).collect();
     }
 
-    /// The message of the rows in their counts; `None` for sentences.
+    /// The layout of the rows in their counts; `None` for sentences.
     fn layout(&self) -> Option<Layout> {
         let Kind::Values(layout) = &self.kind else { return None };
         let channels = layout.channels.iter().cloned().zip(&self.quantizers);
@@ -118,7 +119,7 @@ impl CsvPlan {
         Some(Layout { channels: channels.into(), ..layout.clone() })
     }
 
-    /// The names of the channels whose last digits are rounded away.
+    /// The names of the channels whose last digits are rounded.
     fn rounded(&self) -> Vec<String> {
         let Kind::Values(layout) = &self.kind else { return Vec::new() };
         let channels = layout.channels.iter().zip(&self.quantizers).filter(|(_, quantizer)| quantizer.is_rounded);
@@ -126,16 +127,16 @@ impl CsvPlan {
     }
 }
 
-/// What a column is for.
+/// The use of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnUse {
     Ignored,
     Stamp(StampForm),
-    /// What is added to the stamp: the nanoseconds beside its seconds.
+    /// A part that is added to the stamp: the nanoseconds beside its seconds.
     StampPart(StampUnit),
     /// The channel at this place of the layout.
     Channel(usize),
-    /// A channel of another stream.
+    /// A channel that belongs to another stream.
     OtherStream,
     Sentence,
 }
@@ -143,7 +144,7 @@ enum ColumnUse {
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
-    /// Rows of numbers, none of them known by the names in the header.
+    /// No column of the rows of numbers is known by its name in the header.
     #[error(
         "no known column in this CSV file: expected {}; found {}",
         header::ColumnPlaces::SEARCHED,
@@ -152,33 +153,33 @@ pub enum CsvError {
     UnknownColumns {
         /// The names in the header.
         found: Vec<String>,
-        /// A map that may fit.
+        /// A column map that may fit.
         guess: String,
     },
-    /// A column named in the map is not there.
+    /// The file does not have a column that the map names.
     #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
     MissingColumn {
-        /// Our name.
+        /// The channel in the map.
         channel: &'static str,
-        /// Their name or number.
+        /// The name or number of the column in the map.
         column: String,
         /// The names in the header.
         found: Vec<String>,
     },
-    /// Two channels in one column.
+    /// The map gives one column to two channels.
     #[error("column {column:?} is mapped to both {} and {}: give each its own", channels[0], channels[1])]
     SameColumn {
-        /// Their name or number.
+        /// The name or number of the column.
         column: String,
-        /// Our names.
+        /// The two channels.
         channels: [&'static str; 2],
     },
-    /// Columns are asked for that the file does not have.
+    /// The file does not have the columns of the stream that was asked for.
     #[error("no columns of {name:?}: name some of {found}")]
     NoStream {
-        /// What is asked for.
+        /// The stream that was asked for.
         name: String,
-        /// The quantities that there are.
+        /// The quantities that the file has.
         found: String,
     },
     /// The rows are of several sensors.
@@ -192,67 +193,67 @@ pub enum CsvError {
         column: String,
         /// Its number, from 1.
         place: usize,
-        /// What stands in it.
+        /// The values of the column, one for each sensor.
         sensors: Vec<String>,
     },
-    /// Hundreds of rows share each stamp.
+    /// Hundreds of rows share each stamp, so that no rate can be found.
     #[error(
         "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
     )]
     CoarseStamps {
-        /// Their name.
+        /// The column of the stamps.
         column: String,
-        /// The rows looked at.
+        /// Number of rows that were examined.
         rows: usize,
     },
-    /// The unit of the stamps does not follow from them.
+    /// The unit of the stamps cannot be inferred from them.
     #[error(
         "the unit of the time stamps in column {column:?} is ambiguous: they step by {step} from row to row, which {}",
         stamp::may_be(units)
     )]
     StampUnit {
-        /// Their name.
+        /// The column of the stamps.
         column: String,
-        /// What a column map calls it.
+        /// The column as a column map names it.
         argument: String,
         /// The median step from row to row.
         step: f64,
-        /// The units in which that is 1 ms to 1 s.
+        /// The units in which the step is 1 ms to 1 s.
         units: Vec<&'static str>,
     },
-    /// Whether day or month comes first does not follow from the dates.
+    /// Whether the day or the month comes first cannot be inferred from the dates.
     #[error("the dates in column {column:?} may begin with the day or with the month")]
     DateOrder {
-        /// Their name.
+        /// The column of the stamps.
         column: String,
-        /// What a column map calls it.
+        /// The column as a column map names it.
         argument: String,
     },
-    /// No stamp is understood.
+    /// No stamp has a known form.
     #[error(
         "the time stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {text:?}: name another column"
     )]
     Stamps {
-        /// Their name.
+        /// The column of the stamps.
         column: String,
         /// The first stamp.
         text: String,
     },
 }
 
-/// What a [`ColumnMap`] would have to name.
+/// What a [`ColumnMap`] must name so that the file can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
     /// The columns; with a map that may fit.
     Columns(String),
-    /// The unit of the stamps, one of s, ms, us and ns; with a map that does so.
+    /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
     StampUnit(String),
-    /// The order of the dates, dmy or mdy; with a map that does so.
+    /// The order of the dates, dmy or mdy; with a map that names one.
     DateOrder(String),
 }
 
 impl CsvError {
-    /// The map that would make the file readable, where one would.
+    /// What a column map must name so that the file can be read; `None` where no map helps.
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
         match self {
@@ -268,8 +269,8 @@ impl CsvError {
         }
     }
 
-    /// Whether the columns are known, and only the stamps in them are not understood, or none of
-    /// them is asked for.
+    /// Whether the columns are known, and the stamps in them are not understood, or a stream was
+    /// asked for that they do not have.
     fn knows_columns(&self) -> bool {
         matches!(
             self,
@@ -283,8 +284,7 @@ impl CsvError {
     }
 }
 
-/// The beginning of `text`, without the characters that steer a terminal; in Latin-1 where it is no
-/// UTF-8.
+/// The beginning of `text`, without control characters; read as Latin-1 where it is not UTF-8.
 fn shown(text: &[u8]) -> String {
     const SHOWN_BYTES: usize = 160;
     let head = &text[..text.len().min(SHOWN_BYTES)];

@@ -1,4 +1,4 @@
-//! What a capture is, judged by its first bytes and never by its name.
+//! The format of a capture, detected by its first bytes and never by its name.
 
 use std::io::{self, Read};
 
@@ -45,23 +45,23 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"#ROSBAG", "a ROS bag without sentences"),
 ];
 
-/// The form a capture has, after decompression.
+/// The format of a capture, after decompression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// Sentences in text, any line ending, anything else between them.
+    /// Sentences in text, with any line ending and with any text between them.
     Text,
-    /// Bytes as they came from the port: sentences, binary packets and all else on the line.
+    /// Bytes as received from the port: sentences, binary packets and all others.
     Raw,
-    /// Rows of a CSV file, numbers or sentences with their stamps.
+    /// Rows of a CSV file: numbers, or sentences with their stamps.
     Csv,
-    /// A recording of this program: the bytes with the times of their reads, and link events.
+    /// A recording of this program: the bytes with the times of their reads, and the link events.
     Mcap,
     /// A bag of ROS.
     Bag(BagForm),
 }
 
 impl Format {
-    /// All of them.
+    /// All formats, in the order of `docs/captures.md`.
     pub const ALL: [Self; 7] = [
         Self::Text,
         Self::Raw,
@@ -72,7 +72,7 @@ impl Format {
         Self::Bag(BagForm::Mcap),
     ];
 
-    /// Its name in results.
+    /// The code of the format in results.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {

@@ -9,8 +9,9 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 /// Link events that may wait for room; later ones are dropped. A reconnect brings two.
 const WAITING_EVENTS: usize = 64;
 
-/// Sends [`StreamInput`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at
-/// their place; a link event waits for room, so that bytes of before and after are not joined.
+/// Sends [`StreamInput`]s without waiting. Bytes that do not fit into the channel become an
+/// [`Overrun`](LinkEventKind::Overrun) at their place; a link event is kept until there is room, so
+/// that the bytes before and after it are not joined.
 #[derive(Debug)]
 pub struct LossySender {
     inputs: mpsc::Sender<StreamInput>,
@@ -24,7 +25,7 @@ impl LossySender {
         Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
     }
 
-    /// Sends one input, behind all that waits.
+    /// Sends an input, after all that are pending. `now_ns` is the time of an overrun.
     pub fn send(&mut self, input: StreamInput, now_ns: i64) {
         match input {
             StreamInput::Chunk(chunk) => {
@@ -42,7 +43,7 @@ impl LossySender {
         }
     }
 
-    /// Sends what is pending, as far as there is room; returns whether nothing is pending.
+    /// Sends what is pending, as far as there is room. Returns whether nothing is pending any more.
     pub fn send_waiting(&mut self) -> bool {
         while let Some(event) = self.waiting.front() {
             if self.inputs.try_send(StreamInput::Link(event.clone())).is_err() {
@@ -53,7 +54,7 @@ impl LossySender {
         true
     }
 
-    /// Sends what waits, however long that takes.
+    /// Sends what is pending, and blocks until there is room for it.
     pub fn send_waiting_blocking(&mut self) {
         for event in self.waiting.drain(..) {
             // a receiver that was dropped has no use for it
@@ -61,7 +62,7 @@ impl LossySender {
         }
     }
 
-    /// Sends what waits, as soon as there is room for it.
+    /// Sends what is pending, and waits until there is room for it.
     pub async fn send_waiting_async(&mut self) {
         for event in self.waiting.drain(..) {
             // a receiver that was dropped has no use for it
@@ -69,7 +70,7 @@ impl LossySender {
         }
     }
 
-    /// Bytes dropped so far.
+    /// Number of bytes dropped so far.
     pub fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }

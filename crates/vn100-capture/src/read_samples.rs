@@ -1,5 +1,5 @@
-//! What a source of samples delivers, and the two loops that read to an end and send it: a task for
-//! a source that waits, and a thread for a file.
+//! The events of a stream of samples, and the two loops that read a source to its end and send
+//! them: a task for a source that waits, and a thread for a file.
 
 use std::{
     io::{self, Read},
@@ -15,18 +15,18 @@ use crate::source::{READ_BYTES, Source};
 /// Batches that may wait: enough to keep both sides busy, few enough to keep memory flat.
 pub const WAITING_BATCHES: usize = 4;
 
-/// One thing that happened on a stream, in the order it happened.
+/// An event of a stream, in the order of the stream.
 #[derive(Debug)]
 pub enum Event {
-    /// What one read brought.
+    /// The samples of one read, with the counts of everything else in it.
     Batch(Box<Batch>),
-    /// A change of the link, live or recorded. The counts of the batch before it contain it.
+    /// A change of the link, live or recorded. The counts of the batch before it include it.
     Link(LinkEvent),
-    /// The source begins again with its first sample: what came before is void, as the counts of
-    /// what comes are of another size. Only of tables that can be read but once, such as standard
-    /// input.
+    /// The source is read again from its first sample: the events before are void, because the
+    /// counts of the next ones have another size. Only for tables that can be read once, such as
+    /// standard input.
     ReadAgain,
-    /// The stream is over; nothing follows.
+    /// The end of the stream; nothing follows.
     End(End),
 }
 
@@ -37,7 +37,7 @@ impl From<Batch> for Event {
 }
 
 impl Event {
-    /// The events that follow from what a source delivered.
+    /// The events of one input of a source.
     pub fn from_input(reader: &mut SampleReader, input: StreamInput) -> impl Iterator<Item = Self> + use<> {
         let link_event = reader.take_input(input);
         reader.take_batches().into_iter().map(Self::from).chain(link_event.map(Self::Link))
@@ -47,7 +47,8 @@ impl Event {
 /// How a stream ended.
 #[derive(Debug)]
 pub struct End {
-    /// The error that ended it; `None` at the end of the data, or when it was stopped.
+    /// The error that ended the stream; `None` at the end of the data, or where reading was
+    /// stopped.
     pub error: Option<io::Error>,
     /// What became of the rows or messages of a file; `None` for a stream of bytes.
     pub report: Option<FileReport>,
@@ -56,11 +57,11 @@ pub struct End {
 /// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
 /// chunk, then one [`Event::End`].
 ///
-/// When the channel is full the task waits, and so does the source behind it; when the receiver is
-/// dropped it ends.
+/// While the channel of [`WAITING_BATCHES`] is full the task waits, and with it the source; when
+/// the receiver is dropped the task ends.
 ///
-/// The first measurement decides which message the stream is about; lines of another one are
-/// counted, not mixed in.
+/// The first measurement decides the message of the stream; frames of another message are counted
+/// and give no samples.
 ///
 /// # Panics
 /// Outside a tokio runtime.

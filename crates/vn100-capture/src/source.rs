@@ -24,14 +24,14 @@ const WAITING_CHUNKS: usize = 2;
 
 /// Anything that delivers bytes: a capture, a port, an emulated sensor, a script in a test.
 pub trait Source: Send + 'static {
-    /// What comes next, or `None` at the end of the data. Dropping the future loses nothing.
+    /// The next input; `None` at the end of the data. Dropping the future loses nothing.
     ///
     /// # Errors
-    /// The error of the read that failed; the stream has then ended.
+    /// The error of a read that failed; the stream has then ended.
     fn next_input(&mut self) -> impl Future<Output = io::Result<Option<StreamInput>>> + Send;
 }
 
-/// A blocking reader on a thread of its own, as fast as its bytes are taken.
+/// A blocking reader on a thread of its own, which reads as fast as its bytes are taken.
 #[derive(Debug)]
 pub struct ReaderSource {
     // the reading thread holds the other end and stops when this one is dropped
@@ -39,12 +39,12 @@ pub struct ReaderSource {
 }
 
 impl ReaderSource {
-    /// Starts reading `reader` to its end. With a clock it is a live stream, such as the output of
-    /// another program on standard input: it brings a few lines at a time, and each read is stamped
-    /// where it returns.
+    /// Starts to read `reader` to its end. With a clock it is a live stream, such as the output of
+    /// another program on standard input: each input has a few lines at most, stamped when its read
+    /// returned. Without a clock the bytes have no time.
     ///
-    /// A stream that brings nothing keeps its thread until it ends: a blocking read cannot be
-    /// called off.
+    /// A stream that delivers nothing keeps its thread until the stream ends: a blocking read
+    /// cannot be cancelled.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -85,8 +85,8 @@ fn read_to_end(mut reader: impl Read, clock: Option<Clock>, chunks: &mpsc::Sende
 
 /// Unix time that runs evenly: the wall clock at the start, plus the time elapsed since.
 ///
-/// Steps of the wall clock do not affect it. On Linux the time in suspend counts; elsewhere that is
-/// up to the system.
+/// Steps of the wall clock do not affect it. On Linux the time of a suspend counts; on other
+/// systems that depends on the system.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     wall_at_start: Duration,

@@ -1,5 +1,5 @@
-//! Packed captures, recognised by their content and unpacked while they are read: gzip, zstd,
-//! bzip2, xz, and the one capture in a ZIP archive.
+//! Compressed captures, recognised by their content and decompressed while they are read: gzip,
+//! zstd, bzip2, xz, and the only capture in a ZIP archive.
 
 use std::{
     fs::File,
@@ -27,28 +27,28 @@ const XZ_MEMORY_BYTES: u64 = 72 << 20;
 const CAPTURE_ENDINGS: [&str; 10] =
     [".csv", ".tsv", ".txt", ".log", ".dat", ".asc", ".vnymr", ".vnimu", ".bin", ".mcap"];
 
-/// Why a ZIP archive is not read.
+/// Why a ZIP archive cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArchiveError {
-    /// It holds several files that may be meant.
+    /// The archive contains several files that may be captures, by these names.
     #[error("a ZIP archive of several files: unpack the one that is meant ({})", .0.join(", "))]
     Several(Vec<String>),
-    /// It is a document of another program; holds which, and how it becomes a table.
+    /// The archive is a document of another program: its kind, and how it is converted to a table.
     #[error("{0}")]
     Document(&'static str),
-    /// It holds no file.
+    /// The archive contains no file.
     #[error("a ZIP archive without a file")]
     Empty,
-    /// The file in it is encrypted, or packed by another method than Deflate.
+    /// The file in the archive is encrypted, or compressed by a method other than Deflate.
     #[error("{member} in this ZIP archive is {how}: unpack it with the program that made it")]
     Unreadable {
-        /// Its name.
+        /// Name of the file.
         member: String,
-        /// What is special about it.
+        /// Why it cannot be read.
         how: String,
     },
-    /// An archive has its list of files at its end, which a stream does not show.
+    /// The archive is a stream, and the list of its files is at its end.
     #[error("a ZIP archive on standard input: name it as a file, or unpack it, as `unzip -p` does")]
     Stream,
     /// The archive is damaged.

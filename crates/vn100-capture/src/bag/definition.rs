@@ -11,7 +11,7 @@ use super::{
     topic::{Encoding, Topic, short_type},
 };
 
-/// More types, or fields of one, than any message has.
+/// The most types, and the most fields of one type: more than any message has.
 const MOST: usize = 4096;
 
 /// The types of a message, by name.
@@ -27,12 +27,12 @@ pub(super) struct MessageField {
     pub(super) length: Length,
 }
 
-/// What a field is, or each of its elements.
+/// The type of a field, or of each of its elements.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     Number(Number),
     Text,
-    /// Of wide characters, whose size no two programs agree on.
+    /// Text of wide characters, whose size differs between programs.
     WideText,
     /// Seconds and nanoseconds, of four bytes each.
     Time,
@@ -42,9 +42,9 @@ pub(super) enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Length {
     One,
-    /// As many elements.
+    /// This many elements.
     Fixed(u32),
-    /// As many as stands before them.
+    /// As many elements as the number before them says.
     Counted,
 }
 
@@ -64,8 +64,8 @@ pub(super) enum Number {
 }
 
 impl Definitions {
-    /// Those of the messages of a topic, from the bag or of the standard types; `None` where
-    /// neither has them, and in words what is wrong with one that cannot be used.
+    /// The definitions of the messages of a topic, from the bag or of the standard types; `None`
+    /// where neither has them. The error says in words why a definition cannot be used.
     pub(super) fn of(topic: &Topic) -> Result<Option<Self>, String> {
         let standard = || standard_types::definition(&topic.type_name, &topic.encoding);
         let Some(text) = topic.definition.as_deref().map(Cow::from).or_else(|| standard().map(Cow::from)) else {
@@ -129,7 +129,7 @@ impl MessageField {
                 (element, Length::Fixed(count.ok_or_else(|| format!("the length in {kind:?} is no number"))?))
             }
         };
-        // a bound of a text
+        // the bound of a bounded text
         let element = element.split("<=").next().unwrap_or(element);
         Ok(Some(Self { name, kind: Kind::parse(element, of_type, ros1)?, length }))
     }
@@ -166,7 +166,7 @@ impl Kind {
 }
 
 impl Number {
-    /// Bytes, of which it stands at a multiple in CDR.
+    /// Length of the number in bytes; in CDR its place is a multiple of the length.
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,

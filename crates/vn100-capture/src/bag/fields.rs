@@ -8,13 +8,13 @@ use super::definition::{Definitions, Kind, Length, MessageField, Number};
 /// Messages inside messages, deeper than any real one.
 const MOST_LEVELS: usize = 16;
 
-/// Numbers of a message that are listed, and steps that one may take.
+/// The most numbers of a message that are listed, and the most steps that one message may take.
 const MOST: usize = 4096;
 
 /// Elements of an array of fixed length that have paths of their own.
 const MOST_ELEMENTS: u32 = 64;
 
-/// What stands at a path.
+/// The type of value at a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaf {
     Number(Number),
@@ -32,17 +32,18 @@ pub(super) enum PathTarget {
 /// A step through the bytes of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
-    /// So many bytes, from a multiple of `align` on.
+    /// Skip this many bytes, starting at a multiple of `align`.
     Skip { align: usize, bytes: u64 },
-    /// A text.
+    /// Skip a text.
     SkipText,
-    /// As many elements of fixed size as stands before them.
+    /// Skip elements of fixed size, as many as the number before them says.
     SkipCounted { align: usize, each: u64 },
-    /// Elements of any size; as many as stands before them where `count` is `None`.
+    /// Skip elements of varying size; where `count` is `None`, as many as the number before them
+    /// says.
     SkipEach { count: Option<u32>, steps: Vec<Step> },
-    /// What cannot be passed over.
+    /// A field that cannot be skipped.
     Unreadable,
-    /// The value for this slot.
+    /// Take the value for this slot.
     Take { slot: usize, leaf: Leaf },
 }
 
@@ -91,10 +92,10 @@ fn paths(field: &MessageField, prefix: &str) -> Vec<String> {
     }
 }
 
-/// The steps to the values wanted, each by its path and its slot.
+/// The steps to the wanted values, each given by its path and its slot.
 ///
 /// # Errors
-/// What is wrong with the definition, in words.
+/// Why the definition cannot be used, in words.
 pub(super) fn steps(
     definitions: &Definitions,
     type_name: &str,

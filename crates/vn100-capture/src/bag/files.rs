@@ -1,4 +1,4 @@
-//! The files of a bag, one behind the other.
+//! The files of a bag, one after the other.
 
 use std::{
     fs::File,
@@ -16,28 +16,29 @@ use super::{
 };
 use crate::{counted_reader::CountedReader, recording};
 
-/// How much of a file is searched for a topic: a tool that merges may put much before it.
+/// How many bytes of a file are searched for a topic: a tool that merges bags may write much before
+/// it.
 const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
 
-/// The form of a bag.
+/// The form of a bag of ROS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BagForm {
-    /// Of ROS 1, `.bag`.
+    /// ROS 1, `.bag`.
     Ros1,
-    /// Of ROS 2, in an SQLite database, `.db3`.
+    /// ROS 2, in an SQLite database, `.db3`.
     Db3,
-    /// Of ROS 2 or 1, `.mcap`.
+    /// ROS 2 or ROS 1 in an MCAP file, `.mcap`.
     Mcap,
 }
 
 impl BagForm {
-    /// By the first bytes of a file.
+    /// The form of a file by its first bytes; `None` for any other file.
     pub(crate) fn of(head: &[u8]) -> Option<Self> {
         let forms = [(ros1::MAGIC, Self::Ros1), (sqlite::MAGIC, Self::Db3), (recording::MAGIC, Self::Mcap)];
         forms.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, form)| form)
     }
 
-    /// Its name in results.
+    /// The code of the form in results.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
@@ -47,7 +48,7 @@ impl BagForm {
         }
     }
 
-    /// In words.
+    /// The form in words.
     pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Ros1 => "a ROS 1 bag",
@@ -57,8 +58,8 @@ impl BagForm {
     }
 }
 
-/// Whether an MCAP file holds no topic of a recording of this program. One that this program wrote
-/// may be cut before it.
+/// Whether an MCAP file contains no topic of a recording of this program. A recording may have been
+/// cut before its first topic.
 pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
     let shared = || file.try_clone().map(SharedFile::new);
     let mut head = Vec::new();
@@ -75,42 +76,42 @@ pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
     loop {
         match bag.next_head() {
             Ok(Some(_)) if !is_recorded(&bag) && bag.position() <= SEARCHED_BYTES => {}
-            // cut before the first topic, it may have been copied from a recording
+            // the file is cut before its first topic, and may be the copy of a recording
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && bag.topics().is_empty() => return Ok(false),
             _ => return Ok(!is_recorded(&bag)),
         }
     }
 }
 
-/// A bag: its files in the order of time, each open.
+/// A bag: its files in order of time, each open.
 #[derive(Debug)]
 pub(crate) struct Bag {
     pub(crate) form: BagForm,
     pub(super) files: Vec<File>,
-    /// Bytes in temporary files, where it was packed or a stream.
+    /// Bytes in temporary files, where the bag was compressed or came as a stream; else 0.
     pub(crate) unpacked_bytes: u64,
 }
 
 impl Bag {
-    /// Files of one form.
+    /// A bag of files of one form.
     pub(crate) fn new(form: BagForm, files: Vec<File>) -> Self {
         Self { form, files, unpacked_bytes: 0 }
     }
 
-    /// Bytes of its files together, where they are not unpacked.
+    /// Number of bytes of all files together; `None` where they were unpacked.
     pub(crate) fn stored_bytes(&self) -> Option<u64> {
         let all = || self.files.iter().map(|file| Some(file.metadata().ok()?.len())).sum();
         if self.unpacked_bytes == 0 { all() } else { None }
     }
 
-    /// All messages, from the first on; `read` counts the bytes read of the files.
+    /// All messages, from the first; `read` counts the bytes that are read from the files.
     pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, BagError> {
         let files = self.files.iter().map(|file| open(self.form, file, read)).collect::<Result<Vec<_>, _>>()?;
         Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
     }
 
-    /// Its topics, and how many messages each has where its index shows that or `counted` asks for
-    /// it.
+    /// The topics of the bag, and for each its number of messages, where the index contains that or
+    /// where `counted` asks for it.
     pub(super) fn topics(&self, counted: bool) -> Result<Vec<(Topic, Option<TopicCount>)>, BagError> {
         let mut all: Vec<(Topic, Option<TopicCount>)> = Vec::new();
         let mut add = |topic: &Topic, count: Option<TopicCount>| match all.iter_mut().find(|(other, _)| other.is(topic))
@@ -121,7 +122,7 @@ impl Bag {
         let unseen = Arc::default();
         for file in &self.files {
             let mut messages = open(self.form, file, &unseen)?;
-            // a damaged one is none
+            // a damaged index counts as none
             match messages.index().unwrap_or(Index::None) {
                 Index::Counts(counts) => {
                     messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
@@ -135,7 +136,7 @@ impl Bag {
             }
             let mut messages = open(self.form, file, &unseen)?;
             let mut counts: Vec<TopicCount> = Vec::new();
-            // where it is damaged or cut, what came before counts
+            // the messages before a damage or a cut are counted
             while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
                 if counts.len() <= topic {
                     counts.resize_with(topic + 1, TopicCount::default);
@@ -155,7 +156,7 @@ pub(super) struct Messages {
     /// The file that is being read.
     current: usize,
     topics: Vec<Topic>,
-    /// Of each topic of that file the place among all.
+    /// The place among all topics, for each topic of that file.
     places: Vec<usize>,
 }
 
@@ -180,7 +181,7 @@ impl Messages {
         Ok(None)
     }
 
-    /// The bytes of that message; once for each.
+    /// The bytes of the message that [`next_head`](Self::next_head) went to; to be read once.
     pub(super) fn read_data(&mut self) -> io::Result<&[u8]> {
         match self.files.get_mut(self.current) {
             Some(file) => file.read_data(),

@@ -1,4 +1,4 @@
-//! MCAP files of ROS. The form: <https://mcap.dev/spec>.
+//! MCAP files of ROS; for the format see <https://mcap.dev/spec>.
 
 use std::{
     collections::BTreeMap,
@@ -29,11 +29,11 @@ pub(super) struct McapBag<R> {
     contents: Contents,
 }
 
-/// What was learned from the records so far.
+/// What the records so far define.
 #[derive(Default)]
 struct Contents {
     schemas: BTreeMap<u16, Schema>,
-    /// The place of the topic of each channel.
+    /// The place of the topic, for each channel.
     channels: BTreeMap<u16, usize>,
     topics: Vec<Topic>,
     definition_bytes: usize,
@@ -41,12 +41,12 @@ struct Contents {
 
 struct Schema {
     name: String,
-    /// Where it is in the form of ROS.
+    /// The definition, where it is in the language of ROS.
     definition: Option<String>,
 }
 
 impl<R: Read + Seek> McapBag<R> {
-    /// A file from its first byte on.
+    /// Opens a file at its first byte.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(0))?;
         let records = McapRecords::open(file)?.ok_or_else(|| damaged("it does not begin as an MCAP file"))?;
@@ -79,7 +79,7 @@ impl McapBag<SharedFile> {
 }
 
 impl Contents {
-    /// Learns from a record; the head of the message if it is one.
+    /// Takes a record; returns the head of the message where the record is one.
     fn take(&mut self, opcode: u8, data: &[u8]) -> io::Result<Option<MessageHead>> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(None);
@@ -146,7 +146,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         &self.contents.topics
     }
 
-    /// From the summary at its end, which a file lacks that was cut.
+    /// From the summary at the end of the file, which a file that was cut does not have.
     fn index(&mut self) -> io::Result<Index> {
         let Some(summary) = self.summary() else { return Ok(Index::None) };
         let Some(stats) = &summary.stats else { return Ok(Index::None) };
@@ -160,7 +160,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
             let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
-        // counts are optional in the form
+        // counts are optional in the format
         let counted = counts.iter().fold(0_u64, |sum, count| sum.saturating_add(count.messages));
         Ok(if counted == stats.message_count && !counts.is_empty() { Index::Counts(counts) } else { Index::None })
     }

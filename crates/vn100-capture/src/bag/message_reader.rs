@@ -1,7 +1,7 @@
 //! Takes numbers out of the bytes of a message, step by step.
 //!
-//! CDR: <https://www.omg.org/spec/DDSI-RTPS/>, with each number at a multiple of its size from the
-//! fifth byte on.
+//! CDR: <https://www.omg.org/spec/DDSI-RTPS/>, where the place of each number is a multiple of its
+//! length, counted from the fifth byte.
 
 use super::{
     definition::Number,
@@ -13,14 +13,14 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Taken {
     Number(f64),
-    /// One that a float may not hold.
+    /// An integer, which a float may not represent exactly.
     Integer(i64),
     /// A time in nanoseconds.
     Time(i64),
 }
 
 impl Taken {
-    /// `None` for a time.
+    /// The value as a float; `None` for a time.
     pub(super) const fn number(self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(number),
@@ -29,7 +29,8 @@ impl Taken {
         }
     }
 
-    /// As a time; a number is one in units of so many nanoseconds. `None` beyond 292 years.
+    /// The value as a time in nanoseconds; a number is a time in units of `in_unit` nanoseconds.
+    /// `None` beyond 292 years.
     pub(super) fn nanoseconds(self, in_unit: i64) -> Option<i64> {
         match self {
             Self::Time(at_ns) => Some(at_ns),
@@ -43,8 +44,8 @@ impl Taken {
     }
 }
 
-/// Takes the values of the slots; `None` where the message ends too early, or is in a form that is
-/// not read.
+/// Takes the values for the slots; `None` where the message ends too early, or is in an encoding
+/// that is not read.
 pub(super) fn take(steps: &[Step], encoding: &Encoding, message: &[u8], slots: &mut [Taken]) -> Option<()> {
     let mut cursor = match encoding {
         Encoding::Ros1 => Cursor { bytes: message, at: 0, form: Form::Ros1 },
@@ -98,7 +99,7 @@ impl Cursor<'_> {
                     for _ in 0..count {
                         let before = self.at;
                         self.walk(steps, slots)?;
-                        // elements of no size, however many there are
+                        // elements without bytes, however many there are
                         if self.at == before {
                             break;
                         }

@@ -1,4 +1,4 @@
-//! The numbers of a message that are channels, and what a count of each is worth.
+//! The numbers of a message that are channels, and the size of a count of each.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -24,35 +24,35 @@ pub(super) struct NumberFields {
     pub(super) layout: Layout,
     /// The slots of the numbers and of the time, by their paths.
     slot_of: BTreeMap<String, usize>,
-    /// The steps to them by each definition that messages have, and those in use.
+    /// The steps to the numbers for each definition that messages have, and the definition in use.
     steps: Vec<(Option<Arc<str>>, Vec<Step>)>,
     selected: usize,
     slots: Vec<Taken>,
     /// In the order of the layout.
     quantizers: Vec<Quantizer>,
-    /// The slots of the time in the message, where that is used: of its parts, with the nanoseconds
-    /// of a unit where they are numbers.
+    /// The slots of the time in the message, where that time is used: one for each part, with the
+    /// length of its unit in nanoseconds where the part is a number.
     stamp: Vec<(usize, i64)>,
     pub(super) stamp_source: StampSource,
-    /// What the first messages do not have, with the slots of its numbers.
+    /// The numbers that the first messages do not have, with their slots.
     unread: Vec<(UnreadNumbers, Vec<usize>)>,
 }
 
-/// A count is 2^-`bits` of the unit of the message.
+/// A count is 2^-`bits` of the unit in the message.
 #[derive(Debug, Clone, Copy)]
 struct Quantizer {
     slot: usize,
     counts_per_unit: f64,
-    /// Where the channel's own zero lies.
+    /// The value of the message at which the channel is zero.
     zero: f64,
 }
 
 /// The numbers of a message.
 #[derive(Debug, Default)]
 pub(super) struct Row {
-    /// In the order of the layout.
+    /// The counts, in the order of the layout.
     pub(super) counts: Vec<i32>,
-    /// The channels that it lacks, in order.
+    /// The channels that the message lacks, in order.
     pub(super) absent: Vec<(usize, Absence)>,
 }
 
@@ -60,15 +60,15 @@ pub(super) struct Row {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Absence {
     NotANumber,
-    /// Beyond 32 bits.
+    /// The number exceeds 32 bits.
     OutOfRange,
 }
 
-/// A message that ends too early, or has another form.
+/// The message ends too early, or has another form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unreadable;
 
-/// A channel, the path of its number, and how that is counted.
+/// A channel, the path of its number, and the size of a count.
 struct NumberField {
     place: usize,
     path: String,
@@ -84,7 +84,7 @@ impl NumberFields {
         let mut fields = Vec::new();
         for (part, prefix) in &topic.parts {
             for (channel, path) in part.channels {
-                // each name is one of a known channel
+                // only known channels have such a name
                 let Some(place) = by_name(channel) else { continue };
                 let path = format!("{prefix}{path}");
                 let (unit_scale, bits) = (part.unit_scale, part.bits.into());
@@ -94,12 +94,13 @@ impl NumberFields {
         Self::new(topic, fields, columns, &topic.zero_parts)
     }
 
-    /// The time alone that a map names, of messages of sentences; `None` where it names none.
+    /// The time alone that a column map names, for messages of sentences; `None` where the map
+    /// names none.
     pub(super) fn of_time(topic: &ScannedTopic, map: &ColumnMap) -> Result<Option<Self>, BagError> {
         map.stamp_columns().next().map(|_| Self::new(topic, Vec::new(), Some(map), &[])).transpose()
     }
 
-    /// The numbers that a map names by their paths.
+    /// The numbers that a column map names by their paths.
     pub(super) fn mapped(topic: &ScannedTopic, map: &ColumnMap) -> Result<Self, BagError> {
         let fields = map.channels.iter().map(|mapped| {
             let (place, unit) = (mapped.index, &mapped.unit);
@@ -220,10 +221,10 @@ impl NumberFields {
         })
     }
 
-    /// Reads the messages that follow by the definition of this topic.
+    /// Selects the definition of this topic for the messages that follow.
     ///
     /// # Errors
-    /// [`BagError::OtherDefinition`] where that lacks one of the numbers.
+    /// [`BagError::OtherDefinition`] where the definition lacks one of the numbers.
     pub(super) fn select(&mut self, topic: &Topic) -> Result<(), BagError> {
         let known = self.steps.iter().position(|(definition, _)| *definition == topic.definition);
         self.selected = known.unwrap_or(self.steps.len());
@@ -254,8 +255,8 @@ impl NumberFields {
         steps(&definitions, &topic.type_name, &self.slot_of)
     }
 
-    /// Fits the scales of series to their largest value in the bag: nothing is known of these
-    /// beforehand.
+    /// Sets the scales of series by their largest value in the bag, because their range is not
+    /// known beforehand.
     pub(super) fn fit(&mut self, bag: &Bag, topic: &Topic) -> Result<(), BagError> {
         let is_series: Vec<bool> =
             self.layout.channels.iter().map(|channel| channel.quantity == Quantity::Value).collect();
@@ -289,7 +290,7 @@ impl NumberFields {
         let channels = self.layout.channels.to_mut().iter_mut().zip(&mut self.quantizers);
         for (((channel, quantizer), largest), is_series) in channels.zip(largest).zip(is_series) {
             if is_series && largest > 0.0 {
-                // beyond these a power of two is no float
+                // with larger exponents a power of two is no float
                 let bits = (f64::from(i32::MAX) / largest).log2().floor().clamp(-1000.0, 1000.0) as i32;
                 quantizer.counts_per_unit = 2_f64.powi(bits);
                 channel.scale = 2_f64.powi(-bits);
@@ -298,13 +299,13 @@ impl NumberFields {
         Ok(())
     }
 
-    /// What is not read, and whether it should have been.
+    /// The numbers that are not read, and whether they should have been.
     pub(super) fn unread(&self) -> Vec<UnreadNumbers> {
         self.unread.iter().map(|(unread, _)| unread.clone()).collect()
     }
 
-    /// Reads the numbers of a message by the definition selected and, where it has one that is
-    /// used, its time.
+    /// Reads the numbers of a message by the selected definition. Returns the time in the message,
+    /// where that time is used.
     pub(super) fn read(&mut self, topic: &Topic, data: &[u8], row: &mut Row) -> Result<Option<i64>, Unreadable> {
         take(&self.steps[self.selected].1, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
         row.counts.clear();
@@ -332,8 +333,8 @@ impl NumberFields {
     }
 }
 
-/// As fine as the range of the quantity allows in 32 bits, for numbers in a unit of which
-/// `unit_scale` make one of the channel's own.
+/// Bits behind the point of a count: as many as the range of the quantity leaves of 32, for numbers
+/// in a unit of which `unit_scale` are one unit of the channel.
 fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
     let own = |name: &str| PARTS.iter().find(|part| part.channels[0].0 == name);
     let part = match quantity {

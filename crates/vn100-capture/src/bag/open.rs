@@ -14,19 +14,19 @@ use super::{
 };
 use crate::recording;
 
-/// As much is unpacked to a temporary file.
+/// The most bytes that are unpacked to a temporary file.
 const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
 
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 impl Bag {
-    /// The bag in a file or a folder; `None` for any other file, also a packed one.
+    /// The bag in a file or a folder; `None` for any other file, compressed ones included.
     pub(crate) fn at(path: &Path) -> Result<Option<Self>, BagError> {
         let metadata = fs::metadata(path)?;
         if metadata.is_dir() {
             return Self::in_folder(path).map(Some);
         }
-        // a pipe gives its bytes once
+        // a pipe can be read only once
         if !metadata.is_file() {
             return Ok(None);
         }
@@ -64,13 +64,13 @@ impl Bag {
     }
 }
 
-/// What a stream holds.
+/// The content of a stream.
 pub(crate) enum Stream {
     Bag(Bag),
     Other(Box<dyn Read + Send>),
 }
 
-/// Looks for a bag in a stream, which is then unpacked to a temporary file that no name leads to.
+/// Searches a bag in a stream; the stream is then unpacked to a temporary file without a name.
 pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
     let head = head_of(&mut stream)?;
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
@@ -84,7 +84,7 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Bag
     Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
 }
 
-/// A file without a name, and how many bytes it has.
+/// Copies a stream to a file without a name. Returns the file and its length in bytes.
 fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
     let mut file = tempfile::tempfile()?;
     let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
@@ -108,7 +108,7 @@ fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// A database that was not closed has its last messages in a file beside it.
+/// An error where a database was not closed: its last messages are then in a file beside it.
 fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");

@@ -1,4 +1,4 @@
-//! Bags of ROS 1, form 2.0: records one behind the other, most of them inside chunks.
+//! Bags of ROS 1, version 2.0: a sequence of records, most of them inside chunks.
 //!
 //! The form: <https://wiki.ros.org/Bags/Format/2.0>.
 
@@ -16,7 +16,7 @@ use super::topic::{
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
-/// Bytes of one read of the file, and of one that is unpacked.
+/// Bytes of one read, from the file and from a compressed chunk.
 const READ_BYTES: usize = 64 * 1024;
 
 /// Longest header of a record: it holds a few numbers, or the definitions of a type.
@@ -25,7 +25,7 @@ const HEADER_BYTES: u32 = 4 * 1024 * 1024;
 /// More connections than any bag has.
 const MOST_CONNECTIONS: usize = 65_536;
 
-/// What a record is.
+/// The kinds of records.
 mod op {
     pub(super) const MESSAGE: u8 = 0x02;
     pub(super) const BAG_HEADER: u8 = 0x03;
@@ -53,12 +53,12 @@ enum Bytes<R> {
     Plain(Take<BufReader<R>>),
     Bz2(BufReader<BzDecoder<Take<BufReader<R>>>>),
     Lz4(BufReader<lz4::Decoder<Take<BufReader<R>>>>),
-    /// After an error.
+    /// After an error nothing can be read.
     Lost,
 }
 
 impl<R: Read + Seek> Ros1Bag<R> {
-    /// A bag from its first byte on.
+    /// Opens a bag at its first byte.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
         Ok(Self {
@@ -115,7 +115,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         Ok(())
     }
 
-    /// Continues behind the chunk, whose bytes are all unpacked.
+    /// Leaves a chunk of which all bytes were read.
     fn leave_chunk(&mut self) -> io::Result<()> {
         let mut packed = match mem::replace(&mut self.bytes, Bytes::Lost) {
             Bytes::Plain(packed) => packed,
@@ -164,7 +164,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
     }
 
     fn read_data_of(&mut self, data_bytes: u32) -> io::Result<()> {
-        // as much as is there, not as much as is claimed
+        // memory for the bytes that are there, not for the length that is claimed
         self.data.clear();
         let read = self.bytes.by_ref().take(data_bytes.into()).read_to_end(&mut self.data).map_err(cut)?;
         if read < data_bytes as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
@@ -217,7 +217,7 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
         &self.topics
     }
 
-    /// From the index at its end, which a bag lacks that was never closed.
+    /// From the index at the end of the bag, which a bag that was never closed does not have.
     fn index(&mut self) -> io::Result<Index> {
         let Bytes::File(file) = &mut self.bytes else { return Ok(Index::None) };
         let end = file.seek(SeekFrom::End(0))?;
@@ -262,7 +262,7 @@ struct Record {
 }
 
 impl<R: Read> Bytes<R> {
-    /// What is buffered; nothing at the end of the chunk, or of the file.
+    /// The buffered bytes; empty at the end of the chunk, or of the file.
     fn fill(&mut self) -> io::Result<&[u8]> {
         match self {
             Self::File(file) => file.fill_buf(),
@@ -293,7 +293,7 @@ impl<R: Read> Read for Bytes<R> {
     }
 }
 
-/// The value of a field: each is its length, its name, `=` and the value.
+/// The value of a field; fields are a length, a name, `=` and a value.
 fn field<'a>(mut fields: &'a [u8], name: &[u8]) -> Option<&'a [u8]> {
     while let Some((length, rest)) = fields.split_first_chunk() {
         let (field, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
@@ -322,7 +322,7 @@ fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
 }
 
-/// The same in words where the file ends too early.
+/// The error, in words where the file ends too early.
 fn cut(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::UnexpectedEof => {

@@ -1,4 +1,5 @@
-//! Bags of ROS 2 in SQLite, `.db3`: a table of topics and one of messages, in its forms 1 to 4.
+//! Bags of ROS 2 in SQLite, `.db3`: a table of topics and one of messages, in schema versions 1 to
+//! 4.
 
 use std::{
     collections::BTreeMap,
@@ -20,14 +21,14 @@ pub(super) struct Rosbag2<R> {
     messages: MessageTable,
     scan: TableScan,
     row: Row,
-    /// One for all messages: to make it takes far longer than to unpack one.
+    /// One decompressor for all messages: making one takes far longer than unpacking a message.
     decompressor: Decompressor<'static>,
     unpacked: Vec<u8>,
     topics: Vec<Topic>,
     places: BTreeMap<i64, usize>,
 }
 
-/// Where the fields of a message stand.
+/// The columns of the fields of a message.
 struct MessageTable {
     table: SqliteTable,
     topic_id: usize,
@@ -36,7 +37,7 @@ struct MessageTable {
 }
 
 impl<R: Read + Seek> Rosbag2<R> {
-    /// A bag before its first message; `None` where the database is none.
+    /// A bag before its first message; `None` where the database is no bag.
     pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
         let mut database = Database::open(file)?;
         let tables = database.tables()?;
@@ -84,7 +85,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
     }
 }
 
-/// Unpacks a message, of a longer one the beginning.
+/// Unpacks a message; of one that is too long only the beginning.
 fn unpack(decompressor: &mut Decompressor<'_>, data: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
     unpacked.clear();
     match Decompressor::upper_bound(data) {
@@ -92,7 +93,7 @@ fn unpack(decompressor: &mut Decompressor<'_>, data: &[u8], unpacked: &mut Vec<u
             unpacked.reserve(bytes);
             decompressor.decompress_to_buffer(data, unpacked)?;
         }
-        // a frame need not say how much it holds, or says what no message does
+        // a frame may state no length, or one that no message has
         _ => drop(zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(unpacked)?),
     }
     Ok(())
@@ -109,7 +110,7 @@ impl MessageTable {
         })
     }
 
-    /// `None` for a row without a topic or a time.
+    /// The head of a message; `None` for a row without a topic or a time.
     fn head(&self, row: &Row, places: &BTreeMap<i64, usize>) -> Option<MessageHead> {
         match (row.field(self.topic_id), row.field(self.timestamp)) {
             (SqlValue::Integer(topic), SqlValue::Integer(record_ns)) => {
@@ -120,7 +121,7 @@ impl MessageTable {
     }
 }
 
-/// The definitions by the name of their type.
+/// The definitions, by the names of their types.
 fn definitions<R: Read + Seek>(
     database: &mut Database<R>,
     table: &SqliteTable,
@@ -164,7 +165,7 @@ fn read_topics<R: Read + Seek>(
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
         let new = Topic::new(&text(name), &type_name, encoding, definition);
-        // a key column is empty in the row, whose number it is
+        // a column that is the key is empty in the row: the number of the row is its value
         let id = match id.map(|place| row.field(place)) {
             Some(SqlValue::Integer(id)) => id,
             _ => row.id,

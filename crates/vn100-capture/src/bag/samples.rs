@@ -1,4 +1,4 @@
-//! Batches of samples from a topic of a bag.
+//! Batches of samples from one topic of a bag.
 
 use std::{
     io, mem,
@@ -23,7 +23,7 @@ use super::{
 };
 use crate::read_samples::{Event, FileReader};
 
-/// Most bytes of the sentences in a message: those of a driver have one or two.
+/// The most bytes of the sentences in one message: messages of drivers have one sentence or two.
 const SENTENCE_BYTES: usize = 64 * 1024;
 
 /// Messages in one batch.
@@ -33,18 +33,18 @@ const BATCH_MESSAGES: usize = 512;
 pub(crate) struct BagSamples {
     messages: Messages,
     topic: Topic,
-    /// Whether the topics at these places are the one that is read.
+    /// For each topic, whether it is the one that is read.
     is_read: Vec<bool>,
-    /// The place of the last message's topic: those of one name may have several definitions.
+    /// The place of the topic of the last message: topics of one name may have several definitions.
     selected: Option<usize>,
     content: OpenContent,
     line_by_line: bool,
     report: BagReport,
-    /// Bytes of messages, and of those rejected.
+    /// Bytes of the messages that were read, and of those rejected.
     used_bytes: u64,
     rejected_bytes: u64,
     at_end: bool,
-    /// Batches to be sent.
+    /// Complete batches.
     sealed: Vec<Batch>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct BagSamples {
 enum OpenContent {
     Sentences {
         reader: SampleReader,
-        /// What reads the time, where that of the recorder is not used.
+        /// Reads the time in the messages, where that of the recording is not used.
         time: Option<NumberFields>,
         order: TimeOrder<Vec<u8>>,
     },
@@ -61,13 +61,14 @@ enum OpenContent {
         layout: Arc<Layout>,
         order: TimeOrder<HeldRow>,
         open: Batch,
-        /// Rows that were passed on.
+        /// Rows that were forwarded.
         rows: u64,
     },
 }
 
 impl BagSamples {
-    /// The topic of a bag from its first message on; `read` counts the bytes read of its files.
+    /// Reads a topic of a bag from its first message on; `read` counts the bytes read from the
+    /// files.
     pub(crate) fn open(
         bag: &Bag,
         stream: TopicStream,
@@ -136,8 +137,8 @@ impl BagSamples {
         }
     }
 
-    /// Passes on the rows whose place is certain, each as a batch of its own where that is asked
-    /// for.
+    /// Forwards the rows whose place is decided, each as a batch of its own where the options ask
+    /// for that.
     fn pass_on(&mut self) {
         while self.content.pass_on(self.at_end) {
             if self.line_by_line {
@@ -146,14 +147,14 @@ impl BagSamples {
         }
     }
 
-    /// Completes the batch of the rows passed on.
+    /// Completes the batch of the rows forwarded so far.
     fn seal(&mut self) {
         let batches = self.content.take_batches();
         let batches = self.with_counts(batches);
         self.sealed.extend(batches);
     }
 
-    /// Adds to batches what the messages hold beside their samples.
+    /// Adds to the batches the counts of what is no sample.
     fn with_counts(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         for batch in &mut batches {
             let tally = &mut batch.link.tally;
@@ -219,11 +220,11 @@ enum Problem {
     Unreadable,
 }
 
-/// A message whose place in the order of time is not certain yet.
+/// A message whose place in the order of time is not decided yet.
 #[derive(Default)]
 struct HeldRow {
     row: Row,
-    /// It gives no sample.
+    /// Whether the message gives no sample.
     is_rejected: bool,
 }
 
@@ -244,8 +245,8 @@ fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
     }
 }
 
-/// When a message was, by its own time where it has one; one that cannot be read goes behind those
-/// before it.
+/// The time of a message: its own, where it has one. A message whose time cannot be read is placed
+/// after those before it.
 fn at_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64, latest_ns: Option<i64>) -> i64 {
     match stamp_ns {
         Ok(stamp_ns) => stamp_ns.unwrap_or(record_ns),
@@ -310,7 +311,7 @@ impl OpenContent {
         }
     }
 
-    /// Passes the next message on, if its place is certain.
+    /// Forwards the next message, if its place is decided.
     fn pass_on(&mut self, at_end: bool) -> bool {
         match self {
             Self::Sentences { reader, order, .. } => {

@@ -2,8 +2,8 @@
 
 use memchr::memmem;
 
-/// The sentences in the bytes of a message, from `$VN` to the end of its line, or to where text
-/// ends.
+/// The sentences in the bytes of a message, each from `$VN` to the end of its line, or to the end
+/// of the text.
 pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = message;
     std::iter::from_fn(move || {
@@ -11,15 +11,15 @@ pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
         let sentence = &rest[start..];
         let is_text = |byte: &u8| matches!(byte, 0x20..=0x7e);
         let end = sentence.iter().position(|byte| !is_text(byte)).unwrap_or(sentence.len());
-        // one more behind it in the same text
+        // another sentence may follow in the same text
         let end = memmem::find(&sentence[1..end], b"$").map_or(end, |next| next + 1);
         rest = &sentence[end..];
         Some(checked_part(&sentence[..end]))
     })
 }
 
-/// Whether a message holds what only a VectorNav sends: a header of known form, and numbers behind
-/// it. Three bytes occur in any image.
+/// Whether a message contains what only a VectorNav sends: a header of known form, followed by
+/// numbers. The three bytes `$VN` alone occur in any image.
 pub(super) fn has_sentence(message: &[u8]) -> bool {
     const SHORTEST: usize = 20;
     let is_one = |sentence: &[u8]| {
@@ -31,8 +31,8 @@ pub(super) fn has_sentence(message: &[u8]) -> bool {
     sentences(message).any(is_one)
 }
 
-/// Up to its checksum, of two or four digits: a quote or an escaped line end may follow. All of a
-/// sentence without one.
+/// The sentence up to its checksum of two or four digits: a quote or an escaped line end may
+/// follow. The whole sentence where it has none.
 fn checked_part(sentence: &[u8]) -> &[u8] {
     let Some(star) = memchr::memchr(b'*', sentence) else { return sentence };
     let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();

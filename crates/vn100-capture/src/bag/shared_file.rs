@@ -5,7 +5,7 @@ use std::{
     io::{self, Read, Seek, SeekFrom},
 };
 
-/// A file with a position of its own: clones of one share theirs.
+/// A file with a position of its own, in contrast to clones of a file, which share one.
 pub(super) struct SharedFile {
     file: File,
     at: u64,

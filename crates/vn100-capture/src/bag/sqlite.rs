@@ -1,7 +1,7 @@
 //! Tables of an SQLite file, read row by row in the order of their row numbers.
 //!
-//! No more of SQLite is here than a scan of a table takes: no index, no write-ahead log, no query.
-//! The form: <https://www.sqlite.org/fileformat2.html>.
+//! Only what the scan of a table needs is implemented: no index, no write-ahead log, no query. The
+//! format: <https://www.sqlite.org/fileformat2.html>.
 
 use std::{
     io::{self, ErrorKind, Read, Seek, SeekFrom},
@@ -26,13 +26,13 @@ const FILE_HEADER_BYTES: usize = 100;
 pub(super) struct Database<R> {
     file: R,
     page_bytes: usize,
-    /// Of each page, those that are used.
+    /// Usable bytes of each page.
     usable_bytes: usize,
     pages: u64,
-    /// A part of the file, and where it begins.
+    /// A part of the file, and its place in the file.
     block: Vec<u8>,
     block_start: u64,
-    /// Read in this scan: a table has each once.
+    /// Overflow pages read in this scan: a table has each of them once.
     overflow_pages: u64,
 }
 
@@ -63,12 +63,12 @@ struct Branches {
     cells_at: usize,
 }
 
-/// A row: its number, and its bytes as far as they were asked for.
+/// A row: its number, and as many of its bytes as were asked for.
 #[derive(Debug, Default)]
 pub(super) struct Row {
     pub(super) id: i64,
     bytes: Vec<u8>,
-    /// The bytes there are, in the leaf and behind.
+    /// Length of the row, in its leaf and on overflow pages.
     total_bytes: u64,
     overflow_page: u32,
 }
@@ -81,7 +81,7 @@ pub(super) enum SqlValue<'a> {
     Real(f64),
     Text(&'a [u8]),
     Blob(&'a [u8]),
-    /// Its bytes were not read.
+    /// The bytes of the field were not read.
     Behind,
 }
 
@@ -138,7 +138,7 @@ impl<R: Read + Seek> Database<R> {
         Ok(scan)
     }
 
-    /// Reads the part of the next row that stands in its leaf; `false` behind the last row.
+    /// Reads the part of the next row that is in its leaf; `false` after the last row.
     pub(super) fn next_row(&mut self, scan: &mut TableScan, row: &mut Row) -> io::Result<bool> {
         while scan.cells.is_empty() {
             let Some(branches) = scan.path.last_mut() else { return Ok(false) };
@@ -168,8 +168,8 @@ impl<R: Read + Seek> Database<R> {
         Ok(true)
     }
 
-    /// Reads what of the row stands on other pages, unless it is too long to be a message: then its
-    /// last fields remain [`SqlValue::Behind`].
+    /// Reads the part of the row on overflow pages, unless the row is too long to be a message:
+    /// then its last fields remain [`SqlValue::Behind`].
     pub(super) fn complete(&mut self, row: &mut Row) -> io::Result<()> {
         if row.total_bytes > ROW_BYTES {
             return Ok(());
@@ -222,7 +222,7 @@ impl<R: Read + Seek> Database<R> {
         }
     }
 
-    /// How many bytes of a row stand in its leaf.
+    /// How many bytes of a row are in its leaf.
     fn local_bytes(&self, total_bytes: u64) -> usize {
         let usable = self.usable_bytes;
         let most = usable - 35;
@@ -272,7 +272,7 @@ impl Branches {
 }
 
 impl Row {
-    /// The field at `place`; [`SqlValue::Null`] for one that is not there.
+    /// The field at `place`; [`SqlValue::Null`] where the row has no such field.
     pub(super) fn field(&self, place: usize) -> SqlValue<'_> {
         self.find(place).unwrap_or(SqlValue::Null)
     }
@@ -317,7 +317,7 @@ fn field_bytes(kind: u64) -> u64 {
     }
 }
 
-/// A number of seven bits a byte, the first one the highest, and what follows it.
+/// A number of seven bits per byte, the highest first, and the bytes after it.
 fn varint(bytes: &[u8]) -> io::Result<(u64, &[u8])> {
     let mut number = 0_u64;
     for (place, &byte) in bytes.iter().take(9).enumerate() {

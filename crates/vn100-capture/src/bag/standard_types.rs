@@ -11,17 +11,18 @@ pub(super) const MAGNETIC_FIELD: &str = "sensor_msgs/MagneticField";
 pub(super) const TEMPERATURE: &str = "sensor_msgs/Temperature";
 pub(super) const FLUID_PRESSURE: &str = "sensor_msgs/FluidPressure";
 
-/// Numbers of a standard message that are there together or not at all.
+/// Numbers of a standard message that are present together or not at all.
 pub(super) struct Part {
     pub(super) message: &'static str,
-    /// The path of its covariance: -1 in the first place means that the sensor does not have it.
+    /// The path of their covariance: -1 in its first element means that the sensor does not measure
+    /// them.
     pub(super) covariance: Option<&'static str>,
     /// The channels, and the paths of their numbers.
     pub(super) channels: &'static [(&'static str, &'static str)],
-    /// How many of the channel's own unit make one of the message's.
+    /// How many units of the channel are one unit of the message.
     pub(super) unit_scale: f64,
-    /// A count is 2^-`bits` of the message's unit: as fine as the range of a sensor allows in 32
-    /// bits (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
+    /// A count is 2^-`bits` of the unit of the message: as many bits as the range of a sensor
+    /// leaves of 32 (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
     pub(super) bits: u8,
 }
 
@@ -93,7 +94,7 @@ pub(super) const PARTS: [Part; 6] = [
     },
 ];
 
-/// The definition of a standard type in the words of its encoding.
+/// The definition of a standard type in the language of its encoding.
 pub(super) fn definition(type_name: &str, encoding: &Encoding) -> Option<String> {
     const VECTOR: &str = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
     const QUATERNION: &str = "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";

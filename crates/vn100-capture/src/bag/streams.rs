@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{capture_options::CaptureOptions, csv::ColumnMap};
 
-/// A topic that is read, and what its samples are made of.
+/// A topic that is read, and what its samples are made from.
 #[derive(Debug)]
 pub(crate) struct TopicStream {
     pub(crate) topic: Topic,
@@ -26,10 +26,10 @@ pub(super) enum Content {
 
 /// The topics to be read: the one asked for, or the only one with sentences, else the only one of
 /// an inertial sensor; else one of angular rates and one of accelerations, which some drivers send
-/// apart.
+/// separately.
 ///
 /// # Errors
-/// [`BagError`] where none is meant, or more than one may be.
+/// [`BagError`] where no topic qualifies, or more than one.
 pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
     let mut scan = TopicScan::of(bag)?;
     chosen(&scan, options).or_else(|_| {
@@ -42,7 +42,7 @@ pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStr
 /// The only topic to be read.
 ///
 /// # Errors
-/// [`BagError`] where none is meant, or more than one.
+/// [`BagError`] where no topic qualifies, or more than one.
 pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, BagError> {
     let mut streams = choose(bag, options)?;
     match (streams.pop(), streams.is_empty()) {
@@ -78,7 +78,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
         let found: Vec<_> = scan.topics.iter().filter(has_fields).collect();
         return match &*found {
             [one] => Ok(vec![stream(one, columns)?]),
-            // what is missing in the only topic, or in those there are
+            // the error says what the only topic lacks, or which topics there are
             [] => match &*scan.topics {
                 [one] => stream(one, columns).map(|stream| vec![stream]),
                 _ => Err(BagError::NoTopicWithFields {
@@ -111,7 +111,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
 }
 
 impl TopicStream {
-    /// Fits what only the whole bag shows.
+    /// Sets what only the whole bag shows, such as the scales of series.
     pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), BagError> {
         match &mut self.content {
             Content::Sentences(_) => Ok(()),
@@ -119,7 +119,7 @@ impl TopicStream {
         }
     }
 
-    /// Whether it has numbers that may be of any sensor.
+    /// Whether the topic holds numbers that may be of any sensor.
     pub(crate) const fn holds_values(&self) -> bool {
         matches!(self.content, Content::Numbers(_))
     }

@@ -1,37 +1,38 @@
-//! Puts messages in the order of their times, within a bounded window, but for those of a clock
-//! that was set back.
+//! Puts messages into the order of their times, within a bounded window; messages of a clock that
+//! was set back are kept as they are.
 
 use std::collections::VecDeque;
 
-/// Most pending messages: more than threads of a driver put out of order. As many behind them show
-/// whether a clock was set back.
+/// The most pending messages: more than the threads of a driver put out of order. As many messages
+/// after them show whether a clock was set back.
 const WINDOW: usize = 32;
 
-/// As many messages on each side show that a clock was set back.
+/// This many messages on each side show that a clock was set back.
 const EVIDENCE: usize = 8;
 
-/// Messages in the order of their times; those of one time in the order they came.
+/// Messages in the order of their times; messages of one time in the order of their arrival.
 ///
-/// Where a clock is set back by less than the window, the order of the times would mix what came
-/// before with what came after. The times of recording decide: behind such a step every message is
-/// recorded later, after its own time, by the length of the step; behind a message out of order
-/// none is.
+/// Where a clock is set back by less than the window, the order of the times would mix messages
+/// from before with messages from after the step. The times of recording decide: after such a step
+/// every message is recorded later, relative to its own time, by the length of the step; after a
+/// message out of order none is.
 #[derive(Debug)]
 pub(super) struct TimeOrder<T> {
-    /// As they came.
+    /// Messages in the order of their arrival.
     ahead: VecDeque<Coming<T>>,
-    /// In order.
+    /// Messages in the order of their times.
     pending: VecDeque<Pending<T>>,
-    /// Storage of those that were taken.
+    /// The memory of messages that were taken.
     spare: Vec<T>,
     last: Option<(u64, i64)>,
-    /// The delays of those last taken, in this stretch.
+    /// The delays of the messages last taken, in this stretch.
     delays_ns: VecDeque<i64>,
-    /// How often a message came too late for its place: what follows keeps behind what came before.
+    /// How often a message arrived too late for its place: what follows stays after what came
+    /// before.
     stretch: u64,
-    /// How many came behind one of a later time, and found their place.
+    /// How many messages arrived after one of a later time, and were moved to their place.
     pub(super) moved: u64,
-    /// How many came so late that those of later times had been taken, or from a clock that was set
+    /// How many messages arrived after ones of later times had been taken, or after a clock was set
     /// back.
     pub(super) late: u64,
 }
@@ -39,14 +40,14 @@ pub(super) struct TimeOrder<T> {
 #[derive(Debug)]
 struct Coming<T> {
     at_ns: i64,
-    /// From its time to that of its recording.
+    /// From the time of the message to that of its recording.
     delay_ns: i64,
     message: T,
 }
 
 #[derive(Debug)]
 struct Pending<T> {
-    /// Its stretch, and its time.
+    /// The stretch and the time of the message.
     place: (u64, i64),
     delay_ns: i64,
     message: T,
@@ -66,7 +67,7 @@ impl<T: Default> TimeOrder<T> {
         }
     }
 
-    /// Room for one more, which holds what one taken before did.
+    /// The memory of a message taken before, for the next message.
     pub(super) fn spare(&mut self) -> T {
         self.spare.pop().unwrap_or_default()
     }
@@ -75,7 +76,7 @@ impl<T: Default> TimeOrder<T> {
         self.ahead.push_back(Coming { at_ns, delay_ns: record_ns.saturating_sub(at_ns), message });
     }
 
-    /// The first of those pending, once there are enough behind it; any at the `end`.
+    /// The first pending message, once there are enough after it; at the `end` any.
     pub(super) fn pop(&mut self, end: bool) -> Option<(i64, &T)> {
         let kept = if end { 0 } else { WINDOW };
         while self.pending.len() <= WINDOW && self.ahead.len() > kept {
@@ -94,7 +95,7 @@ impl<T: Default> TimeOrder<T> {
         self.spare.last().map(|message| (first.place.1, message))
     }
 
-    /// The time of the last one that came, of those pending.
+    /// The time of the latest arrival among the pending messages.
     pub(super) fn latest_ns(&self) -> Option<i64> {
         let pending = || self.pending.back().map(|last| last.place.1);
         self.ahead.back().map(|last| last.at_ns).or_else(pending)
@@ -115,7 +116,7 @@ impl<T: Default> TimeOrder<T> {
     }
 
     /// Whether the clock of the messages was set back before this one: it and all that follow are
-    /// delayed by most of the way back, and more than any before.
+    /// delayed by most of the step, and more than any message before.
     fn is_set_back(&self, next: &Coming<T>) -> bool {
         let latest_ns = self.pending.back().filter(|last| last.place > (self.stretch, next.at_ns));
         let Some(Pending { place: (_, latest_ns), .. }) = latest_ns else { return false };

@@ -2,7 +2,8 @@
 
 use std::{fmt, io, path::PathBuf, sync::Arc};
 
-/// Longest message that is read. Those of sensors have some hundred bytes; images may have more.
+/// The longest message that is read. Those of sensors have some hundred bytes; images may have
+/// more.
 pub(super) const MESSAGE_BYTES: usize = 4 * 1024 * 1024;
 
 /// More topics than any bag has.
@@ -11,13 +12,13 @@ pub(super) const MOST_TOPICS: usize = 4096;
 /// Most bytes of all definitions together.
 pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
 
-/// Where a message belongs; its bytes are read if they are wanted.
+/// The head of a message; the bytes of the message are read where they are needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct MessageHead {
-    /// The place of its topic.
+    /// The place of the topic.
     pub(super) topic: usize,
-    /// When it was recorded, in nanoseconds since 1970-01-01 UTC, or by simulated time since its
-    /// start.
+    /// When the message was recorded, in nanoseconds since 1970-01-01 UTC, or since the start of a
+    /// simulation by its time.
     pub(super) record_ns: i64,
 }
 
@@ -26,32 +27,32 @@ pub(crate) trait BagFile: Send {
     /// Goes to the next message; `None` at the end.
     fn next_head(&mut self) -> io::Result<Option<MessageHead>>;
 
-    /// The bytes of that message; once for each.
+    /// The bytes of the message that [`next_head`](Self::next_head) went to; to be read once.
     fn read_data(&mut self) -> io::Result<&[u8]>;
 
-    /// The topics seen so far; one for each definition that its messages have.
+    /// The topics seen so far; one entry for each definition that messages of a topic have.
     fn topics(&self) -> &[Topic];
 
-    /// The topics, where an index lists them and the file need not be read whole. No message can be
-    /// read then.
+    /// The topics, where an index lists them and the file need not be read to its end. After this
+    /// no message can be read.
     fn index(&mut self) -> io::Result<Index>;
 }
 
-/// What an index shows.
+/// The content of an index.
 pub(crate) enum Index {
-    /// Nothing: there is none.
+    /// The file has no index.
     None,
     /// The topics alone.
     Topics,
-    /// The topics, and how many messages each has.
+    /// The topics, and the number of messages of each.
     Counts(Vec<TopicCount>),
 }
 
-/// How many messages a topic has, and from when to when.
+/// The number of messages of a topic, and their first and last time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct TopicCount {
     pub(super) messages: u64,
-    /// Of the first and the last, or of the parts of the file that hold them.
+    /// Times of the first and the last message, or of the parts of the file that contain them.
     pub(super) times_ns: Option<(i64, i64)>,
 }
 
@@ -64,7 +65,7 @@ impl TopicCount {
         }
     }
 
-    /// Of both together.
+    /// The counts of both, added.
     pub(super) fn plus(&self, other: &Self) -> Self {
         let mut both = *self;
         if let Some((first_ns, last_ns)) = other.times_ns {
@@ -73,7 +74,7 @@ impl TopicCount {
         both
     }
 
-    /// Messages in a second, on average.
+    /// Mean number of messages per second; `None` where the times are not known, or do not differ.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         let (first_ns, last_ns) = self.times_ns?;
         let seconds = (last_ns as f64 - first_ns as f64) / 1e9;
@@ -81,14 +82,14 @@ impl TopicCount {
     }
 }
 
-/// What the messages of a topic are.
+/// A topic, and the type of its messages.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Topic {
     pub(crate) name: String,
-    /// As `package/Type`, without `msg` between them.
+    /// The type, as `package/Type`, without `msg` between them.
     pub(super) type_name: String,
     pub(super) encoding: Encoding,
-    /// The definition of the type and those it is made of, as text; `None` where the bag has none.
+    /// The definition of the type and of those it contains, as text; `None` where the bag has none.
     pub(super) definition: Option<Arc<str>>,
 }
 
@@ -98,8 +99,8 @@ impl Topic {
         Self { name: name.into(), type_name: short_type(type_name), encoding, definition }
     }
 
-    /// Whether it is the same in another file, or in another pass. Its messages may be of another
-    /// definition there, as in bags that were merged.
+    /// Whether the topic is the same in another file, or in another pass. Its messages may have
+    /// another definition there, as in merged bags.
     pub(super) fn is(&self, other: &Self) -> bool {
         (&self.name, &self.type_name, &self.encoding) == (&other.name, &other.type_name, &other.encoding)
     }
@@ -110,14 +111,14 @@ pub(super) fn short_type(name: &str) -> String {
     name.replacen("/msg/", "/", 1)
 }
 
-/// How numbers stand in the messages.
+/// How numbers are encoded in the messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Encoding {
-    /// One behind the other, the lowest byte first.
+    /// One after the other, the lowest byte first.
     Ros1,
-    /// CDR of the Data Distribution Service: each at a multiple of its size.
+    /// CDR of the Data Distribution Service: the place of each number is a multiple of its length.
     Cdr,
-    /// Another, by its name.
+    /// Another encoding, by its name.
     Other(String),
 }
 
@@ -131,16 +132,17 @@ impl Encoding {
     }
 }
 
-/// A topic, as a user chooses from.
+/// A topic, as listed for the user to choose from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TopicSummary {
-    /// Its name.
+    /// Name of the topic.
     pub name: String,
     /// The type of its messages, as `package/Type`.
     pub type_name: String,
-    /// How many messages it has.
+    /// Number of messages of the topic.
     pub messages: u64,
-    /// How many there are in a second, on average; `None` for fewer than two, or of one time.
+    /// Mean number of messages per second; `None` with fewer than two messages, or where all have
+    /// one time.
     pub rate_hz: Option<f64>,
 }
 
@@ -156,21 +158,21 @@ impl fmt::Display for TopicSummary {
     }
 }
 
-/// Why a bag cannot be read, or nothing of a sensor be taken from it.
+/// Why a bag cannot be read, or contains nothing of a sensor.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
     /// The file could not be read, or is damaged.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A database of another program.
+    /// The file is a database of another program.
     #[error("it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV")]
     OtherDatabase,
-    /// No message in it.
+    /// The bag contains no message.
     #[error("it is {form} without a message{}", if topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(topics)) })]
     Empty {
-        /// What the file is.
+        /// The form of the file, in words.
         form: &'static str,
-        /// Its topics.
+        /// The topics of the bag.
         topics: Vec<TopicSummary>,
     },
     /// No topic holds sentences, or numbers of a sensor.
@@ -179,36 +181,36 @@ pub enum BagError {
         lines(topics)
     )]
     NoSensor {
-        /// What the file is.
+        /// The form of the file, in words.
         form: &'static str,
-        /// What it holds.
+        /// The topics of the bag.
         topics: Vec<TopicSummary>,
     },
-    /// More than one topic may be meant.
+    /// More than one topic qualifies.
     #[error("it is {form} with several topics that may be meant:{}", lines(topics))]
     SeveralTopics {
-        /// What the file is.
+        /// The form of the file, in words.
         form: &'static str,
-        /// Those that may be meant.
+        /// The topics that qualify.
         topics: Vec<TopicSummary>,
     },
     /// No topic has the numbers that were asked for.
     #[error("no topic has the numbers {}. It holds:{}", paths.join(", "), lines(topics))]
     NoTopicWithFields {
-        /// Their paths.
+        /// The paths of the numbers.
         paths: Vec<String>,
-        /// What it holds.
+        /// The topics of the bag.
         topics: Vec<TopicSummary>,
     },
-    /// A topic that was asked for is not there.
+    /// The topic that was asked for is not in the bag.
     #[error("it has no topic {name:?}. It holds:{}", lines(topics))]
     NoTopic {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// What it holds.
+        /// The topics of the bag.
         topics: Vec<TopicSummary>,
     },
-    /// The messages of the topic have no known form.
+    /// The definition of the messages of the topic is not known.
     #[error(
         "the bag does not say how messages of topic {topic:?} are built, and {type_name} is no standard type: convert the \
          bag where that package is installed (`ros2 bag convert` to MCAP), or record a topic of sensor_msgs/Imu"
@@ -219,7 +221,7 @@ pub enum BagError {
         /// The type of its messages.
         type_name: String,
     },
-    /// The messages of the topic hold nothing of a sensor.
+    /// The messages of the topic contain nothing of a sensor.
     #[error(
         "messages of topic {topic:?} ({type_name}) hold neither VectorNav sentences nor a message of an inertial sensor; \
          their numbers are: {}",
@@ -230,10 +232,10 @@ pub enum BagError {
         topic: String,
         /// The type of its messages.
         type_name: String,
-        /// Paths of their numbers.
+        /// Paths of the numbers in the messages.
         fields: Vec<String>,
     },
-    /// All numbers of a sensor are zero, as those are that it does not have.
+    /// All numbers of a sensor are zero, as of a sensor that does not measure them.
     #[error(
         "messages of topic {topic:?} ({type_name}) have {}, and all of it is zero in the first {messages} messages: is the \
          sensor read? Name their numbers as columns if they are not zero later",
@@ -244,12 +246,12 @@ pub enum BagError {
         topic: String,
         /// The type of its messages.
         type_name: String,
-        /// Messages that were looked at.
+        /// Number of messages that were examined.
         messages: usize,
-        /// What is zero.
+        /// Paths of the numbers that are zero.
         paths: Vec<String>,
     },
-    /// A field that was asked for is not there.
+    /// The messages have no number at the path that was asked for.
     #[error(
         "messages of topic {topic:?} ({type_name}) have no number {path:?}; they have {}",
         fields.join(", ")
@@ -259,12 +261,12 @@ pub enum BagError {
         topic: String,
         /// The type of its messages.
         type_name: String,
-        /// What was asked for.
+        /// The path that was asked for.
         path: String,
-        /// Paths of their numbers.
+        /// Paths of the numbers in the messages.
         fields: Vec<String>,
     },
-    /// A time that was asked for is not there.
+    /// The messages have no time at the path that was asked for.
     #[error(
         "messages of topic {topic:?} ({type_name}) have no time {path:?}; {}",
         if times.is_empty() { "they have none".into() } else { format!("they have {}", times.join(", ")) }
@@ -274,20 +276,20 @@ pub enum BagError {
         topic: String,
         /// The type of its messages.
         type_name: String,
-        /// What was asked for.
+        /// The path that was asked for.
         path: String,
-        /// Paths of their times.
+        /// Paths of the times in the messages.
         times: Vec<String>,
     },
-    /// A number that shall be read as a date or a time of day.
+    /// A number was to be read as a date or a time of day.
     #[error("{path:?} in messages of topic {topic:?} is a number, and no date: say whether it is in s, ms, us or ns")]
     TimeAsText {
         /// The topic.
         topic: String,
-        /// What was asked for.
+        /// The path that was asked for.
         path: String,
     },
-    /// Messages of one topic by definitions of which one does not fit.
+    /// The messages of one topic have several definitions, one of which does not fit.
     #[error(
         "topic {topic:?} has messages by several definitions of {type_name}, as in bags that were merged, and one of \
          them cannot be used: {problem}. Read the bags one by one"
@@ -297,18 +299,18 @@ pub enum BagError {
         topic: String,
         /// The type of its messages.
         type_name: String,
-        /// What is wrong with it.
+        /// Why the definition does not fit.
         problem: String,
     },
-    /// A definition that cannot be used.
+    /// A definition cannot be used.
     #[error("the definition of {type_name} cannot be used: {problem}")]
     Definition {
         /// The type.
         type_name: String,
-        /// What is wrong with it.
+        /// Why the definition cannot be used.
         problem: String,
     },
-    /// A database whose last messages are in another file.
+    /// The last messages of a database are in another file.
     #[error(
         "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
          'PRAGMA wal_checkpoint(TRUNCATE)'` does",
@@ -318,19 +320,19 @@ pub enum BagError {
     PendingWrites {
         /// The database.
         database: PathBuf,
-        /// The file beside it.
+        /// The file beside the database.
         log: PathBuf,
     },
-    /// A folder that is no bag.
+    /// The folder is no bag.
     #[error("it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it")]
     NotABagFolder,
-    /// A folder of files of several forms.
+    /// The folder has files of several forms.
     #[error("{} is not of the same form as the other files of the bag", path.display())]
     OtherFile {
-        /// The file.
+        /// A file of another form.
         path: PathBuf,
     },
-    /// More than a temporary file may take.
+    /// The bag is larger than a temporary file may be.
     #[error("unpacked it is larger than {most_bytes} bytes, which is as much as is kept: unpack it to a file first")]
     TooLarge {
         /// The limit in bytes.

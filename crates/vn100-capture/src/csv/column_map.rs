@@ -34,7 +34,7 @@ use super::stamp::{StampForm, StampUnit};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Empty when only the stamp or the sentences are mapped.
+    /// Empty where only the stamp or the sentences are mapped.
     pub(crate) channels: Vec<MappedChannel>,
     pub(super) stamp: Option<MappedStamp>,
     /// The column of sentences.
@@ -71,7 +71,7 @@ pub(crate) enum ColumnName {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
-    /// A part between two commas is not of the form `CHANNEL=COLUMN:UNIT`.
+    /// A part between two commas does not have the form `CHANNEL=COLUMN:UNIT`.
     #[error("{0:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
     Form(String),
     /// No channel has this name.
@@ -82,7 +82,7 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// This is no unit of the channel.
+    /// The channel cannot be in this unit.
     #[error("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel))]
     Unit {
         /// The text after the last `:`.
@@ -92,10 +92,10 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// Columns are numbered from 1, and this part has column 0.
+    /// This part has column 0, and columns are numbered from 1.
     #[error("column 0 in {0:?} does not exist: columns are numbered from 1")]
     ColumnZero(String),
-    /// A channel is there twice.
+    /// A channel is mapped twice.
     #[error("{channel} is mapped twice, again in {part:?}: keep one")]
     Twice {
         /// The channel.
@@ -103,10 +103,10 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// A column of sentences beside columns of values.
+    /// A column of sentences is mapped beside columns of values.
     #[error("raw=NAME gives whole sentences, which hold all channels: map no other channel")]
     RawBesideChannels,
-    /// No part at all.
+    /// The map is empty.
     #[error("no channel is mapped: map at least one of {}", channel_names())]
     NoChannel,
 }

@@ -1,5 +1,5 @@
 //! Recordings in several files: parts with the identity of the recording and their number, which
-//! are joined to what one file would be.
+//! joined give what one file would.
 
 use std::{
     collections::BTreeMap,
@@ -15,20 +15,20 @@ use mcap::records::Metadata;
 /// When a recording continues in the next part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rotation {
-    /// Once a part holds so many bytes of the stream.
+    /// Once a part holds this many bytes of the stream.
     Bytes(u64),
-    /// Once a part holds so much time of it.
+    /// Once a part holds this much time of the stream.
     Time(Duration),
 }
 
 /// Which part of which recording a file is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordingPart {
-    /// The same in all parts of a recording.
+    /// The identity of the recording, the same in all of its parts.
     pub id: String,
-    /// From 1.
+    /// The number of the part, from 1.
     pub number: u32,
-    /// The recording was interrupted before it.
+    /// Whether the recording was interrupted before this part.
     pub resumed: bool,
 }
 
@@ -56,9 +56,9 @@ impl RecordingPart {
     }
 }
 
-/// The files that belong together, the parts of each recording by their numbers; of any other file
-/// that alone. They stand where the first of them does. A part that is named twice is a recording
-/// of its own.
+/// Files that belong together: the parts of each recording by their numbers, and any other file
+/// alone. A recording has the place of the first of its files. A part that is named twice is a
+/// recording of its own.
 #[must_use]
 pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<BTreeMap<u32, PathBuf>> {
     let mut groups: Vec<BTreeMap<u32, PathBuf>> = Vec::new();
@@ -78,7 +78,7 @@ pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPa
     groups
 }
 
-/// The file of a part: `night.0001.mcap` of `night.mcap`.
+/// The path of a part: `night.0001.mcap` for `night.mcap`.
 #[must_use]
 pub fn part_path(recording: &Path, number: u32) -> PathBuf {
     let mut name = recording.file_stem().unwrap_or_default().to_owned();
@@ -90,7 +90,8 @@ pub fn part_path(recording: &Path, number: u32) -> PathBuf {
     recording.with_file_name(name)
 }
 
-/// The recording of that part of it: `night.mcap` of `night.0001.mcap`; any other name as it is.
+/// The path of the recording of a part: `night.mcap` for `night.0001.mcap`; any other name
+/// unchanged.
 #[must_use]
 pub fn recording_path(part: &Path) -> PathBuf {
     let Some(stem) = part.file_stem().map(Path::new) else { return part.to_owned() };

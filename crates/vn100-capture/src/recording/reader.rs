@@ -31,28 +31,33 @@ const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 /// The metadata of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Recorded {
-    /// When its first input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
+    /// Time of the first input in nanoseconds since 1970-01-01 UTC; `None` where the recording has
+    /// no input.
     pub started_ns: Option<i64>,
-    /// The program that made it, such as `vn100 1.0.0`.
+    /// The program that wrote the recording, such as `vn100 1.0.0`; `None` where the file does not
+    /// name it.
     pub program: Option<String>,
-    /// What the caller of the recorder gave.
+    /// The metadata that the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
-    /// It was resumed: what `metadata` says of its length is of the first part alone.
+    /// Whether the recording was resumed: what `metadata` says of its length is then that of the
+    /// first part alone.
     pub resumed: bool,
-    /// Which part of a recording it is; `None` for a whole one, and for parts that are joined.
+    /// Which part of a recording the file is; `None` for an undivided recording, and for parts that
+    /// are joined.
     pub part: Option<RecordingPart>,
-    /// How it ended; set when it was read to there.
+    /// How the recording ended; set once it is read to its end.
     pub end: Arc<OnceLock<RecordingEnd>>,
 }
 
 /// How a recording ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordingEnd {
-    /// When its last input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
+    /// Time of the last input in nanoseconds since 1970-01-01 UTC; `None` where the recording has
+    /// no input.
     pub ended_ns: Option<i64>,
-    /// Whether the file is whole, and not cut, as by a loss of power.
+    /// Whether the file was finished; a loss of power, for example, leaves a cut one.
     pub complete: bool,
-    /// Why the recording was ended, in words, where that is known.
+    /// Why the recording ended, in words; `None` where the file does not say.
     pub reason: Option<String>,
 }
 
@@ -62,23 +67,23 @@ pub enum RecordingError {
     /// The file could not be read.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// Something else.
+    /// The file is not MCAP.
     #[error("it is no MCAP file")]
     NotMcap,
-    /// A file that was cut before its first topic.
+    /// The file was cut before its first topic.
     #[error("it was cut before it began")]
     NotBegun,
-    /// An MCAP file of another program, with these topics.
+    /// The MCAP file is that of another program, with these topics.
     #[error("it is an MCAP file without the topic {BYTES_TOPIC}; it has {}", list(.0))]
     Foreign(Vec<String>),
-    /// A recording that another program has put more topics into, which a copy would lose.
+    /// Another program has added these topics to the recording, which a copy would lose.
     #[error("it also holds what this program did not record: {}", list(.0))]
     Mixed(Vec<String>),
-    /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go
-    /// on with those of a clock.
+    /// The times of the recording count from zero, as those of an emulated sensor do; those of a
+    /// clock cannot continue them.
     #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
     Undated,
-    /// A recording of a form that this program does not know.
+    /// The form of the recording is not known to this program.
     #[error(
         "it has the form \"{0}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
     )]
@@ -92,7 +97,7 @@ pub(super) enum Entry<'a> {
     Metadata(Metadata),
 }
 
-/// The [`StreamInput`]s of a recording, as they came.
+/// The [`StreamInput`]s of a recording, in their order.
 ///
 /// Memory is bounded, whatever the length of the recording.
 pub struct RecordingReader<R> {
@@ -109,10 +114,10 @@ pub struct RecordingReader<R> {
 
 impl<R: Read> RecordingReader<R> {
     /// Reads up to the first input. A file that was cut before its first topic counts as a
-    /// recording without any.
+    /// recording without inputs.
     ///
     /// # Errors
-    /// [`RecordingError`] when this is no recording, or cannot be read.
+    /// [`RecordingError`] when the file is no recording, or cannot be read.
     pub fn open(reader: R) -> Result<Self, RecordingError> {
         let mut new = Self {
             records: McapRecords::open(reader)?.ok_or(RecordingError::NotMcap)?,
@@ -148,10 +153,11 @@ impl<R: Read> RecordingReader<R> {
         &self.recorded
     }
 
-    /// The next input; `None` at the end, which [`RecordingReader::recorded`] then describes.
+    /// The next input; `None` at the end of the recording, which [`RecordingReader::recorded`] then
+    /// describes.
     ///
     /// # Errors
-    /// When the file cannot be read, or is damaged. Nothing follows; what came before is valid.
+    /// When the file cannot be read, or is damaged. No input follows; those before are valid.
     pub fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = |entry: Entry<'_>| match entry {
             Entry::Bytes { at_ns, bytes } => {
@@ -242,8 +248,8 @@ impl<R: Read> RecordingReader<R> {
 }
 
 impl RecordingPart {
-    /// That of a file; `None` for what is no part of a recording. What is no file of the disk can
-    /// be read once, and is not read here.
+    /// The part that a file is; `None` where it is no part of a recording. What is not a file on
+    /// disk can be read only once, and is not read for this.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         if !fs::metadata(path).ok()?.is_file() {

@@ -1,4 +1,4 @@
-//! Records a link while it is measured, to a new file or behind a recording that is there.
+//! Records a link while it is measured, to a new file or to the end of an existing recording.
 
 mod disk_space;
 mod parts;
@@ -35,29 +35,29 @@ const FLUSH_EVERY_NS: u64 = 1_000_000_000;
 /// Why a recording cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The operating system refused.
+    /// The operating system reports an error.
     #[error("cannot record to {}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Its error.
+        /// The error.
         source: io::Error,
     },
-    /// A file of this name is there.
+    /// A file of this name exists.
     #[error("{} exists and is not replaced: choose another name, or resume it", .0.display())]
     Exists(PathBuf),
-    /// To resume a recording replaces its file, and a symbolic link would be replaced instead.
+    /// Resuming a recording replaces its file, and here a symbolic link would be replaced.
     #[error("{} is a symbolic link: name the recording itself to resume it", .0.display())]
     SymbolicLink(PathBuf),
-    /// Another program records to it.
+    /// Another program is recording to the file.
     #[error("{} is being recorded to: end that first", .0.display())]
     InUse(PathBuf),
-    /// What is there is no recording that can be resumed.
+    /// The file is no recording that can be resumed.
     #[error("{} cannot be resumed: {problem}", path.display())]
     NotResumable {
         /// The file.
         path: PathBuf,
-        /// What it is instead.
+        /// Why not.
         problem: RecordingError,
     },
 }
@@ -67,21 +67,21 @@ pub enum RecordError {
 pub struct RecordingState {
     /// The file.
     pub path: PathBuf,
-    /// Bytes of the stream that this recorder has handed to the file.
+    /// Bytes of the stream that this recorder has written.
     pub bytes: u64,
-    /// Its disk, where that will be full soon.
+    /// The free space on the disk, where the disk will soon be full; else `None`.
     pub low_space: Option<LowSpace>,
-    /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds
-    /// what came before, and the measurement continues.
+    /// Why the recording stopped: a full disk, or a file that was removed meanwhile; `None` while
+    /// it continues. The file holds all inputs before the error, and the measurement continues.
     pub error: Option<Arc<io::Error>>,
-    /// Whether it is over, by [`Recorder::finish`] or by an error.
+    /// Whether the recording has ended, by [`Recorder::finish`] or by an error.
     pub ended: bool,
 }
 
-/// Writes what a link delivers to a file, on a thread of its own.
+/// Writes the inputs of a link to a file, on a thread of its own.
 ///
-/// The file is flushed whenever a second of stream has passed, and with each
-/// link event. A recorder that is dropped ends its file without a reason, on its own time.
+/// The file is flushed whenever a second of the stream has passed, and with each link event. Where
+/// a recorder is dropped, its thread ends the file without a reason.
 #[derive(Debug)]
 pub struct Recorder {
     inputs: mpsc::Sender<StreamInput>,
@@ -92,11 +92,12 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a new file; `metadata` is what a replay shall know of it. No file is ever replaced.
+    /// Starts a new file; `metadata` is what a replay is to know of the recording. No file is ever
+    /// replaced.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] when there is something of this name, [`RecordError::Io`] when the
-    /// file cannot be written.
+    /// [`RecordError::Exists`] when a file of this name exists, [`RecordError::Io`] when the file
+    /// cannot be written.
     pub fn create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let failed = |source| RecordError::Io { path: path.to_owned(), source };
@@ -109,11 +110,11 @@ impl Recorder {
         Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
     }
 
-    /// [`resume`](Self::resume)s the recording of this name; begins it where there is none, or one
-    /// that was cut before anything was recorded.
+    /// [`resume`](Self::resume)s the recording of this name; [`create`](Self::create)s one where
+    /// there is none, or one that was cut before anything was recorded.
     ///
     /// # Errors
-    /// Those of both.
+    /// As [`resume`](Self::resume) and [`create`](Self::create).
     pub fn resume_or_create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         match Self::resume(path, metadata) {
@@ -127,12 +128,12 @@ impl Recorder {
         }
     }
 
-    /// Begins a recording in parts, whose files are named by [`part_path`](super::part::part_path);
-    /// or resumes the one that is there, where that is asked for, in its next part.
+    /// Starts a recording in parts, whose files are named by [`part_path`](super::part::part_path);
+    /// where `resume` is set and one exists, continues it in its next part.
     ///
     /// # Errors
-    /// [`RecordError`] when a part is there that is not to be resumed, cannot be read, or is
-    /// recorded to by another program; or when the next one cannot be written.
+    /// [`RecordError`] when a part exists and is not to be resumed, cannot be read, or is recorded
+    /// to by another program; or when the next part cannot be written.
     pub fn in_parts(
         path: impl AsRef<Path>,
         metadata: &BTreeMap<String, String>,
@@ -148,16 +149,16 @@ impl Recorder {
         Ok(Self { known_serial, is_resumed, ..recorder })
     }
 
-    /// Resumes a recording, whole or cut: its readable part, then
-    /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then what comes now.
+    /// Resumes a recording, finished or cut: its readable part, then
+    /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then the new inputs.
     ///
-    /// The readable part is copied to a file beside it, which takes its place only when it is
-    /// safely on the disk. Until then the recording stays as it is, and there must be room for
-    /// both. Blocks while it copies.
+    /// The readable part is copied to a file beside the recording, which takes its place only when
+    /// it is safely on the disk. Until then the recording stays as it is, and there must be room
+    /// for both. Blocks while it copies.
     ///
     /// # Errors
-    /// [`RecordError`] when it cannot be read or is no recording, when another program records to
-    /// it, or when the copy cannot be written.
+    /// [`RecordError`] when the file cannot be read or is no recording, when another program
+    /// records to it, or when the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let (writer, known_serial) = resume(path, metadata)?;
@@ -188,7 +189,7 @@ impl Recorder {
         Ok(Self { inputs: sender, state, reason, known_serial: None, is_resumed: false })
     }
 
-    /// Where to send what shall be recorded, as in `LinkOptions::recording`. When it is full the
+    /// Takes the inputs to record, as `LinkOptions::recording` does. While the channel is full the
     /// disk does not keep up; when it is closed the recording has stopped.
     #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<StreamInput> {
@@ -196,27 +197,27 @@ impl Recorder {
     }
 
     /// The serial number of the sensor in a resumed recording, for `LinkOptions::known_serial`;
-    /// `None` where it is not in there, or the recording is new.
+    /// `None` where the recording does not contain it, or is new.
     #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
     }
 
-    /// Whether the file was a recording before.
+    /// Whether an existing recording is continued.
     #[must_use]
     pub const fn is_resumed(&self) -> bool {
         self.is_resumed
     }
 
-    /// The state of the recording, now and whenever it changes.
+    /// The state of the recording; the receiver is notified of each change.
     #[must_use]
     pub fn state(&self) -> watch::Receiver<RecordingState> {
         self.state.clone()
     }
 
     /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are
-    /// gone: writes what waits and hands the file to the disk. Gives the last state, which holds
-    /// any error.
+    /// dropped: writes what is pending and syncs the file to the disk. Returns the last state,
+    /// which holds the error where there was one.
     pub async fn finish(self, reason: &str) -> RecordingState {
         let Self { inputs, mut state, reason: given, .. } = self;
         given.get_or_init(|| reason.to_owned());

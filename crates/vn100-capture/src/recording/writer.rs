@@ -23,11 +23,11 @@ const PROGRAM: &str = concat!("vn100 ", env!("CARGO_PKG_VERSION"));
 /// Bytes that may wait in memory between two flushes; more are written at once.
 const BUFFERED_BYTES: usize = 64 * 1024;
 
-/// Writes [`StreamInput`]s as an MCAP file, to anything that can be written.
+/// Writes [`StreamInput`]s as an MCAP file, to any writer.
 ///
-/// Reads that come within 50 ms are written together. What was flushed can be replayed, whatever
-/// happens to the file behind it. After an error nothing
-/// more is written: what stands there is a recording that was cut.
+/// Reads within 50 ms are written together. What was flushed can be replayed, whatever happens to
+/// the file after that. After an error nothing more is written: the file is then a recording that
+/// was cut.
 ///
 /// ```
 /// use vn100_capture::{RecordingReader, RecordingWriter};
@@ -55,8 +55,8 @@ pub struct RecordingWriter<W: Write> {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Begins a recording; `metadata` is what a replay shall know of it, by names of the caller's
-    /// choice. Flushes.
+    /// Starts a recording and flushes its head; `metadata` is what a replay is to know of the
+    /// recording, under names of the caller's choice.
     ///
     /// # Errors
     /// The first error of `out`.
@@ -64,7 +64,7 @@ impl<W: Write> RecordingWriter<W> {
         Self::begin(out, &head(metadata))
     }
 
-    /// Writes one input behind those before it. The times need not ascend.
+    /// Writes an input after the earlier ones. The times need not ascend.
     ///
     /// # Errors
     /// The first error of the writer; every call after it fails as well.
@@ -94,7 +94,7 @@ impl<W: Write> RecordingWriter<W> {
         }
     }
 
-    /// Hands all that was written to the system.
+    /// Flushes the writer, so that the system has all that was written.
     ///
     /// # Errors
     /// As [`RecordingWriter::write`].
@@ -103,8 +103,8 @@ impl<W: Write> RecordingWriter<W> {
         self.put(Writer::flush)
     }
 
-    /// Ends the recording, saying why where that is known, and gives the writer back, flushed. A
-    /// recording that is dropped without this is ended as well; errors are then lost.
+    /// Ends the recording, with the reason where it is known, and returns the flushed writer. A
+    /// recording that is dropped without this is ended as well, but its errors are lost.
     ///
     /// # Errors
     /// As [`RecordingWriter::write`].

@@ -8,12 +8,12 @@ const ENOUGH: Duration = Duration::from_secs(3600);
 /// How often the disk is asked, in time of the stream; before the first time no rate is known.
 const ASKED_EVERY_NS: u64 = 10_000_000_000;
 
-/// A disk that will be full soon.
+/// The free space on a disk that will soon be full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LowSpace {
-    /// Bytes that are free on it.
+    /// Free bytes on the disk.
     pub free_bytes: u64,
-    /// How long these last if the recording grows as it did so far.
+    /// How long these last if the recording grows as fast as before.
     pub lasts: Duration,
 }
 
