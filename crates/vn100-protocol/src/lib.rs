@@ -20,18 +20,18 @@
 //! # From bytes to messages
 //!
 //! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. The
-//! [`MESSAGES`] that are measured are a table of [`Layout`]s, and a [`Sample`] is what one sentence
-//! of them says. [`Decoder`] does all of it and counts every byte in a [`Tally`]. A rejected
-//! sentence is an item with its evidence and never an error of the stream.
+//! [`MESSAGES`] that are measured are a table of [`Layout`]s, and a [`Sample`] is the content of
+//! one sentence or packet of such a message. [`Decoder`] combines them and counts every byte in a
+//! [`Tally`]. A rejected sentence is an item with its evidence and never an error of the stream.
 //!
-//! A number is never a float on its way: it is the integer that its digits make, because sums of
-//! samples are then exact.
+//! A number never passes through a float: it becomes the integer of its digits, so that sums of
+//! samples are exact.
 //!
 //! # Asking the sensor
 //!
 //! A [`RequestQueue`] sends one [`SensorCommand`] after the other and finds each [`Reply`] among
-//! the lines that keep arriving; it has neither link nor clock. [`LinkLoad`] says whether lines and
-//! packets fit the baud rate.
+//! the frames that keep arriving; it has neither link nor clock. [`LinkLoad`] says whether
+//! sentences and packets fit the baud rate.
 //!
 //! ```
 //! use std::time::Duration;

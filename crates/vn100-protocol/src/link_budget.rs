@@ -1,4 +1,4 @@
-//! What a port carries: whether lines and packets fit its baud rate.
+//! The load of a port: whether its sentences and packets fit the baud rate.
 
 use core::{iter::Sum, ops::Add};
 
@@ -8,11 +8,11 @@ use crate::{
     register::{AsyncRate, AsyncType, BaudRate, BinaryOutput, ProtocolControl},
 };
 
-/// The bytes per second of the outputs of a port.
+/// The load of the outputs of a port, in bytes per second.
 ///
-/// The sensor refuses a setting by which they would be more than a tenth of the baud rate, with
-/// [`InsufficientBaudRate`](crate::DeviceError::InsufficientBaudRate): the rule that explains all
-/// accepted and refused settings that are on record for firmware 3.
+/// The sensor refuses a setting with a load above a tenth of the baud rate, by
+/// [`InsufficientBaudRate`](crate::DeviceError::InsufficientBaudRate): this rule explains all
+/// accepted and refused settings on record for firmware 3.
 ///
 /// ```
 /// use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
@@ -25,22 +25,23 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct LinkLoad {
-    /// Bytes per second.
+    /// Bytes per second, not negative.
     pub bytes_per_s: f64,
 }
 
-/// What register 30 adds to every line; the default, no suffix and XOR-8, is that of the factory.
+/// What register 30 adds to every sentence; the default, no suffix and XOR-8, is the factory
+/// default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LineForm {
-    /// `,T` with ten digits.
+    /// The count, `,T` and ten digits.
     pub count: bool,
-    /// `,S` with four digits.
+    /// The status, `,S` and four digits.
     pub status: bool,
-    /// What protects the line.
+    /// The check of the sentence.
     pub check: Check,
 }
 
-/// An unknown kind of check counts as the longer one.
+/// An unknown kind of check is taken for the longer one.
 impl From<&ProtocolControl> for LineForm {
     fn from(control: &ProtocolControl) -> Self {
         Self {
@@ -52,8 +53,8 @@ impl From<&ProtocolControl> for LineForm {
 }
 
 impl AsyncType {
-    /// The usual length of a line of this form in bytes; 0 for [`OFF`](Self::OFF), `None` where it
-    /// is not known.
+    /// The usual length of a sentence of this form in bytes, CR and LF included; 0 for
+    /// [`OFF`](Self::OFF), `None` where the length is not known.
     #[must_use]
     pub fn line_length(self, form: LineForm) -> Option<u32> {
         let check = match form.check {
@@ -69,17 +70,17 @@ impl AsyncType {
 }
 
 impl LinkLoad {
-    /// Nothing is sent.
+    /// The load of no output.
     pub const NONE: Self = Self { bytes_per_s: 0.0 };
 
-    /// Lines of `length` bytes, CR and LF included.
+    /// The load of sentences of `length` bytes, CR and LF included.
     #[must_use]
     pub fn of_lines(length: u32, rate: AsyncRate) -> Self {
         Self { bytes_per_s: f64::from(length) * f64::from(rate.hz()) }
     }
 
-    /// The packets of a binary output on a port to which it goes; `None` where they are sent, but
-    /// their length is not known.
+    /// The load of the packets of a binary output on a port to which they go; `None` where packets
+    /// are sent whose length is not known.
     #[must_use]
     pub fn of_packets(output: &BinaryOutput) -> Option<Self> {
         match output.rate_hz() {
@@ -88,20 +89,20 @@ impl LinkLoad {
         }
     }
 
-    /// Whether the sensor takes so much at `baud_rate`.
+    /// Whether the sensor accepts this load at `baud_rate`.
     #[must_use]
     pub fn fits(self, baud_rate: BaudRate) -> bool {
         self.bytes_per_s * 10.0 <= f64::from(baud_rate.bits_per_s())
     }
 
-    /// The lowest baud rate that carries it; `None` when none does.
+    /// The lowest baud rate that has room for this load; `None` when none has.
     #[must_use]
     pub fn lowest_baud_rate(self) -> Option<BaudRate> {
         BaudRate::ALL.into_iter().find(|&baud_rate| self.fits(baud_rate))
     }
 
-    /// The highest rate at which lines of `length` bytes fit beside this; `None` when not even 1 Hz
-    /// does.
+    /// The highest rate at which sentences of `length` bytes fit in addition to this load; `None`
+    /// when not even 1 Hz does.
     #[must_use]
     pub fn highest_rate_beside(self, length: u32, baud_rate: BaudRate) -> Option<AsyncRate> {
         let fits = |rate: &AsyncRate| (self + Self::of_lines(length, *rate)).fits(baud_rate);

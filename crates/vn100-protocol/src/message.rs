@@ -15,53 +15,53 @@ use thiserror::Error;
 
 use crate::message::{decimal::DecimalError, layout::Channel};
 
-/// Why a sentence with a measuring message's header is not that message.
+/// Why a sentence with the header of a measured message is malformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum GrammarError {
-    /// What is before the first comma is no name of a message.
+    /// The text before the first comma is no name of a message.
     #[error("the sentence has no name of a message")]
     Name,
-    /// Not as many fields as the message has.
+    /// The number of fields is not that of the message.
     #[error("the sentence has {found} fields, {expected} are expected")]
     FieldCount {
-        /// The numbers of the message.
+        /// Number of values of the message.
         expected: usize,
-        /// All fields of the line.
+        /// Number of fields of the sentence.
         found: usize,
     },
     /// A field is not a number.
     #[error("{channel}: {error}")]
     Number {
-        /// The channel it stands for.
+        /// The channel of the field.
         channel: &'static str,
-        /// What is wrong with it.
+        /// Why the field is no number.
         error: DecimalError,
     },
-    /// The numbers are not printed as any firmware prints them.
+    /// The number of decimals is that of no print format.
     #[error("{channel} has {found} decimals, {expected} are expected from the first number of the sentence")]
     Decimals {
-        /// The first channel printed otherwise.
+        /// The first channel with other decimals.
         channel: &'static str,
-        /// Its decimals in the print format that the first number chose.
+        /// The decimals of the channel in the print format that the first field determines.
         expected: u8,
-        /// Its decimals in this line.
+        /// The decimals of the channel in this sentence.
         found: u8,
     },
-    /// The fields behind the numbers are not a suffix.
+    /// The fields after the values are no suffix.
     #[error(
         "the fields after the numbers should be T with 1 to 20 digits and S with 4 hexadecimal digits, each at most once"
     )]
     Suffix,
 }
 
-/// A value that no VN-100 measures, in a line whose checksum is right.
+/// A value beyond the limit of its channel, in a sentence with a right checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{} of {count} counts is beyond ±{} counts ({} {})", .channel.name, .channel.limit_counts,
     .channel.value(.channel.limit_counts), .channel.unit)]
 pub struct RangeError {
     /// The channel, with its limit.
     pub channel: &'static Channel,
-    /// The value of the line, in units of the last decimal of the channel.
+    /// The value in the sentence, in units of the last decimal of the channel.
     pub count: i64,
 }

@@ -18,32 +18,32 @@ pub use self::{
 };
 use crate::register::fields::{FieldReader, RegisterFields};
 
-/// The number of a register; displays with two digits at least, as on the wire.
+/// The number of a register; displays with at least two digits, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Register(pub u8);
 
-/// What a register holds, as text.
+/// The contents of a register, as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RegisterContents {
-    /// Which register.
+    /// The register.
     pub register: Register,
     /// Its fields.
     pub fields: RegisterFields,
 }
 
-/// A value that one register holds, or several alike.
+/// A value that one register, or several of a kind, contain.
 pub trait RegisterValue: Sized {
-    /// The registers that hold such a value.
+    /// The registers that contain such a value.
     const REGISTERS: &'static [Register];
 
-    /// Takes the fields of the value.
+    /// Reads the fields of the value.
     #[doc(hidden)]
     fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError>;
 }
 
-/// A value that can be written; displays as its fields with commas between them.
+/// A value that can be written; displays as its fields, separated by commas.
 pub trait WritableValue: RegisterValue + fmt::Display {
-    /// The register it belongs to.
+    /// The register to write the value to.
     fn register(&self) -> Register {
         Self::REGISTERS[0]
     }
@@ -54,44 +54,44 @@ pub trait WritableValue: RegisterValue + fmt::Display {
     }
 }
 
-/// Why the contents of a register are not the value they should be.
+/// Why the contents of a register are not the expected value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ValueError {
     /// The contents are of another register.
     #[error("register {found} does not have this value; register {} does", .expected[0])]
     Register {
-        /// The registers that hold the value.
+        /// The registers that contain the value.
         expected: &'static [Register],
-        /// That register.
+        /// The register of the contents.
         found: Register,
     },
-    /// Fewer fields than the value has.
+    /// The contents have fewer fields than the value.
     #[error("register {register} lacks the field {name:?}")]
     Missing {
-        /// Which register.
+        /// The register.
         register: Register,
-        /// The first field that is not there.
+        /// The first field that is missing.
         name: &'static str,
     },
-    /// More fields than the value has.
+    /// The contents have more fields than the value.
     #[error("register {register} has more fields than are known, from {text:?} on")]
     Surplus {
-        /// Which register.
+        /// The register.
         register: Register,
-        /// The first field too many.
+        /// The first field that is too many.
         text: String,
     },
-    /// A field that is not what it should be.
+    /// A field does not have the expected form.
     #[error("register {register}: {name} is {text:?}, expected {expected}")]
     Field {
-        /// Which register.
+        /// The register.
         register: Register,
         /// The name of the field.
         name: &'static str,
-        /// What it says.
+        /// The text of the field.
         text: String,
-        /// What it should be.
+        /// The expected form.
         expected: &'static str,
     },
 }
@@ -103,7 +103,7 @@ macro_rules! registers {
             $(#[doc = concat!("Register ", $number, ", ", $name, ": ", $meaning, ".")]
             pub const $constant: Self = Self($number);)*
 
-            /// Its name; `None` where none is known here.
+            /// The name of the register; `None` where it is not known here.
             #[must_use]
             pub fn name(self) -> Option<&'static str> {
                 match self.0 {
@@ -162,11 +162,11 @@ registers! {
 }
 
 impl RegisterContents {
-    /// The value that the fields make, as a read answers it or a write echoes it.
+    /// The value of the fields, as the sensor sends them in the reply to a read or a write.
     ///
     /// # Errors
-    /// [`ValueError`] for the value of another register, fields too few or too many, or one of them
-    /// that is not what it should be.
+    /// [`ValueError`] for the contents of another register, for too few or too many fields, and for
+    /// a field that does not have the expected form.
     pub fn value<T: RegisterValue>(&self) -> Result<T, ValueError> {
         let mut fields = FieldReader::of::<T>(self)?;
         let value = T::read(&mut fields)?;
@@ -174,8 +174,8 @@ impl RegisterContents {
         Ok(value)
     }
 
-    /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise,
-    /// and registers 5 to 7 may name their port.
+    /// Whether these are the contents after a write of `fields`: the sensor may print numbers
+    /// differently, and registers 5 to 7 may name their port.
     #[must_use]
     pub fn is_as_written(&self, fields: &RegisterFields) -> bool {
         let names_port = matches!(self.register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);

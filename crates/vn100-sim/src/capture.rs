@@ -1,4 +1,4 @@
-//! Rows of twelve values, as the sensor would put them into `$VNYMR`, and many of them as a file.
+//! Rows of twelve values, as the sensor prints them in `$VNYMR`, and files of many of them.
 
 use std::{
     io::{self, Write},
@@ -23,7 +23,7 @@ use crate::{
 pub struct UnsupportedRate {
     /// The rate asked for, Hz.
     pub rate_hz: u32,
-    /// Those that it has, Hz.
+    /// The output rates of the sensor, Hz.
     pub rates: Vec<u32>,
 }
 
@@ -56,8 +56,8 @@ impl Generator {
         generator.ok_or_else(|| UnsupportedRate { rate_hz, rates: OUTPUT_RATES_HZ.to_vec() })
     }
 
-    /// The same for a message: of integrals the samples are means over the whole interval, whose
-    /// noise no averaging window has aliased.
+    /// Samples for a message: for increments the samples are means over the whole interval, in
+    /// which no averaging window has aliased noise.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -119,10 +119,10 @@ impl Generator {
     }
 }
 
-/// Appends the sentence of one row of a [`Generator`] and of its temperature (degC) and pressure
-/// (kPa), from `$` to LF; of integrals those over `interval_s`.
+/// Appends the sentence of one row of a [`Generator`], with temperature (°C) and pressure (kPa) in
+/// `surroundings`, from `$` to LF; increments are over `interval_s` seconds.
 ///
-/// The angular rates are those of the row in every message: no attitude filter takes a bias out.
+/// The angular rates are those of the row in every message: no attitude filter removes a bias.
 pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], surroundings: [f32; 2], interval_s: f64) {
     let mut body = message.header.to_owned();
     let [.., ax, ay, az, gx, gy, gz] = row.map(|value| f64::from(value) * interval_s);
@@ -149,7 +149,7 @@ pub(crate) fn values_of(row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]
     }
 }
 
-/// Appends the generator's next row as a sentence.
+/// Appends the next row of the generator as a sentence.
 pub fn write_next(line: &mut Vec<u8>, message: &Message, generator: &mut Generator) {
     let row = generator.next_row();
     let surroundings = if message.has_surroundings() { generator.next_surroundings() } else { [0.0; 2] };
@@ -158,10 +158,10 @@ pub fn write_next(line: &mut Vec<u8>, message: &Message, generator: &mut Generat
 
 /// Writes the next `samples` rows of the generator, one sentence each; zero writes nothing.
 ///
-/// Each sentence is one write: give a buffered writer, and flush it.
+/// Each sentence is written by one call: use a buffered writer, and flush it.
 ///
 /// # Errors
-/// The first error of the writer; what was written until then stays.
+/// The first error of the writer; the sentences before it are written.
 pub fn write_capture(
     out: &mut impl Write,
     generator: &mut Generator,

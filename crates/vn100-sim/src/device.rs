@@ -1,4 +1,5 @@
-//! The sensor as its serial line shows it: commands in, output out, time passed in.
+//! The sensor as its serial line shows it: commands and time are given to it, output is taken from
+//! it.
 //!
 //! ```
 //! use std::time::Duration;
@@ -13,9 +14,9 @@
 //! assert!(output.ends_with(b"$VNASY,0*4F\r\n$VNRRG,04,3.1.0.0*77\r\n"));
 //! ```
 //!
-//! Nothing here waits or knows a clock: every call names the time since power-up, and what is due
-//! by then has happened when it returns. Equal configuration and equal calls at equal times give
-//! equal bytes.
+//! Nothing here waits or knows a clock: every call gives the time since power-up, and everything
+//! that is due by then has happened when the call returns. Equal configuration and equal calls at
+//! equal times give equal bytes.
 //!
 //! # Where the maker leaves a choice
 //!
@@ -51,7 +52,7 @@ use crate::{
     sensor_clock::SensorClock,
 };
 
-/// From power-up, or from the answer to a restart, to the first output.
+/// The time from power-up, or from the answer to a restart, to the first output.
 pub const BOOT: Duration = Duration::from_millis(1250);
 
 /// How long the flash takes to be written.
@@ -60,21 +61,21 @@ const FLASH_WRITE: Duration = Duration::from_millis(500);
 /// Ticks of the sensor, Hz.
 const TICK_HZ: u64 = 800;
 
-/// What is emulated.
+/// The configuration of an emulated sensor.
 #[derive(Debug, Clone)]
 pub struct DeviceConfig {
-    /// The truth of its channels. A density stated for the output
+    /// The truth of its channels. A density of the output
     /// ([`AveragingWindow::None`](crate::AveragingWindow::None)) is taken to be that at 40 Hz
-    /// behind the delivered window.
+    /// behind the factory default of the averaging window.
     pub profile: Profile,
     /// Seed of all noise.
     pub seed: u64,
-    /// Register 3.
+    /// Serial number (register 3).
     pub serial: u32,
-    /// Register 4, and the differences that come with it.
+    /// Firmware version (register 4), with the differences that come with it.
     pub firmware: Firmware,
-    /// Error of the sensor's clock in parts per million; above zero it runs fast, and its lines
-    /// come early.
+    /// Error of the clock of the sensor in ppm; with a positive error the clock runs fast, and
+    /// sentences come early.
     pub clock_error_ppm: f64,
 }
 
@@ -141,7 +142,7 @@ struct Run {
 const PORT: usize = 0;
 
 impl Device {
-    /// A sensor that is switched on at time zero, with the settings it is delivered with.
+    /// A sensor that is switched on at time zero, with the factory default of all settings.
     #[must_use]
     pub fn new(config: DeviceConfig) -> Self {
         let registers = Registers::delivered(config.firmware, config.serial);
@@ -161,15 +162,15 @@ impl Device {
         }
     }
 
-    /// The rate at which the sensor listens; bytes that are still being sent can have another: see
-    /// [`SentByte::baud`].
+    /// The baud rate at which the sensor receives; bytes that are still being sent may have another
+    /// rate: see [`SentByte::baud`].
     #[must_use]
     pub fn baud(&self) -> u32 {
         self.uart.baud
     }
 
-    /// Takes bytes that reach the sensor at `now`, cut anyhow. A time before that of an earlier
-    /// call counts as that.
+    /// Takes bytes that reach the sensor at `now`, split in any way. A time before that of an
+    /// earlier call is taken for the time of that call.
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         self.advance(ns(now));
         for byte in bytes {
@@ -186,7 +187,7 @@ impl Device {
         }
     }
 
-    /// The bytes that are on the line by `now` and were not taken before.
+    /// The bytes that were on the line by `now` and were not taken before.
     #[must_use]
     pub fn poll_output(&mut self, now: Duration) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -194,14 +195,15 @@ impl Device {
         bytes
     }
 
-    /// The same, each byte with the time at which it was on the line, and its rate.
+    /// Like [`poll_output`](Self::poll_output), but each byte with the time at which it was on the
+    /// line, and its baud rate.
     pub fn poll_bytes(&mut self, now: Duration, mut sink: impl FnMut(SentByte)) {
         self.advance(ns(now));
         self.uart.take(self.now_ns, &mut sink);
     }
 
-    /// When to poll again; a second after the last call at the latest, so that a silent sensor need
-    /// not take all its ticks at once.
+    /// When to poll again: at most a second after the last call, so that a silent sensor need not
+    /// compute all its ticks at once.
     #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
@@ -217,8 +219,8 @@ impl Device {
         Duration::from_nanos(times.into_iter().flatten().min().unwrap_or(self.now_ns))
     }
 
-    /// Lets the program of the sensor fail: it reports a hard fault (`$VNERR,01`) and starts anew,
-    /// from flash.
+    /// Makes the firmware of the sensor fail: the sensor reports a hard fault (`$VNERR,01`) and
+    /// restarts with the settings in its flash.
     pub fn crash(&mut self, now: Duration) {
         self.advance(ns(now));
         if matches!(self.phase, BootPhase::Running { .. }) && self.run.restart_ns.is_none() {
@@ -227,7 +229,8 @@ impl Device {
         }
     }
 
-    /// Cuts the power for an instant: bytes not yet sent are lost, and it starts from flash.
+    /// Interrupts the power for an instant: bytes that were not sent are lost, and the sensor
+    /// restarts with the settings in its flash.
     pub fn power_cycle(&mut self, now: Duration) {
         self.advance(ns(now));
         self.uart = Uart::new(self.flash.ports[PORT].baud);

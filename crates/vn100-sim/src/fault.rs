@@ -8,7 +8,7 @@
 //! # Ok::<(), vn100_sim::fault::FaultPlanError>(())
 //! ```
 //!
-//! Faults are set apart by spaces. Times count from power-up: `12.5s`, `20ms`, `5min`, `2h`.
+//! Faults are separated by spaces. Times count from power-up: `12.5s`, `20ms`, `5min`, `2h`.
 //!
 //! | fault | does |
 //! |---|---|
@@ -32,14 +32,14 @@ pub(crate) use injector::{Injector, ScheduledEvent};
 use thiserror::Error;
 use vn100_protocol::BaudRate;
 
-/// Which bytes a fault strikes.
+/// The bytes that a fault affects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bytes {
-    /// The first at this time or later.
+    /// The first byte at this time or later.
     At(Duration),
-    /// All from a time on, for a while.
+    /// All bytes from the first time on, for the second.
     During(Duration, Duration),
-    /// Each with this chance, from 0 to 1.
+    /// Each byte with this probability, from 0 to 1.
     Chance(f64),
 }
 
@@ -54,47 +54,47 @@ pub enum Fault {
     Splice(Duration),
     /// Bytes are delayed for a while.
     Stall(Duration, Duration),
-    /// The port vanishes.
+    /// The port disappears.
     Unplug {
-        /// When.
+        /// When the port disappears.
         at: Duration,
-        /// After how long it is back; `None`: never.
+        /// The time until the port returns; `None` for never.
         back_after: Option<Duration>,
-        /// Whether it is back under another name.
+        /// Whether the port returns under another name.
         other_name: bool,
     },
-    /// The sensor fails and starts anew.
+    /// The sensor fails and restarts.
     Reboot(Duration),
-    /// The sensor's line runs at another rate.
+    /// The sensor changes to another baud rate.
     Baud(Duration, NonZeroU32),
-    /// The first bytes after an opening are old.
+    /// The first bytes after an opening are old ones.
     Stale,
-    /// Each opening has this chance, from 0 to 1, of being bad.
+    /// Each opening has this probability, from 0 to 1, of being bad.
     BadOpen(f64),
 }
 
-/// The faults of a link, in the order they were written.
+/// The faults of a link, in the order in which they were written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultPlan {
     /// The faults.
     pub faults: Vec<Fault>,
 }
 
-/// Why an item of a plan, which each variant gives as written, is no fault.
+/// Why an item of a plan is no fault. Each variant gives the item as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaultPlanError {
-    /// There is no such fault.
+    /// The item names no fault.
     #[error(
         "`{0}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"
     )]
     Unknown(String),
-    /// A fault needs a time.
+    /// The item lacks a time.
     #[error("`{0}` has no time: add `@` and a time from power-up, such as `@12.5s`")]
     WhenMissing(String),
-    /// A fault needs a duration.
+    /// The item lacks a duration.
     #[error("`{0}` has no length: add `+` and a duration, such as `@10s+2s`")]
     LengthMissing(String),
-    /// This is no time.
+    /// A part of the item is no time.
     #[error("`{text}` in `{item}` is no time: write a number and one of ms, s, min, h, such as `12.5s`")]
     Time {
         /// The item.
@@ -102,7 +102,7 @@ pub enum FaultPlanError {
         /// The part that is wrong.
         text: String,
     },
-    /// This is no chance.
+    /// A part of the item is no probability.
     #[error("`{text}` in `{item}` is no chance: write a number from 0 to 100 and `%`, such as `0.1%`")]
     Chance {
         /// The item.

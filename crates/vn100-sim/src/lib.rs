@@ -16,8 +16,8 @@
 //! ```
 //!
 //! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a
-//! [`Wire`](wire::Wire) puts cable, adapter and faults between it and a host; [`pty::serve`] makes
-//! it a serial port of this machine.
+//! [`Wire`](wire::Wire) puts cable, adapter and faults between the device and a host;
+//! [`pty::serve`] makes the device a serial port of this machine.
 
 pub mod capture;
 pub mod device;

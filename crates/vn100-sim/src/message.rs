@@ -1,6 +1,7 @@
-//! The sentences of measurements, a row each, printed as the sensor prints them.
+//! The sentences of measurements, one row of the table each, printed as the sensor prints them.
 //!
-//! This table shares nothing with the project's parser, so that each can be held against the other.
+//! This table shares nothing with the parser of this project, so that each can be tested against
+//! the other.
 
 use std::fmt::Write;
 
@@ -21,7 +22,7 @@ enum FieldGroup {
     Deltas,
 }
 
-/// A sentence the sensor can send.
+/// A sentence that the sensor can send.
 ///
 /// Widths are minimum widths, and negative zero keeps its sign: the text equals that of the C
 /// formats of the maker, such as `%+08.3f` for an angle.
@@ -66,7 +67,7 @@ pub(crate) const MESSAGES: [Message; 12] = [
 ];
 
 impl Message {
-    /// The sentence of this header, such as `VNYMR`; `None` for any other text.
+    /// The sentence with this header, such as `VNYMR`; `None` for any other text.
     #[must_use]
     pub fn named(header: &str) -> Option<&'static Self> {
         MESSAGES.iter().find(|message| message.header == header)

@@ -11,17 +11,16 @@ use crate::{
     onboard::{AveragingWindow, White},
 };
 
-/// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or
-/// rad/s.
+/// The truth of one channel, in the unit `u` of the channel: deg, gauss, m/s² or rad/s.
 ///
-/// The default is a channel that always reads zero. Zero turns a component off; nothing is checked,
+/// The default is a channel that always reads zero. A component of zero is off. Nothing is checked:
 /// a value that is not finite gives samples that are not finite.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NoiseTruth {
     /// Constant mean, u.
     pub mean: f64,
-    /// White noise density N, two-sided, u/√Hz: Allan deviation N/√τ, standard deviation N·√rate a
-    /// sample. Angle random walk of a gyro, velocity random walk of an accelerometer.
+    /// White noise density N, two-sided, u/√Hz: Allan deviation N/√τ, standard deviation of one
+    /// sample N·√rate. Angle random walk of a gyroscope, velocity random walk of an accelerometer.
     pub white_density: f64,
     /// Bias instability B, u: flicker of two-sided density B²/(2πf), whose Allan deviation is flat
     /// at √(2 ln 2/π)·B = 0.664 B. It holds within 0.5 % for τ from 16 sample intervals to 10⁵ s
@@ -32,7 +31,7 @@ pub struct NoiseTruth {
     pub random_walk: f64,
     /// Ramp R, u/s: Allan deviation R·τ/√2. Starts at zero.
     pub ramp: f64,
-    /// A vibration line.
+    /// A vibration at one frequency; `None` for no vibration.
     pub line: Option<Vibration>,
 }
 
@@ -56,10 +55,10 @@ pub struct Vibration {
     pub frequency_hz: f64,
 }
 
-/// The endless stream of one channel's samples, in constant memory.
+/// The endless stream of the samples of one channel, in constant memory.
 ///
-/// Every component of every channel draws from its own random stream: to change one component, or
-/// one channel, leaves all others as they were.
+/// Every component of every channel draws from a random stream of its own: changing one component,
+/// or one channel, leaves all others as they were.
 #[derive(Debug, Clone)]
 pub struct ChannelStream {
     noise: NoiseTruth,
@@ -76,9 +75,9 @@ impl ChannelStream {
     /// A stream of samples at `rate_hz`. Channels with equal seeds and different numbers are
     /// independent.
     ///
-    /// White noise passes the on-board `window`. The other components are advanced once per output
-    /// sample, past the window: averaging over some milliseconds changes a process only near the
-    /// frequency 1/window, and there each of them lies far below the white noise.
+    /// White noise passes through the on-board `window`. The other components are advanced once per
+    /// output sample and do not pass through it: averaging over some milliseconds changes a process
+    /// only near the frequency 1/window, where each of them is far below the white noise.
     #[must_use]
     pub fn new(noise: &NoiseTruth, window: AveragingWindow, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);

@@ -13,40 +13,41 @@ pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 
 /// How white noise reaches the output.
 ///
-/// A window of w refreshes leaves samples that lie less than w refreshes apart correlated, by
-/// (w - lag)/w. Where fewer are sent than are averaged (w < refresh/rate), noise is aliased and the
-/// output shows a density higher than the sensor's: by √(200/rate) for 4 of 800 Hz.
+/// After a window of w refreshes, samples less than w refreshes apart are correlated, by (w -
+/// lag)/w. Where fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
+/// the density of the output is higher than that of the sensor: by √(200/rate) for 4 samples at 800
+/// Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AveragingWindow {
     /// The noise is drawn at the output rate: the density is that of the output.
     None,
-    /// The density is that of the sensor, which refreshes at `refresh_hz`, behind a low pass; each
-    /// output sample is the mean of the latest `samples` values, and output faster than the refresh
-    /// repeats them.
+    /// The density is that of the sensor, which refreshes at `refresh_hz`, behind a low-pass
+    /// filter; each output sample is the mean of the latest `samples` values, and an output faster
+    /// than the refresh repeats them.
     Boxcar {
         /// Rate of the values that are averaged, Hz.
         refresh_hz: u32,
         /// Number of values averaged; 0 and 1 average nothing.
         samples: u32,
-        /// What the values pass before.
+        /// The low-pass filter before the window.
         low_pass: LowPass,
     },
 }
 
 impl AveragingWindow {
-    /// Gyro as delivered: 4 samples at 800 Hz.
+    /// Gyroscope at the factory default: 4 samples at 800 Hz.
     pub const GYRO_DEFAULT: Self = Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::GYRO };
 
-    /// Accelerometer as delivered: 4 samples at 800 Hz.
+    /// Accelerometer at the factory default: 4 samples at 800 Hz.
     pub const ACCELEROMETER_DEFAULT: Self =
         Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::ACCELEROMETER };
 
-    /// Magnetometer as delivered: no averaging, refreshed at 250 Hz.
+    /// Magnetometer at the factory default: no averaging, refreshed at 250 Hz.
     pub const MAG_DEFAULT: Self = Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0, low_pass: LowPass::NONE };
 }
 
-/// The sensor's low pass, of second order and with a gain of 1 for what is constant: a value is
-/// the white noise times 1 - a1 - a2, plus a1 times the value before, plus a2 times that before.
+/// The low-pass filter of the sensor, of second order and with unit gain at zero frequency: y(k) =
+/// (1 - a1 - a2) x(k) + a1 y(k-1) + a2 y(k-2).
 ///
 /// The maker does not document it. Behind a window of 4, one second of a real sensor has the
 /// autocorrelations 0.83, 0.49, 0.17, -0.02, -0.05 (gyro) and 0.86, 0.60, 0.35, 0.14, 0.08
@@ -59,13 +60,13 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// Passes all.
+    /// No filter.
     pub const NONE: Self = Self { a1: 0.0, a2: 0.0 };
 
-    /// Of the gyro: a pair of poles at 160 Hz, damped by 0.55.
+    /// Low-pass filter of the gyroscope: a pair of poles at 160 Hz with damping 0.55.
     pub const GYRO: Self = Self { a1: 0.499, a2: -0.251 };
 
-    /// Of the accelerometer: one pole at 176 Hz.
+    /// Low-pass filter of the accelerometer: one pole at 176 Hz.
     pub const ACCELEROMETER: Self = Self { a1: 0.25, a2: 0.0 };
 
     /// Values after which it has forgotten those before, to 10^-6.

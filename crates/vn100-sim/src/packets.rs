@@ -1,4 +1,4 @@
-//! Many packets as a file, with the clock of the sensor.
+//! Files of packets, with the clock of the sensor.
 
 use vn100_protocol::{MEASUREMENTS_PER_S, PacketMessage};
 
@@ -32,11 +32,11 @@ pub struct PacketStream {
 }
 
 impl PacketStream {
-    /// Packets of `profile`. Equal arguments give equal bytes. The angular rates are those of the
-    /// profile: no attitude filter takes a bias out.
+    /// Packets of `profile` at `rate_hz`. Equal arguments give equal bytes. The angular rates are
+    /// those of the profile: no attitude filter removes a bias.
     ///
     /// # Errors
-    /// [`UnsupportedRate`] unless 800 is a multiple of the rate.
+    /// [`UnsupportedRate`] unless 800 Hz is a multiple of the rate.
     pub fn new(profile: &Profile, packets: PacketMessage, rate_hz: u32, seed: u64) -> Result<Self, UnsupportedRate> {
         let rates = || (1..=MEASUREMENTS_PER_S).filter(|hz| MEASUREMENTS_PER_S.is_multiple_of(*hz)).collect();
         let unsupported = || UnsupportedRate { rate_hz, rates: rates() };

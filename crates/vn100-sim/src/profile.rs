@@ -14,12 +14,13 @@ const HOUR_S: f64 = 3600.0;
 /// Output rate of the record behind [`Profile::lab3`], Hz.
 const LAB3_RATE_HZ: f64 = 40.0;
 
-/// One channel: its truth, and the way its white noise takes to the output.
+/// One channel: its truth, and how its white noise reaches the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelProfile {
     /// Mean and noise.
     pub noise: NoiseTruth,
-    /// Whether `white_density` is that of the output or that of the sensor behind a window.
+    /// Whether the white noise density is that of the output, or that of the sensor before a
+    /// window.
     pub window: AveragingWindow,
 }
 
@@ -31,7 +32,7 @@ pub struct Profile {
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).
     pub channels: [ChannelProfile; 12],
-    /// Its temperature, and what the bias follows of it.
+    /// Temperature of the sensor, and how the bias follows it.
     pub thermal: Thermal,
 }
 
@@ -44,10 +45,10 @@ pub struct UnknownProfile {
 }
 
 impl Profile {
-    /// The names [`Profile::named`] knows.
+    /// The names that [`Profile::named`] knows.
     pub const NAMES: [&'static str; 2] = ["datasheet", "lab3"];
 
-    /// The profile of that name.
+    /// The profile with that name.
     ///
     /// # Errors
     /// [`UnknownProfile`] for any other than [`Profile::NAMES`].
@@ -59,8 +60,8 @@ impl Profile {
         }
     }
 
-    /// A sensor as its data sheet describes it, level and at rest, facing magnetic north at a
-    /// middle latitude, with the window it is delivered with.
+    /// A sensor with the figures of its data sheet, level and at rest, facing magnetic north at a
+    /// middle latitude, with the factory default of the averaging window.
     ///
     /// Densities are the sensor's: at 40 Hz the output shows 2.24 times as much of gyro and
     /// accelerometer (see [`AveragingWindow`]). The sheet states no random walk, so there is none.

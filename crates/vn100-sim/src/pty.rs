@@ -31,38 +31,37 @@ use crate::fault::FaultPlan;
 #[cfg(target_os = "linux")]
 pub use server::{PtySensor, serve};
 
-/// How the sensor is connected.
+/// How the emulated sensor is connected.
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
-    /// A symbolic link to the current pseudo-terminal. It is made anew where one
-    /// exists, and removed at the end. A sensor that returns under another name has it with `-1`
-    /// behind.
+    /// A symbolic link to the present pseudo-terminal; `None` for no link. An existing link is
+    /// replaced, and the link is removed at the end. A sensor that returns under another name has
+    /// the link with `-1` appended.
     pub link: Option<PathBuf>,
-    /// The latency timer of a USB adapter; `None`: bytes are forwarded as they come.
+    /// The latency timer of a USB adapter; `None` to forward bytes as they come.
     pub usb_latency: Option<Duration>,
     /// The faults of the link.
     pub faults: FaultPlan,
     /// Seed of the faults.
     pub seed: u64,
-    /// For how long the sensor has been on when it is connected. Times of faults count from
-    /// power-up.
+    /// How long the sensor has been on when it is connected. Times of faults count from power-up.
     pub on_for: Duration,
 }
 
-/// Byte counts.
+/// Byte counts of an emulated port.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PtyStats {
     /// How often the port was opened.
     pub openings: u64,
-    /// Bytes handed to a host.
+    /// Bytes that the host has received.
     pub bytes_sent: u64,
-    /// Bytes that found the terminal full, and the 64 KiB too that wait for room in it.
+    /// Bytes that were dropped because the terminal was full, and the 64 KiB behind it as well.
     pub bytes_dropped: u64,
-    /// Bytes that waited for room when the port was closed, or the sensor taken away.
+    /// Bytes that waited for room when the port was closed, or the sensor unplugged.
     pub bytes_unread: u64,
 }
 
-/// Why the sensor cannot be connected, or no longer.
+/// Why the sensor cannot be connected, or is not connected any more.
 #[derive(Debug, Error)]
 pub enum PtyError {
     /// This system is not Linux.
@@ -73,37 +72,37 @@ pub enum PtyError {
     /// The system gives no pseudo-terminal.
     #[error("no pseudo-terminal for the emulated sensor")]
     Open(#[source] io::Error),
-    /// The link cannot be made.
+    /// The symbolic link cannot be made.
     #[error("cannot make the link {} to the emulated sensor", path.display())]
     SymbolicLink {
-        /// Where it should be.
+        /// The path of the link.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
-    /// Something other than a link is in its place.
+    /// A file other than a link has the path of the link.
     #[error("{} exists and is not a symbolic link: remove it, or choose another place for the link", path.display())]
     LinkTaken {
-        /// Where it should be.
+        /// The path of the link.
         path: PathBuf,
     },
-    /// A link of that name has a target, such as the port of another sensor.
+    /// A link with that path has a target, such as the port of another sensor.
     #[error("{} already leads to {}: end that program, or choose another place for the link", path.display(), leads_to.display())]
     LinkInUse {
-        /// Where it should be.
+        /// The path of the link.
         path: PathBuf,
-        /// The target of that link.
+        /// The target of the existing link.
         leads_to: PathBuf,
     },
     /// The thread of the sensor cannot be started.
     #[error("cannot start the thread of the emulated sensor")]
     Thread(#[source] io::Error),
-    /// The thread of the sensor has ended by a fault of its own.
+    /// The thread of the sensor has panicked.
     #[error("internal error in the emulated sensor")]
     Panicked,
 }
 
-/// A sensor on a pseudo-terminal, where there are any.
+/// A sensor on a pseudo-terminal; on this system there are none.
 #[cfg(not(target_os = "linux"))]
 #[derive(Debug)]
 pub enum PtySensor {}
@@ -117,7 +116,7 @@ pub fn serve(_: crate::Device, _: PtyOptions) -> Result<PtySensor, PtyError> {
 
 #[cfg(not(target_os = "linux"))]
 impl PtySensor {
-    /// The path to open.
+    /// The path for a host to open.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         match *self {}

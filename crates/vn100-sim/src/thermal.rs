@@ -6,28 +6,31 @@ use thiserror::Error;
 
 use crate::STANDARD_GRAVITY_M_S2;
 
-/// The truth of the sensor's temperature, and of what its residual compensation leaves.
+/// The truth of the temperature of the sensor, and of the residual of its temperature compensation.
 ///
-/// As text it is a list of what differs from a sensor that is just switched on, warms up as usual
-/// in an even room and has no residual, as in `gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900`.
+/// The text is a list of what differs from a sensor that is just switched on, warms up as usual in
+/// a room of even temperature and has no residual, such as `gyro=0.002 accel=0.1 lag=60 cycle=1.5
+/// period=900`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thermal {
-    /// Of the bias of each gyroscope axis, rad/s per °C; as text `gyro`, in deg/s per °C.
+    /// Temperature coefficient of the bias of each gyroscope axis, rad/s per °C; in text `gyro`, in
+    /// deg/s per °C.
     pub gyro_rad_s_c: f64,
-    /// Of the bias of each accelerometer axis, m/s² per °C; as text `accel`, in mg per °C.
+    /// Temperature coefficient of the bias of each accelerometer axis, m/s² per °C; in text
+    /// `accel`, in mg per °C.
     pub accel_m_s2_c: f64,
     /// First-order lag of the bias behind the temperature, in seconds; `lag`.
     pub lag_s: f64,
-    /// By how much the sensor becomes warmer than the room, °C; `heating`.
+    /// How much warmer than the room the sensor becomes, °C; `heating`.
     pub self_heating_c: f64,
-    /// Time constant of that, in seconds; `warm-up`.
+    /// Time constant of the warm-up, in seconds; `warm-up`.
     pub self_heating_s: f64,
-    /// Amplitude of a sine in the temperature of the room, °C; `cycle`.
+    /// Amplitude of a sinusoidal temperature of the room, °C; `cycle`.
     pub cycle_c: f64,
-    /// Its period, in seconds; `period`.
+    /// Period of that temperature, in seconds; `period`.
     pub cycle_s: f64,
-    /// Seconds since switching on when a capture begins; `age`. An emulated port is just switched
-    /// on.
+    /// Time from switching on to the beginning of a capture, in seconds; `age`. An emulated port
+    /// has just been switched on.
     pub age_s: f64,
 }
 
@@ -54,7 +57,7 @@ impl Default for Thermal {
 }
 
 impl Thermal {
-    /// The temperature of the sensor, °C, so many seconds after switching on.
+    /// The temperature of the sensor in °C, `time_s` seconds after switching on.
     #[must_use]
     pub fn temperature_c(&self, time_s: f64) -> f64 {
         let heated = self.self_heating_c * (1.0 - (-time_s / self.self_heating_s).exp());

@@ -1,5 +1,5 @@
-//! All between the sensor and its host, on a clock passed in: rates of both ends, faults, the
-//! buffer of an adapter.
+//! Everything between the sensor and its host, on a clock that is passed in: the baud rates of both
+//! ends, faults, the buffer of an adapter.
 
 use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
 
@@ -29,8 +29,8 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire that is not open yet. `usb_latency` is the timer of a USB adapter; `None` hands
-    /// bytes on as they come.
+    /// A wire whose port is not open yet. `usb_latency` is the latency timer of a USB adapter;
+    /// `None` forwards bytes as they come.
     #[must_use]
     pub fn new(
         device: Device,
@@ -52,14 +52,14 @@ impl Wire {
         }
     }
 
-    /// The sensor at its end.
+    /// The sensor at the end of the wire.
     #[must_use]
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// The host opens the port: from here on it gets what the sensor sends. Returns what it reads
-    /// at once: old bytes, where the plan says so.
+    /// The host opens the port, and from now on receives what the sensor sends. Returns the bytes
+    /// that the host reads at once: old ones, where the fault plan says so.
     #[must_use]
     pub fn open(&mut self, now: Duration) -> Vec<u8> {
         _ = self.poll(now);
@@ -73,7 +73,7 @@ impl Wire {
         self.host_is_there = false;
     }
 
-    /// The host reads and writes at this rate from here on, at 4 Mbaud at most.
+    /// The host reads and writes at this baud rate from now on; 4 Mbaud at most.
     pub fn set_host_baud(&mut self, baud: NonZeroU32) {
         let baud = baud.min(FASTEST_BAUD);
         self.host_baud = baud;

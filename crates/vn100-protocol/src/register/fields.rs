@@ -1,4 +1,4 @@
-//! The fields of a register as the wire has them, and reading one after the other.
+//! The fields of a register in the form of the wire, and a reader for one field after the other.
 
 use alloc::{borrow::ToOwned, string::String};
 use core::{
@@ -10,8 +10,8 @@ use thiserror::Error;
 
 use super::{Register, RegisterContents, RegisterValue, ValueError};
 
-/// The fields of a register: text with commas between them, as behind the register number of a read
-/// or a write.
+/// The fields of a register: text separated by commas, as after the register number of a read or a
+/// write.
 ///
 /// ```
 /// use vn100_protocol::RegisterFields;
@@ -26,29 +26,30 @@ pub struct RegisterFields(String);
 /// Why a text cannot be the fields of a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RegisterFieldsError {
-    /// A character that would break the sentence.
+    /// The text contains a character that would break the sentence.
     #[error("{found:?} cannot be sent in a field: only printable ASCII without $ and * can")]
     Character {
         /// The first such character.
         found: char,
     },
-    /// More than the sensor receives as one line.
+    /// The text is longer than the sensor can receive in one sentence.
     #[error("the fields have {length} characters and the sensor takes {} at most", RegisterFields::MAX_LENGTH)]
     TooLong {
-        /// The length of the text.
+        /// The length of the text in bytes.
         length: usize,
     },
 }
 
 impl RegisterFields {
-    /// The longest text: what a receive buffer of 256 characters (UM001) leaves beside
-    /// `$VNWRG,nnn,`, `*`, four digits, CR and LF.
+    /// The longest text in bytes: the receive buffer of 256 characters (UM001) less `$VNWRG,nnn,`,
+    /// `*`, four digits, CR and LF.
     pub const MAX_LENGTH: usize = 238;
 
-    /// An empty text is one empty field.
+    /// Fields from a text; an empty text is one empty field.
     ///
     /// # Errors
-    /// [`RegisterFieldsError`] for a character that no field has, or too many of them.
+    /// [`RegisterFieldsError`] for a character that no field can contain, and for a text above
+    /// [`MAX_LENGTH`](Self::MAX_LENGTH).
     pub fn new(text: impl Into<String>) -> Result<Self, RegisterFieldsError> {
         let text = text.into();
         if let Some(found) = text.chars().find(|&found| !is_field_character(found)) {
@@ -60,25 +61,26 @@ impl RegisterFields {
         Ok(Self(text))
     }
 
-    /// The text, with its commas.
+    /// The text, including its commas.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// The fields, of which there is at least one.
+    /// The fields in order; there is at least one.
     pub fn iter(&self) -> Split<'_, char> {
         self.0.split(',')
     }
 
-    /// Takes what numbers and commas print as, or what a sentence held, which is fit to be sent.
+    /// Fields from a text of printed numbers and commas, or from a received sentence, which need no
+    /// check.
     pub(crate) fn trusted(text: String) -> Self {
         debug_assert!(text.chars().all(is_field_character), "{text:?}");
         Self(text)
     }
 
-    /// Whether the sensor means by `echo` what it was asked by these fields: numbers may be printed
-    /// otherwise, and `extra` fields may follow.
+    /// Whether a sensor that was sent these fields may reply with `echo`: numbers may be printed
+    /// differently, and up to `extra` fields may follow.
     pub(crate) fn means(&self, echo: &Self, extra: usize) -> bool {
         let (asked, got) = (self.iter().count(), echo.iter().count());
         (asked..=asked + extra).contains(&got) && self.iter().zip(echo.iter()).all(|(asked, got)| is_same(asked, got))
@@ -99,7 +101,7 @@ fn is_same(asked: &str, got: &str) -> bool {
     // a point distinguishes a number from a hexadecimal mask such as 01E5
     if asked.contains('.') || got.contains('.') {
         return match (asked.parse::<f64>(), got.parse::<f64>()) {
-            // the sensor keeps 32-bit floats and prints six digits of them
+            // the sensor stores 32-bit floats and prints six digits of them
             (Ok(asked), Ok(got)) if asked.is_finite() => (asked - got).abs() <= 1e-5 * asked.abs(),
             _ => asked == got,
         };
@@ -108,7 +110,8 @@ fn is_same(asked: &str, got: &str) -> bool {
     asked.eq_ignore_ascii_case(got)
 }
 
-/// Takes the fields of a register one after the other, and names the one that is wrong.
+/// Reads the fields of a register one after the other, and names the field that is wrong in an
+/// error.
 #[derive(Debug)]
 pub struct FieldReader<'a> {
     register: Register,
@@ -123,7 +126,7 @@ impl<'a> FieldReader<'a> {
         Ok(Self { register: contents.register, fields: contents.fields.iter() })
     }
 
-    /// A field as `read` takes it; `expected` says what that is.
+    /// The next field, as `read` parses it; `expected` describes the form.
     pub(super) fn value<T>(
         &mut self,
         name: &'static str,
@@ -139,7 +142,7 @@ impl<'a> FieldReader<'a> {
         self.value(name, "a whole number in range", integer)
     }
 
-    /// Finite 32-bit floats, which is what the sensor keeps.
+    /// Finite 32-bit floats, which the sensor stores.
     pub(super) fn floats<const N: usize>(&mut self, name: &'static str) -> Result<[f32; N], ValueError> {
         let mut values = [0.0; N];
         for value in &mut values {
@@ -169,7 +172,7 @@ impl<'a> FieldReader<'a> {
     }
 }
 
-/// Digits alone: the standard library would take a sign, too.
+/// A text of digits alone: the standard library would accept a sign as well.
 pub(super) fn integer<T: FromStr>(text: &str) -> Option<T> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }

@@ -1,4 +1,4 @@
-//! Registers 5 to 7: the baud rate of a port, its asynchronous output, and the rate of that.
+//! Registers 5 to 7: the baud rate of a port, its asynchronous output, and the rate of that output.
 
 use core::fmt;
 
@@ -8,15 +8,15 @@ use super::{
 };
 use crate::message::layout::OUTPUT_RATES_HZ;
 
-/// Bits per second of a port, one of the nine that the sensor has.
+/// The baud rate of a port in bit/s, one of the nine that the sensor has.
 ///
-/// The sensor answers a write at the old rate and goes over to the new one then. Eight data bits,
-/// no parity, one stop bit: ten bits a byte.
+/// The sensor replies to a write at the old rate and then changes to the new one. Eight data bits,
+/// no parity, one stop bit: ten bits per byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BaudRate(u32);
 
 impl BaudRate {
-    /// All of them, the slowest first.
+    /// All baud rates, the slowest first.
     pub const ALL: [Self; 9] = [
         Self(9_600),
         Self(19_200),
@@ -31,19 +31,19 @@ impl BaudRate {
     /// The factory default: 115200.
     pub const DEFAULT: Self = Self(115_200);
 
-    /// This many bits per second; `None` for a rate that the sensor does not have.
+    /// The baud rate of this many bit/s; `None` for one that the sensor does not have.
     #[must_use]
     pub fn new(bits_per_s: u32) -> Option<Self> {
         Some(Self(bits_per_s)).filter(|rate| Self::ALL.contains(rate))
     }
 
-    /// Bits per second.
+    /// The rate in bit/s.
     #[must_use]
     pub fn bits_per_s(self) -> u32 {
         self.0
     }
 
-    /// Bytes per second, of ten bits each.
+    /// The rate in bytes per second, of ten bits each, rounded down.
     #[must_use]
     pub fn bytes_per_s(self) -> u32 {
         self.0 / 10
@@ -62,10 +62,10 @@ impl RegisterValue for BaudRate {
     }
 }
 
-/// The message that a port sends of itself, by the code that register 6 takes.
+/// The message that a port sends by itself, by the code in register 6.
 ///
-/// A code without a constant here, of a sister product or of the maker's own, can be read and
-/// written all the same.
+/// A code without a constant here, such as that of a sister product, can be read and written as
+/// well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AsyncType(pub u8);
 
@@ -113,31 +113,31 @@ messages! {
 }
 
 impl AsyncType {
-    /// Nothing is sent.
+    /// The port sends no message.
     pub const OFF: Self = Self(0);
 
-    /// The message with this header, such as `VNYPR`; `None` for one that has no constant here.
+    /// The message with this header, such as `VNYPR`; `None` for a header without a constant here.
     #[must_use]
     pub fn from_header(header: &[u8]) -> Option<Self> {
         MESSAGES.iter().find(|message| message.header.as_bytes() == header).map(|message| message.code)
     }
 
-    /// The header of its lines, without the `$`; `None` for [`OFF`](Self::OFF) and for a code
+    /// The header of the sentences, without the `$`; `None` for [`OFF`](Self::OFF) and for a code
     /// without a constant.
     #[must_use]
     pub fn header(self) -> Option<&'static str> {
         self.message().map(|message| message.header)
     }
 
-    /// What it holds, in words; `None` as for the header.
+    /// The content of the message, in words; `None` in the same cases as [`header`](Self::header).
     #[must_use]
     pub fn description(self) -> Option<&'static str> {
         self.message().map(|message| message.description)
     }
 
-    /// The usual length of a line in bytes with an 8-bit checksum, CR and LF, without suffix; 0 for
-    /// [`OFF`](Self::OFF), `None` where it is not known. A value beyond its usual width makes a
-    /// line longer.
+    /// The usual length of a sentence in bytes with an 8-bit checksum, CR and LF, without suffix; 0
+    /// for [`OFF`](Self::OFF), `None` where it is not known. A value beyond its usual width makes a
+    /// sentence longer.
     #[must_use]
     pub fn usual_length(self) -> Option<u32> {
         if self == Self::OFF { Some(0) } else { self.message()?.usual_length }
@@ -158,19 +158,19 @@ impl RegisterValue for AsyncType {
     }
 }
 
-/// How often a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, which firmware 3
-/// takes for never.
+/// The rate at which a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, by which
+/// firmware 3 sends none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AsyncRate(u32);
 
 impl AsyncRate {
-    /// This many lines per second; `None` for a rate that the sensor does not have.
+    /// The rate of this many hertz; `None` for one that the sensor does not have.
     #[must_use]
     pub fn new(hz: u32) -> Option<Self> {
         (hz == 0 || OUTPUT_RATES_HZ.contains(&hz)).then_some(Self(hz))
     }
 
-    /// Lines per second.
+    /// The rate in hertz.
     #[must_use]
     pub fn hz(self) -> u32 {
         self.0

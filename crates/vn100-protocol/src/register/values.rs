@@ -1,5 +1,5 @@
-//! The registers of numbers: modes, averaging, how this sensor was calibrated and mounted, and the
-//! streams of binary packets. A mode is kept even where its meaning is not known here.
+//! The registers of numbers: modes, averaging, calibration and mounting of the sensor, and the
+//! binary outputs. A mode is kept even where its meaning is not known here.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -10,7 +10,7 @@ use crate::{
     packet::{field, form::PacketHeader},
 };
 
-/// A register of whole numbers: its value, with the name and the factory default of each field.
+/// A register of whole numbers: its type, with the name and the factory default of each field.
 macro_rules! whole_numbers {
     ($(#[$doc:meta])* $name:ident = $register:ident {
         $($(#[$field_doc:meta])* $field:ident: $type:ty = $label:literal, $default:literal;)*
@@ -75,7 +75,7 @@ whole_numbers! {
 }
 
 impl ProtocolControl {
-    /// What protects the lines of the sensor; `None` for a number that is not known.
+    /// The check of the sentences of the sensor; `None` for a number that is not known.
     #[must_use]
     pub fn check(&self) -> Option<Check> {
         match self.serial_checksum {
@@ -92,21 +92,21 @@ whole_numbers! {
         /// What an edge on SyncIn does: 3 counts, 4 starts a sample, 5 sends one line, 6 sends one
         /// of every stream.
         in_mode: u8 = "SyncIn mode", 3;
-        /// 0 a rising edge, 1 a falling one.
+        /// 0: a rising edge counts, 1: a falling edge.
         in_edge: u8 = "SyncIn edge", 0;
-        /// Edges passed over between two that count.
+        /// Edges that are skipped between two that count.
         in_skip: u16 = "SyncIn skip factor", 0;
         /// Reserved, 0.
         reserved_in: u32 = "reserved", 0;
-        /// What an edge of SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an
+        /// What a pulse on SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an
         /// attitude is ready.
         out_mode: u8 = "SyncOut mode", 0;
-        /// 0 pulses go low, 1 high.
+        /// 0: pulses are low, 1: high.
         out_polarity: u8 = "SyncOut polarity", 0;
-        /// Events passed over between two pulses: their count runs at 800 Hz / (`out_skip` + 1) in
-        /// modes 1 and 2.
+        /// Events that are skipped between two pulses: in modes 1 and 2 pulses come at 800 Hz /
+        /// (`out_skip` + 1).
         out_skip: u16 = "SyncOut skip factor", 0;
-        /// The length of a pulse in nanoseconds.
+        /// Length of a pulse in nanoseconds.
         out_pulse_ns: u32 = "SyncOut pulse width", 100_000_000;
         /// Reserved, 0.
         reserved_out: u32 = "reserved", 0;
@@ -118,7 +118,7 @@ whole_numbers! {
     VpeControl = VPE_CONTROL {
         /// 1 on, 0 off; reserved in firmware 3.
         enable: u8 = "enable", 1;
-        /// Where the heading comes from: 0 the magnetometer is trusted, 1 relative, 2 indoor.
+        /// Source of the heading: 0 the magnetometer is trusted, 1 relative, 2 indoor.
         heading_mode: u8 = "heading mode", 1;
         /// Filtering: 0 none, 1 adaptive.
         filtering_mode: u8 = "filtering mode", 1;
@@ -128,39 +128,40 @@ whole_numbers! {
 }
 
 whole_numbers! {
-    /// Register 85: the moving average of the 800 Hz samples, for each sensor inside. A window is
-    /// the samples averaged, of which 0 and 1 are none but the last; a mode says which values are
-    /// averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
+    /// Register 85: the moving average of the 800 Hz samples, for each of the sensors inside. A
+    /// window is the number of samples averaged; 0 and 1 mean that none are. A mode says which
+    /// values are averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
     ImuFilter = IMU_FILTER {
-        /// Of the magnetometer.
+        /// Window of the magnetometer, in samples.
         mag_window: u16 = "magnetometer window", 0;
-        /// Of the accelerometer.
+        /// Window of the accelerometer, in samples.
         accel_window: u16 = "accelerometer window", 4;
-        /// Of the gyro.
+        /// Window of the gyroscope, in samples.
         gyro_window: u16 = "gyro window", 4;
-        /// Of the thermometer.
+        /// Window of the thermometer, in samples.
         temperature_window: u16 = "temperature window", 4;
-        /// Of the barometer.
+        /// Window of the barometer, in samples.
         pressure_window: u16 = "pressure window", 0;
-        /// Of the magnetometer.
+        /// Mode of the magnetometer.
         mag_mode: u8 = "magnetometer mode", 0;
-        /// Of the accelerometer.
+        /// Mode of the accelerometer.
         accel_mode: u8 = "accelerometer mode", 3;
-        /// Of the gyro.
+        /// Mode of the gyroscope.
         gyro_mode: u8 = "gyro mode", 3;
-        /// Of the thermometer.
+        /// Mode of the thermometer.
         temperature_mode: u8 = "temperature mode", 3;
-        /// Of the barometer.
+        /// Mode of the barometer.
         pressure_mode: u8 = "pressure mode", 0;
     }
 }
 
-/// Registers 23, 25 and 84: the user's calibration of one sensor, y = C (x - b).
+/// Registers 23, 25 and 84: the user's calibration of one sensor, y = C (x - b), axes in the order
+/// x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
-    /// C by rows.
+    /// C, by rows.
     pub matrix: [[f32; 3]; 3],
-    /// b along x, y, z: gauss, m/s² or rad/s.
+    /// b along x, y, z, in gauss, m/s² or rad/s.
     pub offset: [f32; 3],
 }
 
@@ -173,10 +174,10 @@ impl RegisterValue for Calibration {
     }
 }
 
-/// Register 26: from the axes of the sensor to those of the vehicle.
+/// Register 26: the rotation from the axes of the sensor to those of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFrameRotation {
-    /// The matrix by rows.
+    /// The rotation matrix, by rows; it is multiplied by a vector in the axes of the sensor.
     pub matrix: [[f32; 3]; 3],
 }
 
@@ -188,10 +189,10 @@ impl RegisterValue for ReferenceFrameRotation {
     }
 }
 
-/// Register 43: the bias of the angular rate that the attitude filter starts with.
+/// Register 43: the bias of the angular rate with which the attitude filter starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartupGyroBias {
-    /// About x, y, z in rad/s.
+    /// Bias about x, y, z, in rad/s.
     pub bias_rad_s: [f32; 3],
 }
 
@@ -207,7 +208,7 @@ fn matrix(fields: &mut FieldReader<'_>) -> Result<[[f32; 3]; 3], ValueError> {
     Ok([fields.floats("matrix")?, fields.floats("matrix")?, fields.floats("matrix")?])
 }
 
-/// One stream of binary packets.
+/// Registers 75 to 77: one output of binary packets.
 ///
 /// ```text
 /// $VNWRG,75, 2, 4, 06, 0001, 001C
@@ -218,9 +219,11 @@ fn matrix(fields: &mut FieldReader<'_>) -> Result<[[f32; 3]; 3], ValueError> {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct BinaryOutput {
-    /// Where packets go: 0 nowhere, 1 port 1, 2 port 2, 3 both. Firmware 3 takes it for a mask.
+    /// The ports that packets go to: 0 none, 1 port 1, 2 port 2, 3 both. Firmware 3 takes the
+    /// number for a mask.
     pub async_mode: u16,
-    /// A packet is sent every so many samples of the 800 in a second; 0 on request alone.
+    /// A packet is sent at every so many-th of 800 samples per second; 0 for packets on request
+    /// only.
     pub rate_divisor: u16,
     /// A bit for each group of fields in the packet.
     pub groups: u8,
@@ -229,25 +232,26 @@ pub struct BinaryOutput {
 }
 
 impl BinaryOutput {
-    /// Packets per second to the ports in [`async_mode`](Self::async_mode); 0 where none are sent.
+    /// Packets per second on the ports in [`async_mode`](Self::async_mode), in hertz; 0 where none
+    /// are sent.
     #[must_use]
     pub fn rate_hz(&self) -> f64 {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
     }
 
-    /// What its packets begin with.
+    /// The header of the packets: their groups and fields.
     #[must_use]
     pub fn header(&self) -> PacketHeader {
         PacketHeader::new(self.groups, &self.field_words)
     }
 
-    /// The known fields of a packet by their names in the manual, in the order of the wire.
+    /// The known fields of a packet by their names in the manual, in the order of the packet.
     pub fn field_names(&self) -> impl Iterator<Item = &'static str> {
         field::present(self.groups, &self.field_words).map(|field| field.name).filter(|name| !name.is_empty())
     }
 
-    /// The bytes of a packet; `None` where a group or a field is not known, or their numbers do not
-    /// go together.
+    /// Length of a packet in bytes; `None` where a group or a field is not known, or where groups
+    /// and words of fields do not match.
     #[must_use]
     pub fn packet_length(&self) -> Option<usize> {
         packet::length(self.groups, &self.field_words)
@@ -279,7 +283,7 @@ impl RegisterValue for BinaryOutput {
     }
 }
 
-/// Hexadecimal digits alone: the standard library would take a sign, too.
+/// A text of hexadecimal digits alone: the standard library would accept a sign as well.
 fn hexadecimal(text: &str) -> Option<u16> {
     text.bytes().all(|byte| byte.is_ascii_hexdigit()).then(|| u16::from_str_radix(text, 16).ok())?
 }

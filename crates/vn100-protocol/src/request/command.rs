@@ -1,4 +1,4 @@
-//! The commands that the sensor takes.
+//! The commands that the sensor accepts.
 
 use alloc::{borrow::ToOwned, format, string::String};
 use core::time::Duration;
@@ -18,19 +18,19 @@ use crate::{
 /// assert_eq!(SensorCommand::write(&AsyncType::YMR).sentence(Check::Xor8), "$VNWRG,06,14*59\r\n");
 /// ```
 ///
-/// Those that leave the protocol (firmware update, the prompt for people) are not among them.
+/// Commands that leave the protocol (firmware update, the prompt for people) are not among them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SensorCommand {
     /// `VNRRG`: reads a register.
     ReadRegister(Register),
-    /// `VNWRG`: writes a register; the value is lost without power unless
+    /// `VNWRG`: writes a register; without power the value is lost, unless
     /// [`WriteSettings`](Self::WriteSettings) follows.
     WriteRegister {
         /// The register.
         register: Register,
-        /// Its fields in their order. Registers 5 to 7 are those of the port in use, unless a field
-        /// more names a port.
+        /// Its fields in order. Registers 5 to 7 are those of the port in use, unless a further
+        /// field names a port.
         fields: RegisterFields,
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
@@ -39,18 +39,17 @@ pub enum SensorCommand {
     RestoreFactorySettings,
     /// `VNRST`: restarts with the registers as saved.
     Reset,
-    /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, lines and packets; no
-    /// register changes.
+    /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, sentences and packets;
+    /// no register changes.
     Async(bool),
-    /// `VNSGB`: takes the bias that the filter estimates now as the one to start with (register
-    /// 43).
+    /// `VNSGB`: makes the bias that the filter estimates now the one to start with (register 43).
     SetGyroBias,
-    /// `VNTAR`: takes the attitude of now as zero. Firmware 3 answers
+    /// `VNTAR`: makes the present attitude the zero. Firmware 3 answers
     /// [`InvalidCommand`](crate::DeviceError::InvalidCommand).
     Tare,
 }
 
-/// The waits of the maker's libraries for an answer, for the settings to be saved, which takes
+/// The waits of the maker's libraries: for an answer, for the settings to be saved, which takes
 /// about half a second, and for a restart.
 const ANSWER_TIME: Duration = Duration::from_millis(500);
 const SAVE_TIME: Duration = Duration::from_millis(1200);
@@ -60,24 +59,24 @@ const RESTART_TIME: Duration = Duration::from_millis(2500);
 const BOOT_TIME: Duration = Duration::from_millis(1250);
 
 impl SensorCommand {
-    /// Writes `setting` to its register.
+    /// The command that writes `setting` to its register.
     #[must_use]
     pub fn write(setting: &impl WritableValue) -> Self {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
-    /// The sentence from `$` to LF. The sensor takes either check; it refuses a line with
+    /// The sentence from `$` to LF. The sensor accepts either check; it refuses a sentence with
     /// [`Check::None`].
     #[must_use]
     pub fn sentence(&self, check: Check) -> String {
         check.sentence(&self.body())
     }
 
-    /// Whether `reply` confirms this command: it names the same command and, where it has one, the
-    /// same register.
+    /// Whether `reply` confirms this command: it names the same command and, where the command has
+    /// one, the same register.
     ///
-    /// The fields in the reply to a write are not compared; an error of the sensor does not
-    /// name what it answers, and is no such reply.
+    /// The fields in the reply to a write are not compared. A device error does not name the
+    /// command that it answers, and is no such reply.
     #[must_use]
     pub fn is_answered_by(&self, reply: &Reply) -> bool {
         match (self, reply) {
@@ -88,7 +87,7 @@ impl SensorCommand {
         }
     }
 
-    /// Whether sending it twice has the same effect as sending it once.
+    /// Whether sending the command twice has the same effect as sending it once.
     #[must_use]
     pub fn is_repeatable(&self) -> bool {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
@@ -120,7 +119,7 @@ impl SensorCommand {
         self.sentence(check).trim_end().to_owned()
     }
 
-    /// What stands between `$` and `*`.
+    /// The text between `$` and `*`.
     fn body(&self) -> String {
         match self {
             Self::ReadRegister(register) => format!("VNRRG,{register}"),

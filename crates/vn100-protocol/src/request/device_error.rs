@@ -66,21 +66,21 @@ device_errors! {
 }
 
 impl DeviceError {
-    /// Whether the sensor reports this error by itself; all others answer a command, as far as is
-    /// known.
+    /// Whether the sensor reports this error by itself; all other errors answer a command, as far
+    /// as is known.
     #[must_use]
     pub fn is_unsolicited(self) -> bool {
         matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
     }
 
-    /// Whether the command was damaged on its way, so that it was not carried out and may fare
-    /// better when sent again.
+    /// Whether the command was damaged on its way, so that the sensor has not executed it and may
+    /// when it is sent again.
     #[must_use]
     pub fn is_transmission_fault(self) -> bool {
         matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
     }
 
-    /// What to do about it.
+    /// What the user can do about the error, in words.
     #[must_use]
     pub fn advice(self) -> &'static str {
         match self {

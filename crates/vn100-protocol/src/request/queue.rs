@@ -1,5 +1,5 @@
-//! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an
-//! argument.
+//! Requests to the sensor and their answers, among the frames that the sensor sends meanwhile; time
+//! is an argument.
 
 use alloc::{collections::VecDeque, format, string::String, vec::Vec};
 use core::time::Duration;
@@ -15,15 +15,15 @@ use crate::{
     request::reply::Reply,
 };
 
-/// Sends requests one at a time, finds their answers among the replies and repeats what may be
-/// repeated.
+/// Sends requests one at a time, finds their answers among the replies and repeats commands that
+/// may be repeated.
 ///
 /// Each request ends exactly once, with an answer or a failure. Reads, writes and
 /// [`SensorCommand::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands
 /// once, whatever happens.
 ///
-/// Its owner has the link and the clock; times are those since any fixed moment. After any call,
-/// and when [`poll_timeout`](Self::poll_timeout) is due (with
+/// The owner has the link and the clock; times are durations since any fixed moment. After each
+/// call, and when [`poll_timeout`](Self::poll_timeout) is due (with
 /// [`handle_timeout`](Self::handle_timeout)): send what [`poll_transmit`](Self::poll_transmit)
 /// gives, collect [`poll_completion`](Self::poll_completion) and
 /// [`poll_notice`](Self::poll_notice), and wait until the next timeout or reply.
@@ -31,11 +31,11 @@ use crate::{
 /// # Which reply answers which request
 ///
 /// A reply answers by its command and its register. `VNERR` names neither: it answers the request
-/// on the wire, unless it is always unsolicited. On a line that echoes, as a half-duplex one does,
-/// the echo of a command other than a read looks like its reply: once a read was echoed and
+/// on the wire, unless the error is always unsolicited. On a line that echoes, as a half-duplex one
+/// does, the echo of a command other than a read looks like its reply: once a read was echoed and
 /// answered, the first copy of any other command is the echo and the next one the answer. After a
-/// request that was sent twice the next one waits until the second answer has arrived or is too
-/// late to arrive: otherwise it would be taken for the answer to the next request.
+/// request that was sent twice, the next request waits until the second answer has arrived or is
+/// too late to arrive: otherwise that answer would be taken for the one to the next request.
 #[derive(Debug, Default)]
 pub struct RequestQueue {
     check: Check,
@@ -44,7 +44,7 @@ pub struct RequestQueue {
     late: Option<Late>,
     /// Whether a read was echoed before its reply.
     line_echoes: bool,
-    /// The sensor takes no request before this time.
+    /// The sensor executes no request before this time.
     busy_until: Duration,
     completions: VecDeque<(RequestId, Result<Response, RequestFailure>)>,
     notices: VecDeque<DeviceError>,
@@ -55,32 +55,34 @@ pub struct RequestQueue {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct RequestId(u64);
 
-/// What the sensor answered.
+/// The answer of the sensor to a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Response {
-    /// To a read: what the register holds. To a write: what it has taken.
+    /// To a read: the contents of the register. To a write: the contents that the sensor has
+    /// accepted.
     Register(RegisterContents),
-    /// To any other command: that it is carried out.
+    /// To any other command: it is executed.
     Done,
 }
 
-/// What a reply means to the queue.
+/// The relation of a reply to the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handled {
-    /// It answers a request, the present one or one that has ended.
+    /// The reply answers a request, the present one or one that has ended.
     Mine,
-    /// It is the request itself: the line echoes.
+    /// The reply is a copy of the request itself: the line echoes.
     Echo,
-    /// It answers no request of this queue.
+    /// The reply answers no request of this queue.
     NotMine,
 }
 
-/// As many requests wait as the queue takes.
+/// The queue has its [`CAPACITY`](RequestQueue::CAPACITY) of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{} requests are pending: collect their replies before sending more", RequestQueue::CAPACITY)]
 pub struct QueueFull;
 
-/// Why a request failed. `line` is the command as sent, without CR and LF.
+/// Why a request failed. `line` is the command as sent, without CR and LF; empty where none was
+/// sent.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum RequestFailure {
@@ -92,17 +94,17 @@ pub enum RequestFailure {
     Timeout {
         /// The command.
         line: String,
-        /// How often it was sent.
+        /// The number of times the command was sent.
         attempts: u32,
-        /// From the first time it was sent to the end of the wait.
+        /// The time from the first transmission to the end of the wait.
         after: Duration,
     },
-    /// The sensor refused it.
+    /// The sensor refused the command.
     #[error("the sensor refused {line} with {error}: {}", .error.advice())]
     Device {
         /// The command.
         line: String,
-        /// The error that it reported.
+        /// The error that the sensor reported.
         error: DeviceError,
     },
     /// The link went down before an answer came.
@@ -110,10 +112,10 @@ pub enum RequestFailure {
     LinkDown {
         /// The command.
         line: String,
-        /// How often it was sent; 0 for one that waited for others.
+        /// The number of times the command was sent; 0 for one that was waiting for others.
         attempts: u32,
     },
-    /// The sensor carried out a write with other values than those sent.
+    /// The sensor executed a write with other values than those sent.
     #[error(
         "the reply to {line} has other fields: requested {asked}, received {got}; read the register to see its value"
     )]
@@ -133,46 +135,46 @@ struct Current {
     id: RequestId,
     command: SensorCommand,
     attempts: u32,
-    /// Lines sent and not yet answered.
+    /// Number of copies that were sent and are not answered yet.
     unanswered: u32,
-    /// Lines sent whose echo has not come.
+    /// Number of copies that were sent and whose echo has not arrived.
     unechoed: u32,
     /// Whether it is a read whose echo has come.
     is_echoed: bool,
     first_sent: Duration,
     last_sent: Duration,
-    /// When to give the present attempt up; `None` when the next is to be sent.
+    /// The end of the present attempt; `None` when the next copy is to be sent.
     deadline: Option<Duration>,
 }
 
-/// A request that has ended with fewer answers than it was sent times.
+/// A request that has ended with fewer answers than copies were sent.
 #[derive(Debug)]
 struct Late {
     command: SensorCommand,
     unanswered: u32,
-    /// The others come no more after this time.
+    /// After this time no further answer will arrive.
     until: Duration,
 }
 
 impl RequestQueue {
-    /// How often a repeatable command is sent at most.
+    /// The most times that a repeatable command is sent.
     pub const ATTEMPTS: u32 = 3;
-    /// The requests that may wait, be on the wire, or have ended without being collected.
+    /// The most requests that may wait, be on the wire, or have ended without being collected.
     pub const CAPACITY: usize = 64;
-    /// The notices kept; the oldest go first.
+    /// The most notices that are kept; the oldest are dropped.
     pub const NOTICES: usize = 16;
 
-    /// A queue whose sentences are protected by `check`. The sensor takes XOR-8 and CRC-16 at any
-    /// time, and a line with [`Check::None`] at none.
+    /// A queue whose sentences have `check`. The sensor always accepts XOR-8 and CRC-16, and never
+    /// a sentence with [`Check::None`].
     #[must_use]
     pub fn new(check: Check) -> Self {
         Self { check, ..Self::default() }
     }
 
-    /// Queues a request behind those that wait.
+    /// Queues a request after those that wait.
     ///
     /// # Errors
-    /// [`QueueFull`] when there are [`CAPACITY`](Self::CAPACITY) of them.
+    /// [`QueueFull`] when the queue has [`CAPACITY`](Self::CAPACITY) of requests.
     pub fn submit(&mut self, command: SensorCommand) -> Result<RequestId, QueueFull> {
         let id = self.next_id()?;
         self.queue.push_back((id, command));
@@ -189,8 +191,9 @@ impl RequestQueue {
         Ok(id)
     }
 
-    /// Cancels a request: it is not sent again, and ends without a result. An answer that still
-    /// arrives belongs to no request; an error may be taken for the answer to the next one.
+    /// Cancels a request: it is not sent again, and ends without a result; unknown and ended
+    /// requests are ignored. An answer that still arrives belongs to no request; a device error may
+    /// be taken for the answer to the next one.
     pub fn cancel(&mut self, id: RequestId) {
         self.queue.retain(|(queued, _)| *queued != id);
         self.current.take_if(|current| current.id == id);
@@ -204,7 +207,7 @@ impl RequestQueue {
         Ok(RequestId(self.submitted))
     }
 
-    /// Takes a reply that has arrived.
+    /// Handles a reply that has arrived.
     pub fn handle_reply(&mut self, reply: &Reply, now: Duration) -> Handled {
         match reply {
             Reply::Error(error) => return self.handle_error(*error, now),
@@ -238,7 +241,7 @@ impl RequestQueue {
         Handled::Mine
     }
 
-    /// Gives up or repeats what was not answered in time; does nothing before that time.
+    /// Repeats or ends a request that was not answered in time; does nothing before that time.
     pub fn handle_timeout(&mut self, now: Duration) {
         let Some(current) = self.current.as_mut().filter(|current| current.deadline.is_some_and(|at| at <= now)) else {
             return;
@@ -255,7 +258,7 @@ impl RequestQueue {
         self.complete(Err(failure), now);
     }
 
-    /// Ends all requests: the link is lost. Later ones wait for the next
+    /// Ends all requests, because the link is lost. Later requests wait for the next
     /// [`poll_transmit`](Self::poll_transmit), on a new link.
     pub fn handle_link_down(&mut self) {
         let current = self.current.take().map(|current| (current.id, current.command, current.attempts));
@@ -269,7 +272,7 @@ impl RequestQueue {
         self.busy_until = Duration::ZERO;
     }
 
-    /// The line to send now, if there is one; its time to be answered begins.
+    /// The sentence to send now, if there is one; the wait for its answer begins.
     #[must_use]
     pub fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
         if self.current.is_none() && now >= self.ready_at() {
@@ -288,8 +291,8 @@ impl RequestQueue {
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again, once the latter has nothing more; `None` when
-    /// only a reply or a request can bring anything new.
+    /// [`poll_transmit`](Self::poll_transmit) again, once the latter gives nothing more; `None`
+    /// where only a reply or a request can have an effect.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         match &self.current {
@@ -299,13 +302,14 @@ impl RequestQueue {
         }
     }
 
-    /// A request that has ended, and how; in the order in which they end.
+    /// The next request that has ended, with its result, in the order of their ends.
     #[must_use]
     pub fn poll_completion(&mut self) -> Option<(RequestId, Result<Response, RequestFailure>)> {
         self.completions.pop_front()
     }
 
-    /// An error that the sensor reported and that answers no request, in the order of arrival.
+    /// The next error that the sensor reported and that answers no request, in the order of
+    /// arrival.
     #[must_use]
     pub fn poll_notice(&mut self) -> Option<DeviceError> {
         self.notices.pop_front()
@@ -337,7 +341,7 @@ impl RequestQueue {
         };
         current.unanswered -= 1;
         if error.is_transmission_fault() && current.may_be_repeated() {
-            // an earlier copy may have arrived whole: its answer is as good
+            // an earlier copy may have arrived undamaged: its answer counts as well
             if current.unanswered == 0 {
                 current.deadline = None;
             }
@@ -348,7 +352,8 @@ impl RequestQueue {
         Handled::Mine
     }
 
-    /// Takes a reply to the request that ended last, if one is still due and `is_its` says so.
+    /// Handles a reply to the request that ended last, if a further answer is due and `is_its`
+    /// holds.
     fn handle_late(&mut self, is_its: impl FnOnce(&Late) -> bool) -> Handled {
         let Some(late) = self.late.as_mut().filter(|late| is_its(late)) else {
             return Handled::NotMine;
@@ -365,13 +370,13 @@ impl RequestQueue {
             return;
         };
         if result.is_ok() {
-            // without an answer, it may be how a sensor prints an empty register
+            // such a reply without a later answer may be how a sensor prints an empty register
             self.line_echoes |= current.is_echoed;
             self.busy_until = now.saturating_add(current.command.busy_time());
         }
         let answer_time = match &result {
             Err(RequestFailure::Timeout { .. }) => current.command.answer_time(),
-            // the sensor may be as slow with the last attempt as it was with the first
+            // the sensor may take as long for the last attempt as it did for the first
             _ => current.command.answer_time().max(now.saturating_sub(current.first_sent)),
         };
         self.late = (current.unanswered > 0).then(|| Late {
@@ -408,7 +413,7 @@ impl Current {
     }
 }
 
-/// The fields that a write asked for and those that it was answered with, where they differ.
+/// The fields that a write requested and those of its reply, where they differ.
 fn difference<'a>(command: &'a SensorCommand, reply: &'a Reply) -> Option<(&'a RegisterFields, &'a RegisterFields)> {
     let (SensorCommand::WriteRegister { fields, .. }, Reply::Written(echo)) = (command, reply) else {
         return None;
@@ -416,7 +421,7 @@ fn difference<'a>(command: &'a SensorCommand, reply: &'a Reply) -> Option<(&'a R
     (!echo.is_as_written(fields)).then_some((fields, &echo.fields))
 }
 
-/// Whether `reply`, which answers `command`, may as well be the command itself.
+/// Whether `reply`, which answers `command`, may also be a copy of the command itself.
 fn is_copy(command: &SensorCommand, reply: &Reply) -> bool {
     match (command, reply) {
         (SensorCommand::WriteRegister { fields, .. }, Reply::Written(contents)) => contents.fields == *fields,

@@ -14,32 +14,32 @@ use crate::{
 /// An answer of the sensor, an unsolicited device error, or the echo of a read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
-    /// `VNRRG`: what a register holds.
+    /// `VNRRG`: the contents of a register.
     Register(RegisterContents),
-    /// `VNWRG`: what has been written to a register.
+    /// `VNWRG`: the contents that were written to a register.
     Written(RegisterContents),
-    /// Any other command, echoed: the body of the sentence, such as `VNASY,0`.
+    /// Any other command, repeated by the sensor: the body of the sentence, such as `VNASY,0`.
     Echo(String),
-    /// `VNERR`.
+    /// `VNERR`: a device error.
     Error(DeviceError),
     /// `VNRRG` with nothing after the register number. A sensor sends no such sentence: it is the
-    /// host's own read, on a line that echoes.
+    /// read of the host, on a line that echoes.
     Question(Register),
 }
 
 /// Why a sentence is no reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ReplyError {
-    /// Its header is that of a measurement, or unknown.
+    /// The header is that of a measurement, or unknown.
     #[error("the sentence is not a reply to a command")]
     NotAReply,
     /// No register number follows `VNRRG` or `VNWRG`.
     #[error("the reply does not begin with a register number from 0 to 255")]
     RegisterNumber,
-    /// Nothing follows the register number of a write.
+    /// No field follows the register number of a write.
     #[error("the reply has no value behind the register number")]
     NoValue,
-    /// Not exactly one code follows `VNERR`.
+    /// `VNERR` is followed by no code, or by more than one.
     #[error("the error code is not one or two hexadecimal digits")]
     ErrorCode,
 }
@@ -48,7 +48,7 @@ impl Reply {
     /// Reads a sentence. A register number may be padded with zeros or not.
     ///
     /// # Errors
-    /// [`ReplyError`]: why it is no reply.
+    /// [`ReplyError`] for a sentence that is no reply.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, ReplyError> {
         if !sentence.is_reply() {
             return Err(ReplyError::NotAReply);
@@ -73,7 +73,7 @@ fn contents(fields: &str) -> Result<RegisterContents, ReplyError> {
 }
 
 fn register(number: &str) -> Result<Register, ReplyError> {
-    // the standard library would take a sign
+    // the standard library would accept a sign
     let is_number = number.bytes().all(|byte| byte.is_ascii_digit());
     number.parse().ok().filter(|_| is_number).map(Register).ok_or(ReplyError::RegisterNumber)
 }

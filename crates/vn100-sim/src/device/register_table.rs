@@ -1,6 +1,6 @@
 //! Every register with settings: its fields, what they may hold, and what they hold on delivery.
 
-/// The program of the sensor.
+/// The firmware version of an emulated sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Firmware {
     /// 2.0.0.0
@@ -13,7 +13,7 @@ pub enum Firmware {
 }
 
 impl Firmware {
-    /// The one of this version, such as `2.1`.
+    /// The firmware of this version, such as `2.1`; `None` for any other.
     #[must_use]
     pub fn named(version: &str) -> Option<Self> {
         [Self::V2_0, Self::V2_1, Self::V3_1]

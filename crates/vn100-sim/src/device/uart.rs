@@ -16,11 +16,11 @@ const NS_PER_S: u64 = 1_000_000_000;
 /// A byte that has left the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SentByte {
-    /// When its last bit was on the line, since power-up.
+    /// When the last bit of the byte was on the line, since power-up.
     pub at: Duration,
     /// The byte.
     pub byte: u8,
-    /// The rate it was sent at.
+    /// The baud rate of the byte.
     pub baud: u32,
 }
 

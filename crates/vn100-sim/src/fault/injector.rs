@@ -24,14 +24,14 @@ pub(crate) enum ScheduledEvent {
     Baud(std::num::NonZeroU32),
 }
 
-/// The port appears or disappears.
+/// The port disappears or returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlugEvent {
-    /// It vanishes.
+    /// The port disappears.
     Unplugged,
-    /// It is back, and the sensor starts from power-up.
+    /// The port is back, and the sensor starts from power-up.
     Replugged {
-        /// Under another name.
+        /// Whether the port is back under another name.
         other_name: bool,
     },
 }

@@ -31,7 +31,7 @@ const LINGER: Duration = Duration::from_secs(1);
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
 
-/// A sensor that is connected until this is dropped or stopped.
+/// A sensor that is connected until this handle is dropped or stopped.
 #[derive(Debug)]
 pub struct PtySensor {
     shared: Arc<Shared>,
@@ -83,8 +83,8 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
 }
 
 impl PtySensor {
-    /// The path to open: the link where there is one. Without a link it changes when a host leaves;
-    /// while the sensor is unplugged it is the last that was.
+    /// The path for a host to open: the link where there is one. Without a link the path changes
+    /// when a host closes the port; while the sensor is unplugged it is the last path.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         self.shared.state().path.clone()
@@ -96,10 +96,10 @@ impl PtySensor {
         self.shared.state().stats
     }
 
-    /// Unplugs the sensor when the host has read what it was sent, or after a second.
+    /// Unplugs the sensor once the host has read what was sent to it, or after a second.
     ///
     /// # Errors
-    /// [`PtyError`] when the sensor was gone before.
+    /// [`PtyError`] when the thread of the sensor had ended before.
     pub fn stop(mut self) -> Result<PtyStats, PtyError> {
         self.end()?;
         Ok(self.stats())
