@@ -18,8 +18,8 @@ mod trend;
 pub(crate) mod unwrap;
 pub(crate) mod window_statistics;
 
-/// Windows, bins, blocks and segments of all sums, as one number: sums of another number do not
-/// belong together, and are not read.
+/// A number for the windows, bins, blocks and segments of all sums. Sums in bytes with another
+/// number are over other windows, and are not read.
 #[must_use]
 pub fn layout_of_sums() -> u64 {
     let lengths = [

@@ -1,4 +1,4 @@
-//! From sums to judgement: degrees of freedom, intervals, noise models, tests and verdicts.
+//! From sums to conclusions: degrees of freedom, intervals, noise models, tests and verdicts.
 
 pub(crate) mod chi_squared;
 pub(crate) mod comparison;

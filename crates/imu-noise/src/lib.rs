@@ -1,7 +1,7 @@
-//! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and
-//! Hadamard deviation over octaves of averaging time with their confidence intervals, a noise model
-//! with N, B and K in intervals of their own, verdicts against a data sheet, and the time base of a
-//! stream with its dropped samples. Beside them moments, histogram, spectrum, unwrapped angles.
+//! The noise of inertial sensor channels, streaming and exact, from samples to conclusions: Allan
+//! and Hadamard deviation at octave averaging times with confidence intervals, a noise model with
+//! N, B and K and their intervals, verdicts against a data sheet, and the time base of a stream
+//! with its dropped samples; also moments, histogram, spectrum and unwrapped angles.
 //!
 //! ```
 //! use imu_noise::{ChannelCurve,
@@ -36,23 +36,23 @@
 //! # Ok::<(), &str>(())
 //! ```
 //!
-//! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer:
-//! results do not depend on how samples are divided over calls, and do not lose digits over years
-//! of data. Floats appear when a result is read out, with a relative error below 1e-13 for
+//! Samples are integer counts of the last digit that a sensor prints, so that every sum is an exact
+//! integer: results do not depend on how samples are divided over calls, and do not lose digits
+//! over years of data. Floats appear when a result is read, with a relative error below 1e-13 for
 //! deviations and 1e-12 for moments. Without enough samples a result is `None` or absent, never
 //! zero or NaN.
 //!
-//! [`ChannelSignal`] detects what invalidates such numbers: vibration lines in the power spectral
-//! density, disturbances, warm-up and steps of the level, values that are not normally distributed.
+//! [`ChannelSignal`] detects what invalidates such results: spectral peaks, disturbances, warm-up
+//! and steps of the level, values that are not normally distributed.
 //!
-//! Each accumulator holds one channel, without sensor, clock and sampling interval: the
-//! averaging time is m times that interval.
+//! Each accumulator holds one channel, and knows no sensor, no clock and no sampling interval: the
+//! averaging time is m times the interval that the user of the result knows.
 //!
 //! # Pieces of a record
 //!
-//! [`ChannelAccumulator`] and [`ChannelSignal`] take a record in pieces as well, each begun at its
-//! absolute index (`starting_at`) and appended to the piece before (`append`): the same, bit by
-//! bit, in any order of neighbours. That rests on these:
+//! [`ChannelAccumulator`] and [`ChannelSignal`] also take a record in pieces, each begun at its
+//! absolute index (`starting_at`) and appended to the piece before (`append`). The result is the
+//! same, bit by bit, in whatever order neighbours are appended. That rests on these properties:
 //!
 //! - Windows of octaves, blocks, windows for disturbances and segments of the spectrum lie on the
 //!   grid of absolute indices. A piece keeps the incomplete ones at both of its ends.
@@ -64,10 +64,10 @@
 //!   not depend on the pieces. Of the high numbers among windows those of the 16 highest cells are
 //!   kept, whose order is that of their size, then of time.
 //!
-//! Exact without limit of length are the octaves (`None` beyond 128 bits), moments and histogram,
-//! up to 2^32 samples of full scale the rest. Not exact in the sense of arithmetic are the
-//! transforms of the segments, in single precision, and what is read of all sums: but these are the
-//! same numbers from the same sums, on processors with the same vector instructions.
+//! Exact for any length of the record are the octaves (`None` beyond 128 bits), moments and
+//! histogram; all other sums are exact up to 2^32 samples of full scale. The transforms of the
+//! segments, in single precision, and the results read from the sums are not exact arithmetic, but
+//! the same numbers from the same sums, on processors with the same vector instructions.
 //!
 //! # References
 //!

@@ -1,15 +1,17 @@
 //! Time base of a stream: its sample rate, and the samples that were dropped on the way.
 //!
-//! The device time of each sample shows dropped ones and the rate exactly (`device_clock.rs`), and
-//! a counter in each the dropped ones (`sample_counter.rs`). Most streams have neither: there only
-//! the host's arrival stamps remain (`arrival_times.rs`). `gap_detector.rs` chooses between them.
+//! The device time of each sample shows the rate and the dropped samples exactly
+//! (`device_clock.rs`), and a counter in each sample the dropped ones (`sample_counter.rs`). Most
+//! streams have neither: there only the arrival stamps of the host remain (`arrival_times.rs`).
+//! `gap_detector.rs` chooses between them.
 //!
 //! # Arrival times
 //!
 //! Samples arrive late, never early: an arrival is the time of sending plus a delay that is not
-//! negative. So the lower edge of the arrivals over the sample number is the sensor's clock. A
-//! dropped sample lifts that edge by a period for good; bunching (several samples with one read of
-//! the host) and stalls lift single samples, and return to it.
+//! negative. So the lower edge of the arrivals over the sample number shows the clock of the
+//! sensor. A dropped sample raises that edge by one period for good; bunching (several samples in
+//! one read of the host) and stalls raise single samples, after which the arrivals return to the
+//! edge.
 //!
 //! ```text
 //! lag in periods
@@ -42,8 +44,8 @@
 //! 5. *Fitted rate* (`envelope.rs`): the median slope between the earliest arrivals of at most 64
 //!    blocks of the record. It shows the offset of the sensor's clock.
 //!
-//! Stamps that go back by more than 10 ms are out of order if at most two samples in a row have
-//! them; with the third the clock was set back, and time continues by the new one.
+//! Stamps that go back by more than 10 ms are out of order if at most two samples in succession
+//! have them; with a third the clock was set back, and time continues by the new clock.
 
 mod arrival_times;
 mod base_step;

@@ -5,7 +5,8 @@ use multiversion::multiversion;
 
 use super::counts;
 
-/// Most blocks of a record; once filled, half as many of twice the length hold it.
+/// The most blocks of a record; where these are filled, half as many of twice the length replace
+/// them.
 pub const MAX_BLOCKS: usize = 96;
 
 /// Samples of the shortest block, and of the windows in which disturbances are sought.
@@ -20,14 +21,14 @@ pub(crate) struct Blocks {
     sums: Vec<BlockSums>,
 }
 
-/// One block of a record and its statistics in counts.
+/// One block of a record, with its statistics in counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// Absolute index of the first sample the block has room for, a multiple of its length.
+    /// Absolute index of the first place of the block, a multiple of its length.
     pub first_sample: u64,
-    /// Samples the block has room for, a power of two.
+    /// Number of places of the block, a power of two.
     pub length: u64,
-    /// Samples present, at least 1.
+    /// Number of samples in the block, at least 1; less than `length` where samples are missing.
     pub count: u64,
     /// Arithmetic mean.
     pub mean_counts: f64,

@@ -12,8 +12,8 @@ use super::trend::Trend;
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
 const BLOCK: usize = 256;
 
-/// Moments, histogram and octave sums of one channel: the same, bit by bit, for any division of the
-/// samples over calls of [`push`](Self::push).
+/// Moments, histogram and octave sums of one channel. The result is the same, bit by bit, for any
+/// division of the samples over calls of [`push`](Self::push).
 #[derive(Clone, Debug)]
 pub struct ChannelAccumulator {
     moments: Moments,
@@ -38,21 +38,25 @@ impl ChannelAccumulator {
         }
     }
 
-    /// The same, with what [`OctaveSum::without_slope`](crate::OctaveSum::without_slope) needs.
+    /// The accumulator with the sums that
+    /// [`OctaveSum::without_slope`](crate::OctaveSum::without_slope) needs. To be called before any
+    /// sample.
     #[must_use]
     pub fn keeping_slope(mut self) -> Self {
         self.octaves = self.octaves.keeping_slope();
         self
     }
 
-    /// The same, with what [`Octaves::sum_at`] needs.
+    /// The accumulator with the sums that [`Octaves::sum_at`] needs. To be called before any
+    /// sample.
     #[must_use]
     pub fn keeping_runs(mut self) -> Self {
         self.octaves = self.octaves.keeping_runs();
         self
     }
 
-    /// A piece of a record that begins with the sample at this absolute index. Before any sample.
+    /// The accumulator for a piece of a record whose first sample has this absolute index. To be
+    /// called before any sample.
     #[must_use]
     pub fn starting_at(mut self, index: u64) -> Self {
         self.octaves = self.octaves.starting_at(index);
@@ -70,7 +74,7 @@ impl ChannelAccumulator {
         }
     }
 
-    /// Samples are missing here, see [`Octaves::gap`]. Moments and histogram do not depend on time.
+    /// Adds a gap, see [`Octaves::gap`]. Moments and histogram do not depend on gaps.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.octaves.gap(missing);
         self.aligned.gap(missing, |block| add_block(block, &mut self.lag_one, &mut self.trend));
@@ -82,12 +86,13 @@ impl ChannelAccumulator {
         }
     }
 
-    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
-    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
+    /// as of one record of all samples, in whatever order neighbours are appended. Samples between
+    /// the two pieces count as missing.
     ///
     /// # Errors
-    /// Where `next` begins before this one ends, or was made with another estimator: then nothing
-    /// is appended.
+    /// [`PieceNotAppended`] where `next` begins before this piece ends, or was made with another
+    /// estimator. Then nothing is appended.
     pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.octaves.append(&next.octaves)?;
         self.moments.append(&next.moments);
@@ -98,8 +103,8 @@ impl ChannelAccumulator {
         Ok(())
     }
 
-    /// As if each sample were so many counts larger, where the counts and the bins of the histogram
-    /// have room for that; else nothing is changed, and it says so.
+    /// Adds `by` to the counts of all samples so far. Where the counts or the bins of the histogram
+    /// have no room for that, nothing is changed and `false` is returned.
     #[must_use]
     pub fn shift(&mut self, by: i64) -> bool {
         let extremes = [self.moments.min_counts(), self.moments.max_counts()];
@@ -116,7 +121,7 @@ impl ChannelAccumulator {
         true
     }
 
-    /// Mean, spread, shape and extremes.
+    /// Moments and extremes of the samples.
     #[must_use]
     pub const fn moments(&self) -> &Moments {
         &self.moments
@@ -134,9 +139,9 @@ impl ChannelAccumulator {
         &self.octaves
     }
 
-    /// Slope of the regression line over the record, in counts per sample, missing samples counted
-    /// as such. `None` below three blocks of 64 samples of which half are present at least, and
-    /// after a gap of unknown length.
+    /// Slope of the regression line over the record, in counts per sample; missing samples have
+    /// their place on the time axis. `None` below three blocks of 64 samples with at least half of
+    /// the samples each, and after a gap of unknown length.
     #[must_use]
     pub fn slope_counts(&self) -> Option<f64> {
         self.trend.slope_counts()

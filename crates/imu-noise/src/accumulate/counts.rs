@@ -1,7 +1,7 @@
 //! Sums of integer-valued `f64` in vector registers, and the bound that proves them exact.
 //!
-//! What is inlined always is compiled for each width of registers, in functions that are
-//! `multiversion`.
+//! Functions that are always inlined are compiled for each width of registers, in functions that
+//! are `multiversion`.
 
 /// Integer-valued `f64` below 2^53 are not rounded. As sums of terms that are not negative never
 /// fall, one that ends below was never rounded on the way, in any order of additions.
@@ -26,11 +26,11 @@ pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn
     whole + rest
 }
 
-/// A value in counts, in the unit of a channel with `decimals` digits behind the point: one count
-/// is 10^-decimals.
+/// Converts a value in counts to the unit of a channel with `decimals` digits behind the point: one
+/// count is 10^-decimals.
 ///
-/// Divides once by a power of ten, which is exact up to 22 decimals. Variances take twice the
-/// decimals.
+/// Divides once by a power of ten, which is exact up to 22 decimals. For a variance, give twice the
+/// decimals of the channel.
 ///
 /// ```
 /// assert_eq!(imu_noise::counts_to_unit(-9813.0, 3), -9.813);

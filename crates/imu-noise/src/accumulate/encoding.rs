@@ -1,20 +1,20 @@
-//! Sums as bytes: little endian, integers as short as their value, so that what is read is what was
-//! written, to the bit.
+//! Sums as bytes: little endian, each integer with as many bytes as its value needs. Reading gives
+//! exactly what was written, to the bit.
 //!
-//! A [`ByteReader`] takes bytes of any origin: each value is checked against the range that sums
-//! have, each list against its longest, and none allocates for more elements than there are bytes
-//! left.
+//! A [`ByteReader`] reads bytes of any origin: each value is checked against the range that sums
+//! have, each list against its greatest length, and no more memory is allocated than for the bytes
+//! that are left.
 
 use std::{collections::BTreeMap, fmt, ops::Range, time::Duration};
 
 use ethnum::I256;
 
-/// The bytes are not those of a state.
+/// Why bytes are not those of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadEncoding {
-    /// They end before the state does.
+    /// The bytes end too early.
     Truncated,
-    /// A value is none that a sum has, or two contradict each other.
+    /// A value is none that a sum can have, or two values contradict each other.
     Contradictory,
 }
 
@@ -29,51 +29,51 @@ impl fmt::Display for BadEncoding {
 
 impl std::error::Error for BadEncoding {}
 
-/// What has a form in bytes.
+/// A type with a form in bytes.
 pub trait Encoded: Sized {
-    /// Appends it.
+    /// Appends the form of this value to `out`.
     fn encode(&self, out: &mut Vec<u8>);
 
-    /// Takes it from the front.
+    /// Reads a value from the front of `input`.
     ///
     /// # Errors
-    /// Where the bytes end too early, or hold what no value of this type is.
+    /// [`BadEncoding`] when the bytes end too early, or hold what no value of this type can be.
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding>;
 }
 
-/// Bytes that are read from their front.
+/// Reads bytes from the front to the end.
 #[derive(Clone, Copy, Debug)]
 pub struct ByteReader<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> ByteReader<'a> {
-    /// Of these bytes.
+    /// A reader of these bytes.
     #[must_use]
     pub const fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }
 
-    /// Bytes that are left.
+    /// Number of bytes that are left.
     #[must_use]
     pub const fn left(&self) -> usize {
         self.rest.len()
     }
 
-    /// So many bytes as they are.
+    /// The next `length` bytes, as they are.
     ///
     /// # Errors
-    /// Where fewer are left.
+    /// [`BadEncoding::Truncated`] when fewer bytes are left.
     pub fn take(&mut self, length: usize) -> Result<&'a [u8], BadEncoding> {
         let (taken, rest) = self.rest.split_at_checked(length).ok_or(BadEncoding::Truncated)?;
         self.rest = rest;
         Ok(taken)
     }
 
-    /// A number that was written by [`encode_hash`].
+    /// The next number, as [`encode_hash`] has written it.
     ///
     /// # Errors
-    /// Where the bytes end before.
+    /// [`BadEncoding::Truncated`] when fewer than its bytes are left.
     pub fn hash(&mut self) -> Result<u64, BadEncoding> {
         let bytes = self.take(8)?;
         Ok(bytes.iter().rev().fold(0, |hash, byte| hash << 8 | u64::from(*byte)))
@@ -98,12 +98,12 @@ impl<'a> ByteReader<'a> {
     }
 }
 
-/// Writes all bits of a number that is no count.
+/// Appends all 64 bits of a number that is not a count.
 pub fn encode_hash(hash: u64, out: &mut Vec<u8>) {
     out.extend_from_slice(&hash.to_le_bytes());
 }
 
-/// `Err` unless it `holds`.
+/// An error, [`BadEncoding::Contradictory`], unless `holds`.
 pub fn check(holds: bool) -> Result<(), BadEncoding> {
     if holds { Ok(()) } else { Err(BadEncoding::Contradictory) }
 }

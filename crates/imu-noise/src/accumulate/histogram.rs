@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::encoding::{BadEncoding, ByteReader, Encoded, check};
 
-/// Most bins a histogram has.
+/// The most bins of a histogram.
 pub const MAX_BINS: usize = 16_384;
 
 /// Fewest places allocated, so that the first samples do not reallocate them often.
@@ -12,10 +12,9 @@ const MIN_PLACES: usize = 64;
 
 /// Exact frequencies of the counts of one channel, in at most [`MAX_BINS`] bins.
 ///
-/// The bin width is the smallest power of two of counts with which the span from the smallest to
-/// the largest bin is within [`MAX_BINS`]; bins are aligned at 0 (bin b holds b·width <= count <
-/// (b+1)·width). So the histogram depends on the samples only, not on their order or division. At
-/// most 64 KiB.
+/// The bin width is the smallest power of two, in counts, with which all samples are in at most
+/// [`MAX_BINS`] bins; bins are aligned at 0 (bin b holds b·width <= count < (b+1)·width). So the
+/// histogram depends on the samples only, not on their order or division. At most 64 KiB.
 ///
 /// ```
 /// use imu_noise::Histogram;
@@ -37,14 +36,14 @@ pub struct Histogram {
     carries: BTreeMap<i64, u64>,
 }
 
-/// A histogram as it is drawn: bars of equal width side by side.
+/// A histogram as bars of equal width side by side, for a drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
     /// Lower edge of the first bar in counts, half a step below the lowest value in it.
     pub first_counts: f64,
     /// Width of every bar in counts: 1, 2, 4, ... steps, or 1, 2, 4, ... bins.
     pub width_counts: f64,
-    /// Samples in each bar; the first and the last have some.
+    /// Number of samples in each bar; those of the first and of the last bar are not 0.
     pub frequencies: Vec<u64>,
 }
 
@@ -70,7 +69,7 @@ impl Histogram {
         }
     }
 
-    /// Width of every bin in counts, a power of two.
+    /// Width of every bin in counts, a power of two; 1 without samples.
     #[must_use]
     pub const fn bin_width_counts(&self) -> u64 {
         1 << self.width_log2
@@ -92,11 +91,11 @@ impl Histogram {
         bins.filter(|&(_, frequency)| frequency > 0)
     }
 
-    /// The real step of the values in counts, not always whole: the even distance of neighbouring
-    /// values, or clusters of them, in the core of the distribution, where each came often, so that
-    /// one between them would have come too. Of two values it is their distance. `None` below two
-    /// counts, where the printed digit is the step, and where the samples are too few, or too far
-    /// apart, to show it.
+    /// The actual step between neighbouring values in counts, which need not be a whole number: the
+    /// even distance of values, or of clusters of values, in the core of the distribution, where
+    /// each occurred so often that one between them would have occurred, too. Of two values it is
+    /// their distance. `None` below two counts, where the printed digit is the step, and where the
+    /// samples are too few, or too far apart, to show a step.
     #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
@@ -161,8 +160,9 @@ impl Histogram {
         }
     }
 
-    /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest
-    /// with which that is so, each of as many real steps. `None` without samples, and for no bars.
+    /// The histogram in at most `most` bars for a drawing, including empty ones between others:
+    /// bars as narrow as that allows, each of the same number of actual steps. `None` without
+    /// samples, and where `most` is 0.
     #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
@@ -185,7 +185,7 @@ impl Histogram {
         })
     }
 
-    /// Adds the samples of another.
+    /// Adds the samples of another histogram.
     pub fn append(&mut self, other: &Self) {
         let more = other.bins().collect();
         self.add_bins(self.width_log2.max(other.width_log2), more);

@@ -7,8 +7,9 @@ use super::counts;
 
 const BLOCK: usize = 256;
 
-/// Exact moments of a channel in counts: sums of the first four powers are integers that cannot
-/// overflow, so results do not depend on how samples were divided, and are good to 1e-12.
+/// Exact moments of a channel in counts. The sums of the first four powers are integers that cannot
+/// overflow, so that the results do not depend on how the samples were divided; their relative
+/// error is below 1e-12.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     sums: PowerSums,
@@ -42,7 +43,7 @@ impl Moments {
         }
     }
 
-    /// Adds the samples of another.
+    /// Adds the samples of other moments.
     pub fn append(&mut self, other: &Self) {
         self.sums.add(&other.sums);
         self.min = self.min.min(other.min);

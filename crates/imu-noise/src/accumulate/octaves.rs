@@ -17,8 +17,8 @@ use squares::SquareSum;
 /// Of the strided estimator, from there on where the stride grows with the averaging time.
 pub(crate) const WINDOWS_PER_TAU: usize = 16;
 
-/// Streaming octave sums of one channel of rate data (angular rate, ...), in counts: the same, bit
-/// by bit, for any division of the samples over calls of [`push`](Self::push).
+/// Streaming octave sums of one channel of rate data (angular rate, ...), in counts. The result is
+/// the same, bit by bit, for any division of the samples over calls of [`push`](Self::push).
 #[derive(Clone, Debug)]
 pub struct Octaves {
     deviation: Deviation,
@@ -31,27 +31,29 @@ enum Windows {
     Full(Overlapping),
 }
 
-/// The sum of one octave: exact over the windows that miss no sample.
+/// The sum of one octave, which is exact over the windows that miss no sample.
 ///
-/// A window of which some samples are missing, and in each cluster half are present at least, takes
-/// part with the means of those present. Its squared difference is multiplied, for n₁ and n₂ of m
-/// samples present, by c = (2/m) / (1/n₁ + 1/n₂), Hadamard (6/m) / (1/n₁ + 4/n₂ + 1/n₃), and
-/// rounded once, to a multiple of 2^-16 counts². So white noise is not biased, whatever is missing.
-/// Of other noise such a window shows less: see [`Octave::share_present`].
+/// A window with missing samples is used if at least half of the samples of each cluster are
+/// present: each cluster is then the mean of those present. The squared difference is multiplied,
+/// for n₁ and n₂ of m samples present, by c = (2/m) / (1/n₁ + 1/n₂), for Hadamard by (6/m) / (1/n₁
+/// + 4/n₂ + 1/n₃), and rounded once, to a multiple of 2^-16 counts². So the variance of white noise
+/// is not biased, whatever is missing. Other noise is underestimated by such a window: see
+/// [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
-    /// What was squared.
+    /// The deviation: which differences were squared.
     pub deviation: Deviation,
-    /// Averaging factor: samples per block, from 1 to 2^30; of an octave a power of two.
+    /// Averaging factor: samples per cluster, from 1 to 2^30; a power of two for an octave.
     pub m: u64,
-    /// Number of windows n, at least 1, those that miss samples included.
+    /// Number of windows n, at least 1, including those that miss samples.
     pub terms: u64,
-    /// Sum of the squared differences of block sums of the windows that miss none, in counts².
-    /// `None` once it needed more than 128 bits. Strided windows over counts that span 27 bits
-    /// (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
+    /// Sum of the squared differences of cluster sums over the windows that miss no sample, in
+    /// counts². `None` once the sum has needed more than 128 bits: for strided windows over counts
+    /// that span 27 bits (±67 rad/s with six decimals) that takes 2^40 samples at m = 2^30, 870
+    /// years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of these differences in counts; `None` unless asked for by [`Octaves::keeping_slope`],
-    /// and of the Hadamard deviation.
+    /// Sum of these differences in counts; `None` without [`Octaves::keeping_slope`], and for the
+    /// Hadamard deviation.
     pub sum: Option<i128>,
     gapped: Gapped,
 }
@@ -68,7 +70,8 @@ impl Octaves {
         Self { deviation, windows }
     }
 
-    /// The same, with what [`OctaveSum::without_slope`] needs; costs somewhat more.
+    /// The accumulator with the sums that [`OctaveSum::without_slope`] needs; each sample then
+    /// costs somewhat more. To be called before any sample.
     #[must_use]
     pub fn keeping_slope(mut self) -> Self {
         match &mut self.windows {
@@ -78,8 +81,9 @@ impl Octaves {
         self
     }
 
-    /// The same, with what [`sum_at`](Self::sum_at) needs: with all overlaps, 8 bytes per sample of
-    /// the record. The other estimators keep nothing of the kind, and stay as they are.
+    /// The accumulator with the sums that [`sum_at`](Self::sum_at) needs: with [`Estimator::Full`],
+    /// 8 bytes per sample of the record. No effect with the other estimators. To be called before
+    /// any sample.
     #[must_use]
     pub fn keeping_runs(mut self) -> Self {
         if let Windows::Full(overlapping) = &mut self.windows {
@@ -88,7 +92,8 @@ impl Octaves {
         self
     }
 
-    /// A piece of a record that begins with the sample at this absolute index. Before any sample.
+    /// The accumulator for a piece of a record whose first sample has this absolute index. To be
+    /// called before any sample.
     #[must_use]
     pub fn starting_at(mut self, index: u64) -> Self {
         match &mut self.windows {
@@ -106,10 +111,10 @@ impl Octaves {
         }
     }
 
-    /// Samples are missing here. `Some(missing)`: the absolute index of the next sample is higher
-    /// by `missing`, and windows reach across where half of each cluster is present (0: a break
-    /// without loss, across which none reaches). `None`, an unknown number: no window reaches
-    /// across, and in the index it counts as none.
+    /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`,
+    /// and windows span the gap where half of each cluster is present (0 is a break without loss,
+    /// which no window spans). `None`, an unknown number: no window spans the gap, and the index
+    /// does not change.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
@@ -117,11 +122,13 @@ impl Octaves {
         }
     }
 
-    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
-    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
+    /// as of one record of all samples, in whatever order neighbours are appended. Samples between
+    /// the two pieces count as missing.
     ///
     /// # Errors
-    /// Where `next` begins before this one ends, or was made with another estimator.
+    /// [`PieceNotAppended`] where `next` begins before this piece ends, or was made with another
+    /// estimator.
     pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.piece().check_follows(next.piece())?;
         match (&mut self.windows, &next.windows) {
@@ -149,7 +156,8 @@ impl Octaves {
         }
     }
 
-    /// The octaves that have a window, from m = 1 up; none below two samples (Hadamard: three).
+    /// The octaves that have a window, from m = 1 upwards; none below two samples (Hadamard:
+    /// three).
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let octave = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.octave(k as usize),
@@ -161,8 +169,8 @@ impl Octaves {
         octaves.filter(|sum| sum.terms > 0)
     }
 
-    /// The sum at any averaging factor, over every window of all overlaps: visits each sample, some
-    /// nanoseconds for each. `None` without a window, beyond m = 2^30, and unless
+    /// The sum at any averaging factor, over all overlapping windows. Each sample is visited, which
+    /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and without
     /// [`keeping_runs`](Self::keeping_runs).
     #[must_use]
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
@@ -181,7 +189,8 @@ impl Octaves {
 }
 
 impl OctaveSum {
-    /// Averaging factor and windows, what confidence and fit need to know besides the variance.
+    /// Averaging factor and number of windows, which confidence intervals and fit need besides the
+    /// variance.
     #[must_use]
     pub fn octave(&self) -> Octave {
         let whole = self.whole_terms();
@@ -189,7 +198,7 @@ impl OctaveSum {
         Octave { m: self.m, terms: self.terms, share_present }
     }
 
-    /// Adds the windows of another record in the same octave, counts of the same size.
+    /// Adds the windows of another record in the same octave; the counts must have the same size.
     pub fn append(&mut self, other: &Self) {
         let add = |(ours, theirs): (u128, u128)| ours.checked_add(theirs);
         self.terms += other.terms;
@@ -198,16 +207,16 @@ impl OctaveSum {
         self.gapped.append(&other.gapped);
     }
 
-    /// Number of the windows that miss no sample, those of [`sum_squares`](Self::sum_squares).
+    /// Number of windows that miss no sample, those in [`sum_squares`](Self::sum_squares).
     #[must_use]
     pub const fn whole_terms(&self) -> u64 {
         self.terms - self.gapped.windows
     }
 
-    /// The octave of the same samples without a line of `slope_counts` counts per sample: each
-    /// difference of block sums less slope · m², the sum of squares rounded to a whole count².
-    /// Unchanged for the Hadamard deviation; with an unknown sum where the differences were not
-    /// kept.
+    /// The octave of the same samples without a line of `slope_counts` counts per sample: slope ·
+    /// m² is subtracted from each difference of cluster sums, and the sum of squares is rounded to
+    /// a whole count². Unchanged for the Hadamard deviation; the sum is unknown where the
+    /// differences were not kept.
     #[must_use]
     pub fn without_slope(self, slope_counts: f64) -> Self {
         if self.deviation == Deviation::Hadamard {
@@ -221,8 +230,8 @@ impl OctaveSum {
         Self { sum_squares, gapped: self.gapped.without_drift(drift), ..self }
     }
 
-    /// The octave with another variance, as without what the temperature made of it: the sum of
-    /// squares rounded to a whole count².
+    /// The octave with another variance in counts², as after the contribution of the temperature is
+    /// removed; the sum of squares is rounded to a whole count².
     #[must_use]
     pub fn with_variance_counts2(self, variance: f64) -> Self {
         let factor = self.variance_counts2().map_or(1.0, |own| if own > 0.0 { variance / own } else { 1.0 });
@@ -230,8 +239,8 @@ impl OctaveSum {
         Self { sum_squares, gapped: self.gapped.scaled(factor), ..self }
     }
 
-    /// Variance in counts²: the sum over all windows / (2 m² n), for Hadamard / (6 m² n); `None`
-    /// for an unknown sum.
+    /// Allan variance in counts², the sum over all windows / (2 m² n); Hadamard variance, / (6 m²
+    /// n). `None` where the sum is unknown.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
@@ -239,7 +248,8 @@ impl OctaveSum {
         self.sum_squares.zip(self.gapped.square_sum()).map(|(whole, gapped)| (whole as f64 + gapped) / divisor)
     }
 
-    /// Root of the variance. Relative error below 1e-15; `None` for an unknown sum.
+    /// Root of the variance, in counts, with a relative error below 1e-15; `None` where the sum is
+    /// unknown.
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)

@@ -57,21 +57,21 @@ impl Piece {
 /// Why a piece of a record cannot be appended to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PieceNotAppended {
-    /// It begins before the other ends.
+    /// The piece begins before the other ends.
     Overlap {
-        /// Absolute index behind the last sample of the piece before.
+        /// Absolute index after the last sample of the piece before.
         end: u64,
         /// Absolute index of the first sample of the piece to be appended.
         first_sample: u64,
     },
-    /// It was begun behind another number of samples.
+    /// The piece was begun after another number of samples.
     OtherSamples {
-        /// Samples up to the end of the piece before.
+        /// Number of samples up to the end of the piece before.
         samples: u64,
-        /// Samples that the piece to be appended was begun behind.
+        /// Number of samples after which the piece to be appended was begun.
         samples_before: u64,
     },
-    /// It was accumulated with another estimator, deviation, or choice of what is kept.
+    /// The piece was accumulated with another estimator, deviation, or choice of kept sums.
     OtherKind,
 }
 

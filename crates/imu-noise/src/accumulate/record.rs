@@ -1,8 +1,8 @@
 //! The shape of a record: its windows, its deviation, its octaves.
 
-/// Which windows of m samples enter the sums: those that start at absolute indices that are
-/// multiples of the stride s; n windows fit in N samples without gap (d = 2 for Allan, 3 for
-/// Hadamard).
+/// Which windows of m samples are in the sums: those that start at absolute indices that are
+/// multiples of the stride s. Of N samples without a gap these are n windows (d = 2 for Allan, 3
+/// for Hadamard).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Estimator {
     /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.
@@ -16,7 +16,7 @@ pub enum Estimator {
     Full,
 }
 
-/// The difference of block sums that is squared, and with it the noise that drops out.
+/// Which difference of cluster sums is squared, and so which slow changes drop out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Deviation {
     /// B2 - B1 of adjacent sums of m samples. Removes a constant. Allan (1966).
@@ -27,7 +27,7 @@ pub enum Deviation {
 }
 
 impl Deviation {
-    /// The other one of the two.
+    /// The other of the two deviations.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -52,26 +52,27 @@ impl Deviation {
     }
 }
 
-/// One octave of a record, whatever the channel.
+/// One octave of a record, for any channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octave {
-    /// Averaging factor: samples per block, a power of two.
+    /// Averaging factor: samples per cluster, a power of two.
     pub m: u64,
     /// Number of windows: squared differences in the variance.
     pub terms: u64,
-    /// Mean over the windows of the share of samples present (the harmonic mean of those of the
+    /// Mean over the windows of the fraction of samples present (the harmonic mean of the
     /// clusters), 1 where none is missing.
     ///
-    /// The variance of the octave is that of white noise whatever this is. Of noise that a record
-    /// without gaps would show with the variance V, it shows share · V + (1 - share) · S²/m, with
-    /// the expected sample variance S² within m samples: exact where each sample of a cluster is as
-    /// likely to be missing as any other. Where they are missing in bunches as long as a cluster, a
-    /// random walk shows up to 3 % more or less (30 % missing), 1 % (10 %), 0.5 % (1 to 5 %).
+    /// The variance of an octave is that of white noise whatever this fraction is. Of noise with
+    /// the variance V in a record without gaps, the octave shows share · V + (1 - share) · S²/m,
+    /// with the expected sample variance S² within m samples: exactly, where each sample of a
+    /// cluster is equally likely to be missing. Where samples are missing in runs as long as a
+    /// cluster, a random walk shows up to 3 % more or less (30 % missing), 1 % (10 %), 0.5 % (1 to
+    /// 5 %).
     pub share_present: f64,
 }
 
 impl Octave {
-    /// An octave without a missing sample.
+    /// An octave without missing samples.
     #[must_use]
     pub const fn whole(m: u64, terms: u64) -> Self {
         Self { m, terms, share_present: 1.0 }
@@ -91,16 +92,16 @@ impl Octave {
     }
 }
 
-/// How the octaves of a record came about.
+/// Length, interval and windows of a record: what the octaves of all channels have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordShape {
-    /// Samples from the first to the last, missing ones included.
+    /// Number of samples from the first to the last, including missing ones.
     pub samples: u64,
     /// Time between samples, in seconds, above 0.
     pub interval_s: f64,
-    /// Which windows were summed.
+    /// Which windows are in the sums.
     pub estimator: Estimator,
-    /// What was squared.
+    /// Which differences were squared.
     pub deviation: Deviation,
 }
 
@@ -121,14 +122,15 @@ impl RecordShape {
         }
     }
 
-    /// Windows of averaging factor `m` that fit if no sample is missing.
+    /// Number of windows of averaging factor `m` if no sample is missing; 0 where none fits.
     #[must_use]
     pub const fn windows(&self, m: u64) -> u64 {
         let span = m.saturating_mul(self.deviation.order() as u64);
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
-    /// Every octave with a window, at m = 1, 2, 4 …, as it is if no sample is missing.
+    /// Every octave with a window, at m = 1, 2, 4 …, if no sample is missing; empty where none
+    /// fits.
     #[must_use]
     pub fn octaves(&self) -> Vec<Octave> {
         (0..u64::BITS)

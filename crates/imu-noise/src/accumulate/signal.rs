@@ -1,4 +1,4 @@
-//! Spectra, blocks and windows of one channel: what may invalidate its deviation.
+//! Spectrum, blocks and windows of one channel, by which a disturbed deviation is recognised.
 
 use std::mem;
 
@@ -8,11 +8,11 @@ use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 
-/// Spectrum, block statistics and watch for disturbances of one channel.
+/// Spectrum, block statistics and disturbance windows of one channel.
 ///
-/// The same, bit by bit, for any division of the samples over calls of [`push`](Self::push). Holds
-/// 19 KiB of a sensor at rest (blocks 7.5 KiB, spectra 8.7 KiB, watch the rest), for any length of
-/// record; below 22 KiB whatever the counts.
+/// The result is the same, bit by bit, for any division of the samples over calls of
+/// [`push`](Self::push). For a sensor at rest 19 KiB are kept (blocks 7.5 KiB, spectra 8.7 KiB,
+/// disturbance windows the rest), whatever the length of the record; below 22 KiB for any counts.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -62,8 +62,9 @@ impl ChannelSignal {
         }
     }
 
-    /// A piece of a record that begins with the sample at this absolute index, and before which the
-    /// record has so many samples, missing ones not counted. Before any sample.
+    /// The accumulator for a piece of a record whose first sample has this absolute index.
+    /// `samples_before` is the number of samples of the record before the piece, without the
+    /// missing ones. To be called before any sample.
     #[must_use]
     pub fn starting_at(mut self, index: u64, samples_before: u64) -> Self {
         self.piece = Piece::starting_at(index);
@@ -74,8 +75,9 @@ impl ChannelSignal {
         self
     }
 
-    /// The same, with the segments of the spectrum spread by all places of the record, also those
-    /// missing: for a channel whose samples before a piece are not counted. Before any sample.
+    /// The accumulator with segments of the spectrum that are spaced by all places of the record,
+    /// including missing samples: for a channel whose number of samples before a piece is not
+    /// known. To be called before any sample.
     #[must_use]
     pub const fn counting_missing(mut self) -> Self {
         self.spectrum.count_missing();
@@ -103,9 +105,10 @@ impl ChannelSignal {
         }
     }
 
-    /// Samples are missing here: `Some(missing)`, or an unknown number, which counts as none.
-    /// Seconds of data continue. No segment of the spectrum and no window for disturbances that
-    /// lacks a sample is used, and none reaches across a break, `Some(0)` or an unknown number.
+    /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the
+    /// index. The count of seconds continues. A segment of the spectrum or a disturbance window
+    /// that lacks a sample is not used, and none spans a break, which is `Some(0)` or an unknown
+    /// number.
     pub fn gap(&mut self, missing: Option<u64>) {
         let missing = self.piece.room_for(missing.unwrap_or(0));
         self.end_window(false);
@@ -121,12 +124,13 @@ impl ChannelSignal {
         }
     }
 
-    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
-    /// of all samples, in any order of appending neighbours. Samples between them are missing.
+    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
+    /// as of one record of all samples, in whatever order neighbours are appended. Samples between
+    /// the two pieces count as missing.
     ///
     /// # Errors
-    /// Where `next` begins before this one ends, or was begun behind another number of samples:
-    /// then nothing is appended.
+    /// [`PieceNotAppended`] where `next` begins before this piece ends, or was begun after another
+    /// number of samples. Then nothing is appended.
     pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         self.piece.check_follows(&next.piece)?;
         let between = next.piece.start.saturating_sub(self.piece.end);
@@ -162,7 +166,7 @@ impl ChannelSignal {
         Ok(())
     }
 
-    /// As if each sample were so many counts larger, for which the counts have room.
+    /// Adds `by` to the counts of all samples so far; the counts must have room for that.
     pub fn shift(&mut self, by: i64) {
         let shifted = |count: i32| (i64::from(count) + by) as i32;
         self.spectrum.shift(shifted);
@@ -172,7 +176,7 @@ impl ChannelSignal {
         self.head.iter_mut().flatten().chain(&mut self.window).for_each(|count| *count = shifted(*count));
     }
 
-    /// Appends the form in bytes.
+    /// Appends the form in bytes to `out`.
     pub fn encode(&self, out: &mut Vec<u8>) {
         self.spectrum.encode(out);
         self.slow_spectrum.encode(out);
@@ -186,10 +190,10 @@ impl ChannelSignal {
         self.window.encode(out);
     }
 
-    /// Takes it from the front; the spectra continue by this plan.
+    /// Reads the form from the front of `input`; the spectra continue with this plan.
     ///
     /// # Errors
-    /// As of [`Encoded::decode`].
+    /// As [`Encoded::decode`].
     pub fn decode(plan: &SpectrumPlan, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let signal = Self {
             spectrum: Spectrum::decode(plan, input)?,
@@ -208,7 +212,7 @@ impl ChannelSignal {
         Ok(signal)
     }
 
-    /// The power spectral density and its lines.
+    /// The power spectral density, with its peaks.
     #[must_use]
     pub const fn spectrum(&self) -> &Spectrum {
         &self.spectrum
@@ -219,8 +223,8 @@ impl ChannelSignal {
         &self.slow_spectrum
     }
 
-    /// Mean, deviation and extremes of the blocks of the record, in time order: at most
-    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), those without a sample excluded.
+    /// Mean, standard deviation and extremes of the blocks of the record, in time order: at most
+    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), without those that have no sample.
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();

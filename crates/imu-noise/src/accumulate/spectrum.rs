@@ -17,20 +17,21 @@ pub(crate) const LONG: usize = 512;
 /// Samples of a segment of records too short to average over long ones.
 pub(crate) const SHORT: usize = 128;
 
-/// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
-/// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
-/// record with fewer than 8 segments (2304 samples without gap). A segment that misses samples, or
-/// that a break parts, has no part but the short ones in it that do not.
+/// Streaming power spectral density by the method of Welch (1967): Hann window, segments of 512
+/// samples less their mean, half overlapping, at absolute indices that are multiples of 256. A
+/// record with fewer than 8 such segments (2304 samples without a gap) has segments of 128 samples.
+/// A segment that misses samples, or that spans a break, is not used; the short segments within it
+/// are, where they are complete.
 ///
-/// Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second
-/// up to twice that length, every fourth up to four times, and so on, each with a weight of as many
-/// as it stands for. So the cost grows with the logarithm of the length, and the
-/// [averages](Density::averages) stay above 120.
+/// Beyond 32 768 samples, without the missing ones, the segments are thinned evenly: every second
+/// one up to twice that length, every fourth up to four times, and so on, each weighted by the
+/// number of segments that it stands for. So the cost grows with the logarithm of the length, and
+/// the [averages](Density::averages) stay above 120.
 ///
-/// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
-/// once, to multiples of 2^-12 counts², and depends on the samples of its segment alone: the sums
-/// are the same bits in any division over calls and pieces, on processors with the same vector
-/// instructions.
+/// Transforms are in single precision: the error of a density is below 1e-5 of the largest density.
+/// Each is rounded once, to a multiple of 2^-12 counts², and depends on the samples of its segment
+/// alone: the sums are the same, bit by bit, for any division over calls and pieces, on processors
+/// with the same vector instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
@@ -155,30 +156,32 @@ impl SpectrumSums {
     }
 }
 
-/// Which frequencies a density counts.
+/// Whether a density counts positive frequencies only, or negative ones as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sides {
-    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
-    /// its power. White noise has the power density 2 N².
+    /// Positive frequencies only, as spectrum analysers show it: √2 times the two-sided amplitude
+    /// density, twice the power density. White noise has the power density 2 N².
     One,
-    /// Negative ones too (IEEE Std 952): the amplitude density is N itself, the power density N².
+    /// Positive and negative frequencies (IEEE Std 952): for white noise the amplitude density is N
+    /// itself, the power density N².
     Two,
 }
 
 /// A power spectral density at evenly spaced frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
-    /// Which frequencies it is spread over.
+    /// The frequencies that the density counts.
     pub sides: Sides,
-    /// Samples of a segment.
+    /// Number of samples of a segment.
     pub segment_samples: usize,
-    /// Segments transformed.
+    /// Number of segments that were transformed.
     pub segments: u64,
-    /// Independent segments that average as well. Each point has about twice as many degrees of
-    /// freedom (the last point, at half the sampling rate, as many).
+    /// Number of independent segments with the same variance of the mean. Each point has about
+    /// twice as many degrees of freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
-    /// From 1/(segment_samples·interval) to half the sampling rate. Windowing spreads a line over
-    /// four points; the first point is low, since each segment lost its mean.
+    /// Points from 1/(segment_samples·interval) to half the sampling rate. The window spreads a
+    /// peak over four points; the first point is low, because the mean of each segment was
+    /// subtracted.
     pub points: Vec<DensityPoint>,
 }
 
@@ -201,8 +204,8 @@ pub(crate) struct Powers {
 }
 
 impl Spectrum {
-    /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None`
-    /// before the first segment is full, and where `interval_s` is not positive.
+    /// The density of a channel that is sampled every `interval_s` seconds, with `decimals` digits.
+    /// `None` before the first segment is complete, and where `interval_s` is not positive.
     #[must_use]
     pub fn density(&self, sides: Sides, interval_s: f64, decimals: u8) -> Option<Density> {
         let Powers { segment_samples, segments, averages, powers } = self.powers()?;
@@ -239,7 +242,7 @@ impl Spectrum {
     }
 }
 
-/// Window and Fourier transform, made once and shared by the channels: a copy is a reference.
+/// Windows and Fourier transforms, made once and shared by the channels: a clone is a reference.
 #[derive(Clone, Debug)]
 pub struct SpectrumPlan {
     long: Arc<Transform<LONG>>,

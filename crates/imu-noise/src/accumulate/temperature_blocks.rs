@@ -8,10 +8,10 @@ pub(crate) const MOST_BLOCKS: u64 = 1024;
 /// Binary logarithm of the samples of the shortest block.
 const SHORTEST_LOG2: u32 = 5;
 
-/// What relates the axes of one sensor to its temperature: exact sums over at most 1024 blocks of
-/// equal length, the smallest power of two, from 32 samples up, with which the record fits. They
-/// lie on the grid of absolute sample indices: the same, bit by bit, however the samples were
-/// divided over calls or over pieces of the record. Holds 64 KiB of six axes at most.
+/// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
+/// equal length, the smallest power of two of at least 32 samples with which the record fits. The
+/// blocks lie on the grid of absolute indices. The result is the same, bit by bit, however the
+/// samples were divided over calls or over pieces of the record. At most 64 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
     axes: usize,
@@ -39,7 +39,7 @@ pub(crate) struct Presence {
 }
 
 impl TemperatureBlocks {
-    /// Blocks without samples of so many axes.
+    /// Blocks without samples, for this number of axes.
     #[must_use]
     pub const fn new(axes: usize) -> Self {
         Self {
@@ -53,8 +53,8 @@ impl TemperatureBlocks {
         }
     }
 
-    /// So many samples follow, the first with this absolute index: those of each axis are added by
-    /// [`push_axis`](Self::push_axis).
+    /// Announces the next samples, the first with this absolute index; the samples of each axis are
+    /// added by [`push_axis`](Self::push_axis).
     pub fn push_samples(&mut self, first: u64, samples: usize) {
         let Some(last) = (first + samples as u64).checked_sub(1).filter(|_| samples > 0) else { return };
         self.reach(last);
@@ -68,7 +68,7 @@ impl TemperatureBlocks {
         }
     }
 
-    /// Samples of one axis, numbered from 0 on, that [`push_samples`](Self::push_samples)
+    /// Adds samples of one axis, numbered from 0, that [`push_samples`](Self::push_samples) has
     /// announced.
     pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
         let (log2, axes) = (self.length_log2, self.axes);
@@ -79,8 +79,8 @@ impl TemperatureBlocks {
         });
     }
 
-    /// Of the samples that [`push_samples`](Self::push_samples) announced, this axis lacks so many,
-    /// from this one on.
+    /// Notes that an axis lacks this number of the samples that
+    /// [`push_samples`](Self::push_samples) has announced, from this index on.
     pub fn push_absent(&mut self, axis: usize, first: u64, samples: u64) {
         if samples == 0 {
             return;
@@ -94,14 +94,15 @@ impl TemperatureBlocks {
         }
     }
 
-    /// How many of the samples announced this axis lacks, and how many were announced.
+    /// Number of announced samples that this axis lacks, and number of all announced samples.
     #[must_use]
     pub fn lacks(&self, axis: usize) -> (u64, u64) {
         let absent = self.absent.iter().skip(axis).step_by(self.axes.max(1)).sum();
         (absent, self.blocks.iter().map(|block| block.samples).sum())
     }
 
-    /// Readings of the temperature at successive samples, or a single one.
+    /// Adds readings of the temperature at successive samples from this index on, or a single
+    /// reading.
     pub fn push_temperature(&mut self, first: u64, counts: &[i32]) {
         let Some(last) = (first + counts.len() as u64).checked_sub(1).filter(|_| !counts.is_empty()) else { return };
         self.reach(last);
@@ -113,7 +114,7 @@ impl TemperatureBlocks {
         });
     }
 
-    /// An unknown number of samples is missing here: nothing is taken across.
+    /// Marks that an unknown number of samples is missing here: no difference spans this place.
     pub fn part(&mut self) {
         match self.span {
             Some((_, end)) => self.blocks[((end - 1) >> self.length_log2) as usize].is_broken = true,
@@ -121,11 +122,12 @@ impl TemperatureBlocks {
         }
     }
 
-    /// Appends the piece of the record that follows this one: the same, bit by bit, as one record
-    /// of all samples, in any order of appending neighbours.
+    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
+    /// as of one record of all samples, in whatever order neighbours are appended.
     ///
     /// # Errors
-    /// Where `next` begins before this one ends, or has other axes: then nothing is appended.
+    /// [`PieceNotAppended`] where `next` begins before this piece ends, or has other axes. Then
+    /// nothing is appended.
     pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
         if self.axes != next.axes {
             return Err(PieceNotAppended::OtherKind);
@@ -159,7 +161,7 @@ impl TemperatureBlocks {
         Ok(())
     }
 
-    /// How many it relates to the temperature.
+    /// Number of axes.
     #[must_use]
     pub const fn axes(&self) -> usize {
         self.axes

@@ -35,9 +35,9 @@ impl Unwrap {
         Self { turn_counts: turn_counts.into(), first: None, last: None }
     }
 
-    /// Replaces the counts by the continuous series and returns how many belong together: fewer
+    /// Replaces the counts by the continuous series. Returns how many of them are continuous: fewer
     /// than all when the angle has left the range of `i32` (after 5965 turns of 360 000 counts).
-    /// The rest is untouched, and unwrapping it restarts in the principal branch; accumulators need
+    /// The rest is unchanged, and unwrapping it restarts in the principal branch; accumulators need
     /// a break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
     #[must_use = "the counts behind the returned number still wrap"]
     pub fn unwrap(&mut self, counts: &mut [i32]) -> usize {
@@ -58,15 +58,15 @@ impl Unwrap {
         counts.len()
     }
 
-    /// The whole turns, in counts, by which the continuous series of `next`, the samples behind
-    /// these, lies lower than if it went on with this one. 0 where there is none.
+    /// The whole turns, in counts, to be added to the continuous series of `next`, whose samples
+    /// follow, so that it continues this one. 0 where either has no sample.
     #[must_use]
     pub fn counts_to(&self, next: &Self) -> i64 {
         let Some(((last, offset), (wrapped, theirs))) = self.last.zip(next.first) else { return 0 };
         offset - self.turns(wrapped - last) * self.turn_counts - theirs
     }
 
-    /// Continues with `next`, whose series was made larger by [`counts_to`](Self::counts_to).
+    /// Continues with `next`, to whose series [`counts_to`](Self::counts_to) was added.
     pub fn append(&mut self, next: &Self) {
         let by = self.counts_to(next);
         let shifted = |end: Option<(i64, i64)>| end.map(|(wrapped, offset)| (wrapped, offset + by));
@@ -75,7 +75,8 @@ impl Unwrap {
     }
 
     /// The whole turns, in counts, that bring a mean of the continuous series to the principal
-    /// branch; subtract them from minimum and maximum too. 0 for a mean that is not finite.
+    /// branch when they are subtracted; they apply to minimum and maximum as well. 0 for a mean
+    /// that is not finite.
     #[must_use]
     pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
         let turn = self.turn_counts as f64;

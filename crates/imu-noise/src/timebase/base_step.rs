@@ -1,15 +1,16 @@
-//! The rate of a sensor of which no rates are listed, where samples are missing evenly or so many
-//! of them that neither single intervals nor stretches show it: the step of which all intervals are
-//! multiples.
+//! The rate of a sensor without a list of rates, where samples are missing evenly, or so many of
+//! them that neither single intervals nor stretches show the rate: the step of which all intervals
+//! are multiples.
 //!
-//! The stamps are taken as angles of a frequency. Where that is the sensor's, they all point the
-//! same way, whatever is missing: the length of their mean is exp(-2 (π s)²) for arrivals with a
-//! standard deviation of s periods (the resultant length of circular statistics, Mardia and Jupp,
-//! *Directional Statistics*, 2000, section 3.4.1), 0.45 for a fifth of a period.
+//! The stamps are taken as angles of a frequency. If that is the rate of the sensor, they all point
+//! in the same direction, whatever is missing: the length of their mean is exp(-2 (π s)²) for
+//! arrivals with a standard deviation of s periods (the resultant length of circular statistics,
+//! Mardia and Jupp, *Directional Statistics*, 2000, section 3.4.1), 0.45 for a fifth of a period.
 //!
-//! A host that reads evenly, faster than the samples come, makes the very stamps of evenly missing
-//! samples: 40 Hz read at 50 Hz is 50 Hz with every fifth missing. Such stamps are taken for the
-//! sensor's, but for the steps at which adapters of USB are read.
+//! A host that reads at an even rate above that of the samples makes the same stamps as samples
+//! that are missing evenly: 40 Hz read at 50 Hz is 50 Hz with every fifth sample missing. Such
+//! stamps are taken for those of the sensor, except at the intervals at which USB adapters are
+//! read.
 
 use std::f64::consts::TAU;
 

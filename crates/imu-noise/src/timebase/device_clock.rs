@@ -71,14 +71,14 @@ pub(super) struct DeviceClock {
     pub(super) events: VecDeque<GapEvent>,
 }
 
-/// What the first sample after an outage shows of the sensor's clock.
+/// What the first sample after an outage shows of the clock of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockAfterOutage {
-    /// It ran on: its next interval shows how many samples are missing.
+    /// The clock kept running: the next interval shows how many samples are missing.
     RunsOn,
-    /// It began anew.
+    /// The clock started anew.
     Restarted,
-    /// Nothing: there is no device time, or no arrival time to confirm it, or these differ.
+    /// Not known: there is no device time, or no arrival time to confirm it, or the two differ.
     Unknown,
 }
 

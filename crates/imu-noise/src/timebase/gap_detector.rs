@@ -7,14 +7,15 @@ use super::device_clock::{ClockAfterOutage, DeviceClock};
 use super::gap_event::{GapEvent, TimebaseSummary};
 use super::sample_counter::{CounterSummary, SampleCounter};
 
-/// Finds the gaps of one stream, sample by sample; streaming, in bounded memory, without a clock of
-/// its own.
+/// Finds the gaps of one stream, sample by sample, in bounded memory and without a clock of its
+/// own.
 ///
-/// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`] or as a
-/// [`GapEvent::FalseTime`], as soon as it is certain whether samples are missing before it. Where
-/// samples carry device times, these alone decide. Else a counter decides, because it is exact, and
-/// arrival times only show the rate; from where the counter ends, or without one, arrival times
-/// decide. No stamp is an error: stamps that are no time base are [refused](GapEvent::Refused).
+/// Every sample that is added comes out once, in order, in a [`GapEvent::Samples`] or as a
+/// [`GapEvent::FalseTime`], as soon as it is decided whether samples are missing before it. Where
+/// samples carry device times, these alone decide. Otherwise a counter decides, because it is
+/// exact, and arrival times only show the rate; after the end of the counter, or without one,
+/// arrival times decide. No stamp is an error: stamps that are no time base are
+/// [refused](GapEvent::Refused).
 ///
 /// ```
 /// use std::time::Duration;
@@ -47,36 +48,39 @@ pub struct GapDetector {
 }
 
 impl GapDetector {
-    /// For a stream with arrival stamps, of a sensor with these rates in Hz, finite and positive.
-    /// Without rates the measured rate is kept, no rate is too fast, and a change of rate is not
-    /// detected. The stamps must confirm `known_hz`, listed or not: bunching of 0.1 s or dropped
-    /// samples may explain a difference, but a measured rate more than 5 % off is
-    /// [refused](crate::Refusal::OtherRate). A rate that is not finite and positive is ignored.
+    /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
+    /// positive. Without listed rates the measured rate is used, no rate is too fast, and a change
+    /// of rate is not detected. The stamps must confirm `known_hz`, which need not be listed:
+    /// bunching of 0.1 s or dropped samples may explain a difference, but a measured rate more than
+    /// 5 % off is [refused](crate::Refusal::OtherRate). A `known_hz` that is not finite and
+    /// positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
         Self { arrivals: Some(ArrivalTimes::new(rates_hz, known_hz)), ..Self::without_stamps() }
     }
 
-    /// A detector for a stream without arrival stamps: only counters show what is missing.
+    /// A detector for a stream without arrival stamps: only counters show missing samples.
     #[must_use]
     pub fn without_stamps() -> Self {
         Self::default()
     }
 
-    /// Sets the rate in Hz that the sensor reports, from the samples on that are still held. Unlike
-    /// a rate known for certain, it gives way to five seconds of arrivals within 0.2 % of another
-    /// listed rate, which is then [`NominalRate::Snapped`](crate::NominalRate::Snapped); fewer that
-    /// contradict it are [refused](crate::Refusal::OtherRate). Changes nothing once a
-    /// [rate](GapEvent::Rate) came out, or the stamps were refused.
+    /// Sets the rate in Hz that the sensor reports, for the samples that are still pending and all
+    /// later ones. Unlike a known rate, a reported one gives way to five seconds of arrivals within
+    /// 0.2 % of another listed rate, which is then
+    /// [`NominalRate::Snapped`](crate::NominalRate::Snapped); fewer arrivals that contradict it are
+    /// [refused](crate::Refusal::OtherRate). No effect once a [rate](GapEvent::Rate) was reported,
+    /// or the stamps were refused.
     pub fn set_reported_rate(&mut self, reported_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {
             arrivals.set_reported_rate(reported_hz);
         }
     }
 
-    /// Adds the next sample: its arrival since any origin, which samples of one read may share, and
-    /// its counter. The first sample decides whether there are counters; once ended, they stay so.
+    /// Adds the next sample: its arrival time since any fixed origin, which samples of one read may
+    /// share, and its counter. The first sample decides whether samples have counters; counters
+    /// that have ended do not begin again.
     pub fn push(&mut self, at: Duration, count: Option<u64>) {
         if self.pushed == 0 && count.is_some() {
             self.counter = Some(SampleCounter::default());
@@ -93,9 +97,10 @@ impl GapDetector {
         }
     }
 
-    /// Adds the next sample of a stream whose samples all carry their device time, in nanoseconds
-    /// since the sensor started: it alone decides, and arrivals show the offset of the clocks.
-    /// A stream keeps to the way of adding that its first sample used.
+    /// Adds the next sample of a stream in which all samples carry their device time, in
+    /// nanoseconds since the sensor started: device times alone decide, and arrival times show the
+    /// offset of the clocks. All samples of a stream must be added by the same one of the two
+    /// methods.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
         self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
     }
@@ -106,9 +111,10 @@ impl GapDetector {
         self.device_clock.is_some()
     }
 
-    /// What the first sample after an outage shows of the sensor's clock, if that comes with this
-    /// device time in nanoseconds and arrival. Unless it [runs on](ClockAfterOutage::RunsOn) a new
-    /// detector is for the samples from there on. To be asked after [`finish`](Self::finish).
+    /// What the first sample after an outage shows of the clock of the sensor, if that sample has
+    /// this device time in nanoseconds and this arrival time. Unless the clock [ran
+    /// on](ClockAfterOutage::RunsOn), the samples after the outage need a new detector. To be
+    /// called after [`finish`](Self::finish).
     pub fn after_outage(&mut self, device_ns: Option<u64>, at: Duration) -> ClockAfterOutage {
         match (&mut self.device_clock, device_ns) {
             (Some(clock), Some(device_ns)) => clock.after_outage(device_ns, at),
@@ -116,7 +122,7 @@ impl GapDetector {
         }
     }
 
-    /// Begins the statistics of the intervals between arrivals anew; the time base continues.
+    /// Restarts the statistics of the intervals between arrivals; the time base continues.
     pub fn restart_intervals(&mut self) {
         if let Some(clock) = &mut self.device_clock {
             clock.restart_intervals();
@@ -126,7 +132,8 @@ impl GapDetector {
         }
     }
 
-    /// No sample follows: decides on those still held, for [`poll`](Self::poll) to report.
+    /// No sample follows: decides the samples that are still pending, for [`poll`](Self::poll) to
+    /// report.
     pub fn finish(&mut self) {
         if let Some(clock) = &mut self.device_clock {
             clock.finish();
@@ -139,7 +146,7 @@ impl GapDetector {
         }
     }
 
-    /// The counters or device times so far; `None` if the first sample had none.
+    /// The counters or device times so far; `None` if the first sample had neither.
     #[must_use]
     pub fn counter(&self) -> Option<CounterSummary> {
         match &self.device_clock {
@@ -148,7 +155,7 @@ impl GapDetector {
         }
     }
 
-    /// The next event that is certain.
+    /// The next event that is decided; `None` where the next one depends on later samples.
     pub fn poll(&mut self) -> Option<GapEvent> {
         if let Some(clock) = &mut self.device_clock {
             return clock.events.pop_front();

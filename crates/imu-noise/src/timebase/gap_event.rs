@@ -1,4 +1,4 @@
-//! A gap: how many samples are missing where, and how that is known.
+//! A gap: how many samples are missing at which place, and how that is known.
 
 use std::fmt;
 
@@ -6,13 +6,13 @@ use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded};
 
 use super::interval_statistics::Arrivals;
 
-/// The next thing that is certain about a stream. When the detector is polled changes nothing but
-/// how the samples between two other events are divided among [`Samples`](Self::Samples).
+/// The next decided event of a stream. When the detector is polled has no effect but on how the
+/// samples between two other events are divided among [`Samples`](Self::Samples).
 #[derive(Clone, Debug, PartialEq)]
 pub enum GapEvent {
-    /// The next so many samples, at least 1, follow each other without a gap.
+    /// This number of samples, at least 1, follow each other without a gap.
     Samples(u64),
-    /// So many samples, at least 1, were dropped here.
+    /// This number of samples, at least 1, were dropped here.
     Missing(u64),
     /// An unknown number of samples may have been dropped here: the counter restarted, or the times
     /// of the sensor show no whole number of samples.
@@ -24,25 +24,28 @@ pub enum GapEvent {
     /// An unknown number of samples may have been dropped.
     TimeStep,
     /// The next sample has a time that neither neighbour confirms: its packet was damaged in a way
-    /// that the checksum does not show. It does not count, and one sample is missing in its place.
+    /// that the checksum does not detect. The sample does not count, and one sample is missing in
+    /// its place.
     FalseTime,
-    /// From here on a counter decides what is missing, as long as samples carry it.
+    /// From here on a counter decides which samples are missing, as long as samples carry it.
     CounterInUse,
-    /// From here on the device times of the samples decide what is missing, and show this rate.
+    /// From here on the device times of the samples decide which samples are missing, and show this
+    /// rate.
     DeviceTimeInUse {
         /// In Hz.
         rate_hz: f64,
     },
-    /// The nominal rate, and that arrival times decide what is missing: once, before the first
-    /// sample. Absent after an earlier refusal, and for a single sample of unknown rate.
+    /// The nominal rate, from which on arrival times decide which samples are missing: reported
+    /// once, before the first sample. Absent after an earlier refusal, and for a single sample of
+    /// unknown rate.
     Rate(NominalRate),
-    /// About from here on samples come at another of the sensor's rates; time is not continuous.
+    /// From about here on samples arrive at another rate of the sensor; time is not continuous.
     RateChanged {
         /// Rate before, in Hz.
         from_hz: f64,
         /// Rate from here on, in Hz.
         to_hz: f64,
-        /// Summary of the samples before; its `samples` and `backwards` count all samples pushed.
+        /// Summary of the samples before; `samples` and `backwards` in it count all samples added.
         until: Box<TimebaseSummary>,
     },
     /// From here on arrival times are ignored. Reported once; no event of arrival times follows.
@@ -54,7 +57,7 @@ pub enum GapEvent {
 pub enum NominalRate {
     /// Known beforehand, in Hz, and not contradicted by the stamps.
     Known(f64),
-    /// The sensor's rate nearest to the measured one, in Hz: within 1 %, or 5 % where bunched
+    /// The rate of the sensor nearest to the measured one, in Hz: within 1 %, or 5 % where bunched
     /// samples are dropped from the start.
     Snapped(f64),
     /// Measured from the first samples, in Hz: the sensor has no rate near it, or none is listed.
@@ -71,14 +74,14 @@ impl NominalRate {
     }
 }
 
-/// Why arrival times are no time base. Without them no dropped sample is detected from there on.
+/// Why arrival times are no time base. No dropped sample is detected by them from there on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
     /// Stamps go back by more than 10 ms too often: 9 times, and more than once in 256 samples.
     Backwards {
-        /// How often.
+        /// Number of stamps that go back.
         times: u64,
-        /// In how many samples.
+        /// Number of samples.
         samples: u64,
     },
     /// Samples arrive at more than 1.25 times the sensor's fastest rate.
@@ -97,7 +100,7 @@ pub enum Refusal {
     },
     /// All stamps are equal.
     NoTimePasses {
-        /// How many samples.
+        /// Number of samples.
         samples: u64,
     },
 }
@@ -126,29 +129,31 @@ impl fmt::Display for Refusal {
 /// `offset_ppm` describe the samples since the last change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimebaseSummary {
-    /// Samples pushed.
+    /// Number of samples added.
     pub samples: u64,
-    /// Stamps more than 10 ms before the one before; a clock set back counts once. By device time:
-    /// restarts of the sensor.
+    /// Number of stamps more than 10 ms before the stamp before; a clock that was set back counts
+    /// once. With device times: number of restarts of the sensor.
     pub backwards: u64,
-    /// Nominal rate, the last one if it changed; `None` until it is known and after a refusal.
+    /// Nominal rate, the last one where it changed; `None` until it is known, and after a refusal.
     pub nominal: Option<NominalRate>,
     /// Fitted rate in Hz; `None` below about 130 samples since the rate changed.
     pub measured_hz: Option<f64>,
-    /// Fitted over nominal rate in ppm: positive if the sensor's clock is fast against the host's.
+    /// (Fitted / nominal rate - 1) in ppm: positive where the clock of the sensor is fast against
+    /// that of the host. `None` without either rate.
     pub offset_ppm: Option<f64>,
-    /// Why the stamps are no time base.
+    /// Why the stamps are no time base; `None` where they are one.
     pub refusal: Option<Refusal>,
     /// Samples missing, by arrival times, or by device time where samples carry it.
     pub missing: u64,
-    /// Gaps, by the same.
+    /// Number of gaps, in the same way.
     pub gaps: u64,
-    /// Times between samples; `None` below two samples and without a nominal rate.
+    /// Times between samples; `None` below two samples, and without a nominal rate.
     pub arrivals: Option<Arrivals>,
 }
 
 impl TimebaseSummary {
-    /// Samples pending until their arrival times show or confirm the rate; `None` for none.
+    /// Number of samples that are pending until their arrival times show or confirm the rate;
+    /// `None` where none are.
     #[must_use]
     pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)

@@ -1,4 +1,4 @@
-//! What is certain of samples that came late or early.
+//! Decisions on samples that arrived late or early.
 
 use super::gap_event::GapEvent;
 

@@ -1,4 +1,5 @@
-//! How the host's reads fall among the samples: several at once, and at which phases of the period.
+//! How the reads of the host fall among the samples: how many samples a read returns, and at which
+//! phases of the period.
 
 /// Samples that close were delivered by one read. Chosen: above the jitter within a read, below
 /// half a period.

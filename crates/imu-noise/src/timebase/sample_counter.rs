@@ -111,17 +111,17 @@ impl SampleCounter {
     }
 }
 
-/// The counters of the samples so far.
+/// The counters of the samples of a stream so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CounterSummary {
-    /// Of the first sample.
+    /// Counter of the first sample.
     pub first: u64,
-    /// Of the last sample.
+    /// Counter of the last sample.
     pub last: u64,
-    /// By how much it rises from sample to sample, 0 for a counter that is ignored; `None` while
-    /// that is not known, at least before the second sample.
+    /// The step of the counter from sample to sample, 0 for a counter that is ignored; `None` while
+    /// the step is not known, at least until the second sample.
     pub step: Option<f64>,
-    /// Whether it is the time of the sensor in nanoseconds.
+    /// Whether the counter is the device time in nanoseconds.
     pub is_device_time: bool,
 }
 
@@ -131,19 +131,19 @@ pub struct CounterSummary {
     "the counter rises by {next_step} per sample, previously by {step}: cut longer pieces, and start each with its place"
 )]
 pub struct OtherCounter {
-    /// Events per sample, before.
+    /// Step of the counter in the piece before.
     pub step: f64,
-    /// Events per sample, from there on.
+    /// Step of the counter in the next piece.
     pub next_step: f64,
 }
 
 impl CounterSummary {
-    /// Of this piece of a stream and the next, whose first sample comes `distance` places, 1 or
-    /// more, behind the last one of this.
+    /// The summary over this piece of a stream and the next, whose first sample is `distance`
+    /// places, at least 1, after the last sample of this one.
     ///
     /// # Errors
-    /// Where the counters rise at different steps, or from the one to the other not by as many as
-    /// there are places.
+    /// [`OtherCounter`] where the counters rise by different steps, or the difference between the
+    /// pieces does not match the number of places.
     pub fn append(&self, next: &Self, distance: u64) -> Result<Self, OtherCounter> {
         let increment = match self.is_device_time {
             // nanoseconds do not wrap

@@ -5,10 +5,10 @@
 //! term of the level, their sum is a block sum of the next. Where the stride doubles, every second
 //! sum continues, so all levels together cost log2 R + 2 updates per sample.
 //!
-//! A missing sample has its place like any other, and block sums carry how many they lack; where
-//! none does, that is not touched. A piece of a record keeps the first sums of each level too: when
-//! it is appended to the piece before, the cascade continues through these as if they had just been
-//! formed, and comes by every window that reaches across the seam.
+//! A missing sample has its place like any other, and cluster sums carry the number of samples they
+//! lack; where none is missing, that number costs nothing. A piece of a record also keeps the first
+//! sums of each level: when the piece is appended, the cascade of the piece before continues with
+//! these sums as if they had just been formed, and so finds every window that spans the seam.
 
 use core::{mem, ops::Add};
 
