@@ -1,5 +1,5 @@
-//! The codes of documents: the word for each in text and pages, and what it means. The project's
-//! documentation has them as a table.
+//! The codes of documents: the word for each code in text and pages, and its meaning, as
+//! `docs/words.md` lists them.
 
 use vn100_analysis::noise::{Grade, NoCoefficient, Status, Term, Verdict};
 use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
@@ -7,13 +7,13 @@ use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoeff
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Code {
-    /// The key it is a value of.
+    /// The key in documents whose value the code is.
     pub key: &'static str,
-    /// Itself.
+    /// The code itself.
     pub code: &'static str,
-    /// The word for it in text and pages.
+    /// The word for the code in text and pages.
     pub word: &'static str,
-    /// What that means, in a sentence without its full stop.
+    /// The meaning of the code, in a sentence without a full stop.
     pub meaning: &'static str,
 }
 
@@ -151,7 +151,7 @@ pub(crate) fn code_of_grade(grade: Grade) -> Code {
     }
 }
 
-/// Where the sample rate comes from.
+/// The code for the source of the sample rate.
 #[must_use]
 pub fn code_of_rate(from: RateFrom) -> Code {
     let of = |name, word, meaning| code("rate_from", name, word, meaning);
@@ -170,7 +170,7 @@ pub fn code_of_rate(from: RateFrom) -> Code {
     }
 }
 
-/// How dropped samples were counted.
+/// The code for the evidence of dropped samples.
 #[must_use]
 pub fn code_of_missing(from: MissingFrom) -> Code {
     let of = |name, word, meaning| code("missing_from", name, word, meaning);

@@ -15,78 +15,79 @@ use crate::toml_text::{TomlError, line, parse_toml};
 
 const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
 
-/// A text is no data sheet.
+/// Why a text is no data sheet.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DatasheetError {
-    /// It is no TOML, or not of the form of a data sheet.
+    /// The text is no TOML, or does not have the form of a data sheet.
     #[error("{0}")]
     Form(TomlError),
-    /// Nothing can be compared with it.
+    /// The sheet has no figure that can be compared.
     #[error("holds no [[figure]]")]
     NoFigure,
-    /// The sensor cannot refresh so often.
+    /// The refresh rate is not one that a sensor can have.
     #[error("line {line}: refresh_hz is not above 0")]
     Refresh {
-        /// From 1.
+        /// The line, from 1.
         line: usize,
     },
-    /// A figure makes no sense.
+    /// A figure is not valid.
     #[error("the figure in line {line}: {error}")]
     Figure {
-        /// From 1.
+        /// The line, from 1.
         line: usize,
         /// Why.
         error: FigureError,
     },
 }
 
-/// A figure of a data sheet makes no sense.
+/// Why a figure of a data sheet is not valid.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FigureError {
-    /// The unit is none of the parameter's.
+    /// The parameter is not given in this unit.
     #[error("unknown unit {unit:?} of this figure: use one of {}", choices.join(", "))]
     Unit {
-        /// As written.
+        /// The unit as written.
         unit: String,
-        /// Those that there are.
+        /// The units of the parameter.
         choices: Vec<&'static str>,
     },
-    /// The convention is none of the unit's.
+    /// The unit does not have this convention.
     #[error("a figure in {unit} has {choices}")]
     Convention {
-        /// As written.
+        /// The unit as written.
         unit: String,
-        /// Those that there are, in words.
+        /// The conventions of the unit, in words.
         choices: &'static str,
     },
-    /// Neither a limit nor a typical value, or both.
+    /// The figure has neither a limit nor a typical value, or both.
     #[error("a figure in {unit} needs one of \"limit\" and \"typical\"")]
     Claim {
-        /// As written.
+        /// The unit as written.
         unit: String,
     },
     /// The number is not above 0, not finite, or the range is not in order.
     #[error("{number} {unit} is not positive, or not in order")]
     Number {
-        /// As written.
+        /// The number as written.
         number: String,
-        /// As written.
+        /// The unit as written.
         unit: String,
     },
 }
 
-/// The VN-100's.
+/// The data sheet of the VN-100.
 ///
 /// # Errors
-/// None, unless this program was built with a damaged sheet.
+/// None, unless this program was built with an invalid sheet.
 pub fn vn100_datasheet() -> Result<Datasheet, DatasheetError> {
     parse_datasheet(BUILT_IN)
 }
 
-/// A data sheet that a user wrote, as TOML.
+/// Reads a data sheet that a user wrote, as TOML.
 ///
 /// # Errors
-/// When the text is not TOML, or a figure makes no sense; with the line and the choices there are.
+/// [`DatasheetError`] when the text is not TOML, or a figure is not valid; with the line and the
+/// valid choices.
 pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
     let sheet: Sheet = parse_toml(text).map_err(DatasheetError::Form)?;
     if sheet.figure.is_empty() {

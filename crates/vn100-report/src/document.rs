@@ -192,7 +192,8 @@ struct Warning {
 }
 
 impl Document {
-    /// Of a measurement under way, or of one that has `ended`; remedies are in these `words`.
+    /// The document of a measurement that is under way, or has `ended`; remedies are put into
+    /// `words`.
     #[must_use]
     pub fn new(measured: &Measured, ended: bool, words: RemedyWords) -> Self {
         let Measured { facts, snapshot, assessment, .. } = measured;

@@ -1,8 +1,9 @@
-//! The figures of a report, made once for the page and for the files beside it: each is drawn once,
-//! as SVG or as pixels, and keeps the numbers that it shows.
+//! The figures of a report. Each is drawn once, for the page and for the files beside it, as SVG or
+//! as pixels, and keeps the numbers that it shows.
 //!
-//! Both come from one [`Drawing`] of lines, areas, symbols and texts, and the pixels are not made
-//! from the SVG: a renderer of SVG with text brings 28 packages, and the fonts of the machine.
+//! SVG and pixels both come from one [`Drawing`] of lines, areas, symbols and texts. The pixels are
+//! not made from the SVG, because a renderer of SVG with text has 28 packages and uses the fonts of
+//! the machine.
 
 mod allan;
 mod axes;
@@ -37,7 +38,7 @@ use over_time::{envelope, segments};
 use plot::{LegendSample, Plot, quiet, solid};
 use spectrum::spectrum;
 
-/// Those of one record and those of several.
+/// The figures of one record, or those of several together.
 #[derive(Debug, Clone, Default)]
 pub struct Figures {
     /// The axes of each sensor together.
@@ -52,7 +53,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Of one record; `prefix` makes its names unique in a report of several.
+    /// The figures of one record; `prefix` makes their names unique in a report of several.
     #[must_use]
     pub fn of(record: &Record<'_>, prefix: &str) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
@@ -134,7 +135,7 @@ impl Figures {
         all
     }
 
-    /// All of them, in the order of the page.
+    /// All figures, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
         let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = self;
         [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments].into_iter().flatten()
@@ -148,21 +149,21 @@ fn shown_with(channel: &ChannelValues, record: &Record<'_>) -> ChannelValues {
     ChannelValues { noise, ..channel.clone() }
 }
 
-/// A figure cannot be drawn.
+/// Why a figure cannot be drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum DrawingError {
-    /// This program was built with a damaged font.
+    /// The font that this program was built with is damaged.
     #[error("the embedded font is damaged")]
     Font,
-    /// It has no area, or too much of it.
+    /// The figure has no area, or too large a one.
     #[error("a figure without a size cannot be drawn")]
     Size,
-    /// The pixels make no file.
+    /// The pixels cannot be written as PNG.
     #[error("the pixels cannot be written as PNG")]
     Png,
 }
 
-/// A figure as it is shown and kept.
+/// A figure, with the numbers that it shows.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
@@ -204,7 +205,7 @@ pub(crate) struct Value {
 }
 
 impl Figure {
-    /// Its `id` without the run that it belongs to: kind, then channel or sensor, as
+    /// Its `id` without the prefix of its record: kind, then channel or sensor, such as
     /// `allan-gyro_y`.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -215,16 +216,17 @@ impl Figure {
         svg::element(&self.drawing, &self.id, [&self.title, &self.description], "")
     }
 
-    /// A file of its own.
+    /// The figure as an SVG file of its own.
     #[must_use]
     pub fn svg_file(&self) -> String {
         svg::file(&self.drawing, &self.id, [&self.title, &self.description])
     }
 
-    /// The same as pixels.
+    /// The figure as a PNG file.
     ///
     /// # Errors
-    /// None, unless the figure has no size, or this program was built with a damaged font.
+    /// [`DrawingError`], only where the figure has no size, or this program was built with a
+    /// damaged font.
     pub fn png_file(&self) -> Result<Vec<u8>, DrawingError> {
         png::file(&self.drawing)
     }

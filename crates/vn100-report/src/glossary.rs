@@ -14,29 +14,30 @@ use crate::{
     summary::parameters::verdict_word,
 };
 
-/// What the glossary says of one code.
+/// The entry of the glossary for one code.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
-    /// What kind of code it is, as a title.
+    /// The kind of code, as a title.
     pub group: &'static str,
-    /// Itself, as results spell it.
+    /// The code, as results spell it.
     pub code: &'static str,
-    /// Other names by which it is found.
+    /// Other names by which the entry is found.
     pub aliases: Vec<&'static str>,
-    /// Its name or its word, with symbol and slope where it has them; a warning's severity.
+    /// The name or the word of the code, with symbol and slope of a parameter, or the severity of a
+    /// warning.
     pub title: String,
-    /// What it means, in sentences.
+    /// The meaning, in sentences.
     pub meaning: String,
     /// Why it matters, in sentences.
     pub why: &'static str,
     /// What to do, in sentences.
     pub advice: Text,
-    /// The standard or manual that defines it; empty for codes of this program alone.
+    /// The standard or manual that defines the code; empty for codes of this program alone.
     pub source: &'static str,
 }
 
-/// Everything that is explained: parameters, warnings, the codes of documents, then the words and
-/// messages of the summary.
+/// All entries: parameters, warnings, the codes of documents, then the words and messages of the
+/// summary.
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
@@ -46,9 +47,9 @@ pub fn glossary() -> Vec<Explanation> {
     all
 }
 
-/// What is explained under that code or name, or that word for a verdict in the summary, in any
-/// letter case. A code of several groups, and a word for several verdicts, have several
-/// explanations; an unknown one has none.
+/// The entries for a code or a name, or for a word for a verdict in the summary, in any letter
+/// case. A code of several groups, and a word for several verdicts, have several entries; an
+/// unknown one has none.
 #[must_use]
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);

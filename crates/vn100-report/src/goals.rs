@@ -1,5 +1,5 @@
-//! What a measurement ends by, how far it is, and how much more time that takes. Texts are as on a
-//! terminal, see [`plain`](crate::numbers::plain).
+//! What a measurement ends by, how far the measurement is, and how much more time it takes. Texts
+//! are as on a terminal, see [`plain`](crate::numbers::plain).
 
 use std::time::Duration;
 
@@ -7,31 +7,31 @@ use vn100_analysis::{Assessment, Goal, Settings, Snapshot};
 
 use crate::numbers::plain::{digits_trimmed, span, time};
 
-/// What was asked for.
+/// What a measurement ends by.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Goals {
-    /// Data time.
+    /// Data time to be measured; `None` for no limit.
     pub duration: Option<Duration>,
-    /// By the clock, from the start of the command.
+    /// Time by the clock, from the start of the command; `None` for no limit.
     pub wall: Option<Duration>,
-    /// Precisions.
+    /// Precisions to be reached.
     pub until: Vec<Goal>,
 }
 
 impl Goals {
-    /// Of a measurement by these settings, and in this time by the clock.
+    /// The goals in these settings, and this limit by the clock.
     #[must_use]
     pub fn of(settings: &Settings, wall: Option<Duration>) -> Self {
         Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
-    /// Whether nothing was asked for.
+    /// Whether there is no goal.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
     }
 
-    /// One text for each, the times first; `elapsed` is by the clock.
+    /// One text for each goal, the times first; `elapsed` is the time by the clock.
     #[must_use]
     pub fn texts(&self, snapshot: &Snapshot, assessment: &Assessment, elapsed: Duration) -> Vec<String> {
         let duration = self.duration.map(|duration| progress(data_time_s(snapshot), duration));

@@ -1,4 +1,4 @@
-//! What the graphical slope method reads, in the words and units of laboratories.
+//! The results of the graphical slope method, in the words and units of laboratories.
 
 use vn100_analysis::noise::{NotRead, Sensor, Term};
 

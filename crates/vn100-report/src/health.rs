@@ -1,12 +1,12 @@
-//! How a source under way does: its link, its rate, what was lost, and what stands ahead of it.
-//! Texts are as on a terminal, see [`plain`](crate::numbers::plain).
+//! The state of a source under way: its link, its rate, its losses, and what is to come. Texts are
+//! as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot, SourceFacts};
 
 use crate::{numbers::plain::time, printable::printable};
 
-/// What a link does, with its baud rate where that is what there is to say.
+/// What a link is doing, or its baud rate where it is connected.
 ///
 /// # Examples
 /// ```
@@ -29,28 +29,28 @@ pub fn link_word(link: &LinkFacts) -> String {
     }
 }
 
-/// A link that receives the sensor's output, with its baud rate where it has one.
+/// The word for a connected link: its baud rate, where it has one.
 #[must_use]
 pub fn up_word(baud: Option<u32>) -> String {
     baud.map_or_else(|| "up".into(), |baud| format!("up {baud} baud"))
 }
 
-/// What can be broken while a source is measured.
+/// A fault while a source is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
-    /// The link is lost; so many attempts to connect it again have failed.
+    /// The link is lost.
     Disconnected {
-        /// Since the sensor was connected last.
+        /// Failed attempts to reconnect since the sensor was last connected.
         attempts: u32,
     },
     /// The port is open, and nothing arrives.
     Silent,
-    /// The recording that was made is not continued.
+    /// The recording has stopped.
     RecordingFailed,
 }
 
 impl FaultKind {
-    /// In capitals.
+    /// The name of the fault, in capitals.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl FaultKind {
         }
     }
 
-    /// What it means, and what to do.
+    /// What the fault means, and what to do.
     #[must_use]
     pub const fn details(self) -> &'static str {
         match self {
@@ -76,7 +76,7 @@ impl FaultKind {
         }
     }
 
-    /// What is broken now, and why.
+    /// The present faults, each with its cause.
     #[must_use]
     pub fn of(facts: &SourceFacts) -> Vec<(Self, String)> {
         let cause = |link: &LinkFacts| link.cause.clone().unwrap_or_default();
@@ -91,19 +91,19 @@ impl FaultKind {
     }
 }
 
-/// Why a source is called silent.
+/// The cause of a silence, in words.
 #[must_use]
 pub fn silent_cause(port: &str) -> String {
     format!("{} is open, but no data arrives", printable(port))
 }
 
-/// Why a recording failed, and what that does not end.
+/// The cause of a failed recording, and that the measurement continues.
 #[must_use]
 pub fn recording_cause(error: &str) -> String {
     format!("{}; the measurement continues", printable(error))
 }
 
-/// Where a replay is.
+/// The state of a replay in a word.
 #[must_use]
 pub fn playback_word(playback: PlaybackFacts) -> &'static str {
     match playback {
@@ -115,7 +115,7 @@ pub fn playback_word(playback: PlaybackFacts) -> &'static str {
     }
 }
 
-/// Where the nominal rate comes from, as it stands behind the rate.
+/// The source of the nominal rate, in words that follow the rate.
 #[must_use]
 pub const fn rate_from_word(from: RateFrom) -> &'static str {
     match from {
@@ -127,7 +127,8 @@ pub const fn rate_from_word(from: RateFrom) -> &'static str {
     }
 }
 
-/// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
+/// The part of the baud rate in use, 0 to 1 and above, at ten bits per byte; `None` without a baud
+/// rate or without a sentence.
 #[must_use]
 pub fn line_load(link: Option<&LinkFacts>, snapshot: &Snapshot) -> Option<f64> {
     let baud = link.filter(|link| matches!(link.status, LinkStatus::Connected | LinkStatus::Silent))?.baud?;
@@ -139,19 +140,20 @@ pub fn line_load(link: Option<&LinkFacts>, snapshot: &Snapshot) -> Option<f64> {
     (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
 }
 
-/// The octave that will be observable next.
+/// The next octave that the record will show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NextOctave {
-    /// Its averaging time.
+    /// Averaging time of the octave, in seconds.
     pub tau_s: f64,
-    /// Data time until then, in seconds.
+    /// Data time until the record shows the octave, in seconds.
     pub wait_s: f64,
-    /// The record is long enough, but a gap breaks every window: the wait begins behind it.
+    /// Whether the record is long enough, but every window spans a gap: the wait then begins after
+    /// the gap.
     pub broken: bool,
 }
 
 impl NextOctave {
-    /// How long that takes.
+    /// The wait in words.
     #[must_use]
     pub fn when(&self) -> String {
         let wait = time(self.wait_s.ceil());
@@ -159,7 +161,7 @@ impl NextOctave {
     }
 }
 
-/// The octave of this deviation that will be observable next; `None` before the first sample.
+/// The next octave of this deviation that the record will show; `None` before the first sample.
 #[must_use]
 pub fn next_octave(snapshot: &Snapshot, deviation: Deviation) -> Option<NextOctave> {
     let is_other = deviation != snapshot.deviation;

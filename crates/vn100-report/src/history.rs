@@ -1,31 +1,32 @@
-//! The last minutes of a channel, as they are drawn.
+//! The recent samples of a channel, as they are drawn.
 
 use vn100_analysis::noise::counts_to_unit;
 use vn100_analysis::{Slot, Snapshot};
 
-/// Values of one column, in the unit of the channel.
+/// The values of one column, in the unit of the channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HistoryColumn {
-    /// Smallest.
+    /// Smallest value.
     pub min: f64,
-    /// Largest.
+    /// Largest value.
     pub max: f64,
-    /// Of all samples.
+    /// Mean of all samples.
     pub mean: f64,
 }
 
-/// The oldest column first; `None` where nothing came.
+/// The columns of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
-    /// The columns.
+    /// The columns, the oldest first; `None` where a column has no sample.
     pub columns: Vec<Option<HistoryColumn>>,
     /// Data time of a column, in seconds.
     pub column_s: f64,
 }
 
 impl History {
-    /// The latest `most_slots` of the channel at this place in at most `columns`, which begin at
-    /// fixed times and do not flicker. `None` where the last minutes are not kept, or without room.
+    /// The latest `most_slots` slots of the channel at this place, in at most `columns` columns,
+    /// which begin at fixed times so that they do not flicker. `None` where the recent samples are
+    /// not kept, or without a column.
     #[must_use]
     pub fn of(snapshot: &Snapshot, channel: usize, columns: usize, most_slots: usize) -> Option<Self> {
         let recent = snapshot.recent.as_ref()?;

@@ -1,6 +1,6 @@
-//! The result of the measurement of one source; what completes it: models for filters, verdicts
-//! against a data sheet, and whether the figures that must pass do; and its values in the units in
-//! which a report gives it.
+//! The result of the measurement of one source. It is completed with models for filters, verdicts
+//! against a data sheet, and whether the parameters that must pass do, and converted to the units
+//! of a report.
 
 use std::sync::Arc;
 
@@ -17,43 +17,43 @@ use crate::{
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
-/// One source's result. Where nothing could be read it is that of no samples, and `facts` hold the
+/// The result of one source. Where nothing could be read it has no samples, and `facts` hold the
 /// reason.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// The source.
+    /// The facts of the source.
     pub facts: SourceFacts,
-    /// The numbers.
+    /// The numbers of the measurement.
     pub snapshot: Arc<Snapshot>,
-    /// What they say.
+    /// The assessment of the snapshot.
     pub assessment: Assessment,
-    /// By channel; empty unless asked for.
+    /// The models for filters, by channel; empty unless the evaluation asks for them.
     pub filter_models: Vec<Option<FilterModels>>,
-    /// `None` without a data sheet for the sensor.
+    /// The verdicts; `None` without a data sheet for the sensor.
     pub verdicts: Option<Verdicts>,
-    /// Goals that were not reached, and figures that did not pass, in words.
+    /// Goals that were not reached, and parameters that did not pass, in words.
     pub unmet: Vec<String>,
-    /// Whether it is complete and its goals are met.
+    /// Whether the measurement is complete and its goals are met.
     pub completion: Completion,
 }
 
-/// What became of a measurement, the best first.
+/// The outcome of a measurement, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Completion {
-    /// It was read to its end.
+    /// The source was read to its end.
     Complete,
-    /// It did, without what was to be reached or to pass.
+    /// The source was read to its end, and a goal was not reached or a parameter did not pass.
     NotMet,
-    /// It could not be finished.
+    /// The measurement could not be finished.
     Failed,
     /// The source could not be opened, or gave no valid sample.
     NoData,
-    /// What only the user knows of it was not given.
+    /// The user did not give what only the user knows, such as the rate.
     NotGiven,
 }
 
 impl Measured {
-    /// The result of a source as it would be if it ended now; `assessment` is of this snapshot.
+    /// The result of a source under way as if it ended now; `assessment` is that of this snapshot.
     #[must_use]
     pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Assessment) -> Self {
         let (filter_models, unmet) = (Vec::new(), Vec::new());
@@ -79,8 +79,8 @@ impl Measured {
         }
     }
 
-    /// The result of a source that ended without meeting these goals; where it could not be opened,
-    /// or an error ended it, `facts` say so.
+    /// The result of a source that ended without meeting the goals in `unmet`; where the source
+    /// could not be opened, or an error ended it, `facts` hold the reason.
     #[must_use]
     pub fn ended(
         facts: SourceFacts,
@@ -106,16 +106,17 @@ impl Measured {
         measured
     }
 
-    /// The recording is incomplete for the reason `text`: a warning, and the measurement has
-    /// failed.
+    /// Notes that the recording is incomplete for the reason `text`: adds a warning, and the
+    /// measurement has failed.
     pub fn note_failed_recording(&mut self, text: String) {
         let warning = Warning::new(WarningKind::RecordingFailed, Vec::new(), text, "");
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
     }
 
-    /// The measurement ended before what was asked for: a warning; of a live source a problem, and
-    /// the measurement has failed; of a capture, which has no more, a note.
+    /// Notes that the measurement ended before what was asked for: adds a warning. For a live
+    /// source it is a problem and the measurement has failed; for a capture, which has no more
+    /// data, it is a note.
     pub fn note_ended_early(&mut self, text: String, details: String, is_live: bool) {
         let mut warning = Warning::new(WarningKind::EndedEarly, Vec::new(), text.clone(), details);
         if is_live {
@@ -126,13 +127,14 @@ impl Measured {
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
     }
 
-    /// A result cut short by a fault that is no error of the source: the measurement has failed.
+    /// Notes that the result is incomplete because of a fault that is no error of the source: the
+    /// measurement has failed.
     pub fn note_failure(&mut self, text: String) {
         self.facts.error.get_or_insert(text);
         self.completion = self.completion.max(Completion::Failed);
     }
 
-    /// All of them, the gravest first.
+    /// All warnings of snapshot and assessment, the gravest first.
     #[must_use]
     pub fn warnings(&self) -> Vec<&Warning> {
         let mut all: Vec<&Warning> = self.snapshot.warnings.iter().chain(&self.assessment.warnings).collect();
@@ -140,7 +142,7 @@ impl Measured {
         all
     }
 
-    /// What is compared with other records.
+    /// The record for a comparison with others.
     #[must_use]
     pub fn compared(&self) -> ComparedRecord<'_> {
         ComparedRecord {
@@ -151,8 +153,8 @@ impl Measured {
         }
     }
 
-    /// A result that was cut short is marked, though an interrupt ends like the end of the data;
-    /// where no sample came, that is why.
+    /// Notes that the result was interrupted, although an interrupt ends it like the end of the
+    /// data; where no sample came, the interrupt is the reason.
     pub fn note_interrupted(&mut self) {
         let SourceFacts { name, error, .. } = &mut self.facts;
         if error.as_ref().is_none_or(|error| *error == no_sample(name, &self.snapshot)) {
@@ -161,7 +163,7 @@ impl Measured {
     }
 }
 
-/// Why a source that ended without a sample gave none.
+/// Why a source that ended without a sample gave none, in words.
 #[must_use]
 pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
     let bytes = snapshot.link.bytes();
@@ -187,7 +189,7 @@ fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
     format!("{name}: the data ended before {goal} was reached: {known}")
 }
 
-/// What every result is completed with.
+/// The data sheet, models and requirements that every result is completed with.
 #[derive(Debug, Clone)]
 pub struct Evaluation {
     filter_models: bool,
@@ -198,22 +200,22 @@ pub struct Evaluation {
     fail_on: Vec<NoiseFigure>,
 }
 
-/// What a data sheet decides.
+/// What the user wants a data sheet to decide.
 #[derive(Debug, Clone, Default)]
 pub struct Asked {
-    /// Figures that must pass.
+    /// Parameters that must pass.
     pub fail_on: Vec<NoiseFigure>,
-    /// Typical figures pass and fail, too.
+    /// Whether typical figures pass and fail, as limits do.
     pub typical_is_limit: bool,
 }
 
 impl Evaluation {
-    /// Compares with `datasheet`, whatever the sensor; or with the VN-100's VectorNav's sentences
-    /// and packets, but not packets of a sensor that says it is another. Adds models for filters,
-    /// if these are asked for.
+    /// Compares with `datasheet`, whatever the sensor is; without one, compares VectorNav sentences
+    /// and packets with the data sheet of the VN-100, except those of a sensor that reports another
+    /// model. Adds models for filters, if they are asked for.
     ///
     /// # Errors
-    /// None, unless this program was built with a damaged sheet.
+    /// None, unless this program was built with an invalid data sheet.
     pub fn new(
         datasheet: Option<Datasheet>,
         Asked { fail_on, typical_is_limit }: Asked,
@@ -224,8 +226,8 @@ impl Evaluation {
         Ok(Self { filter_models, datasheet: datasheet.map(judged), vn100, fail_on })
     }
 
-    /// Of the figures that must pass, those of which the data sheet says what is typical alone, so
-    /// that nothing decides on them; with the name of the sheet.
+    /// The parameters that must pass although the data sheet gives only a typical value, so that no
+    /// verdict can decide; each with the name of the sheet.
     pub fn not_deciding(&self) -> impl Iterator<Item = (&NoiseFigure, &str)> {
         let sheet = self.datasheet.as_ref().unwrap_or(&self.vn100);
         let without_limit = self.fail_on.iter().filter(move |asked| {
@@ -237,7 +239,7 @@ impl Evaluation {
         without_limit.map(|asked| (asked, sheet.name.as_str()))
     }
 
-    /// Adds what was asked for; a figure that must pass and does not is unmet.
+    /// Completes a result; a parameter that must pass and does not is added to `unmet`.
     #[must_use]
     pub fn complete(&self, mut measured: Measured) -> Measured {
         let (snapshot, assessment) = (&measured.snapshot, &measured.assessment);
@@ -299,17 +301,17 @@ fn why_absent(figure: &NoiseFigure, snapshot: &Snapshot, verdicts: Option<&Verdi
     }
 }
 
-/// One result of a report.
+/// A result in the units of a report.
 #[derive(Debug, Clone)]
 pub struct Record<'a> {
-    /// The result itself.
+    /// The result.
     pub measured: &'a Measured,
     pub(crate) channels: Vec<ChannelValues>,
     pub(crate) norms: Vec<NormValues>,
 }
 
 impl<'a> Record<'a> {
-    /// The result in units.
+    /// Converts a result to the units of a report.
     #[must_use]
     pub fn new(measured: &'a Measured) -> Self {
         let channels = channel_values(&measured.snapshot, &measured.assessment);
@@ -328,13 +330,13 @@ impl<'a> Record<'a> {
     }
 }
 
-/// The name of the record of that number, from 0, where several are compared: `run 1`.
+/// The name of a record among several, by its place from 0: `run 1` for the first.
 #[must_use]
 pub fn run_name(number: usize) -> String {
     format!("run {}", number + 1)
 }
 
-/// What the names of its figures begin with: `run1-`.
+/// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
 #[must_use]
 pub fn run_prefix(number: usize) -> String {
     format!("run{}-", number + 1)

@@ -1,4 +1,4 @@
-//! Names of what is measured and found, in words: the same in text, documents and reports.
+//! Names of quantities and results in words, the same in text, documents and reports.
 
 use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::protocol::{Quantity, Tally};
@@ -12,7 +12,7 @@ use crate::{
     numbers::plain::{digits, four_digits},
 };
 
-/// What is measured, in the order of results.
+/// The quantities, in the order of results.
 pub const QUANTITIES: [Quantity; 8] = [
     Quantity::AngularRate,
     Quantity::Acceleration,
@@ -27,15 +27,15 @@ pub const QUANTITIES: [Quantity; 8] = [
 /// The names of a quantity.
 #[derive(Debug, Clone, Copy)]
 pub struct QuantityNames {
-    /// The shortest word for what measures it.
+    /// The shortest name of the sensor that measures the quantity.
     pub short: &'static str,
-    /// Itself, in a sentence.
+    /// The quantity, in a sentence.
     pub quantity: &'static str,
-    /// What measures it, as a title.
+    /// The sensor that measures the quantity, as a title.
     pub title: &'static str,
 }
 
-/// The names of that quantity.
+/// The names of a quantity.
 #[must_use]
 pub fn names_of(quantity: Quantity) -> QuantityNames {
     let (short, quantity, title) = match quantity {
@@ -51,11 +51,11 @@ pub fn names_of(quantity: Quantity) -> QuantityNames {
     QuantityNames { short, quantity, title }
 }
 
-/// What the deviation of a [`Quantity::Value`] is of.
+/// Which deviation a [`Quantity::Value`] has.
 pub const NEUTRAL_SERIES: &str = "The deviation is that of the numbers as rate data, such as fractional frequency or an angular rate; a series of \
                                   phase or angle is to be differenced first. Nothing about a sensor is concluded from them.";
 
-/// What is plotted over averaging time.
+/// The name of a deviation, as the title of a plot.
 #[must_use]
 pub fn deviation_name(deviation: Deviation) -> &'static str {
     match deviation {
@@ -67,17 +67,17 @@ pub fn deviation_name(deviation: Deviation) -> &'static str {
 /// The names of a noise parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ParameterNames {
-    /// As in IEEE Std 952, capitalised.
+    /// The name in IEEE Std 952, capitalised.
     pub name: &'static str,
-    /// The letters people use; empty where there are none.
+    /// The abbreviation in use; empty where there is none.
     pub short: &'static str,
-    /// The coefficient.
+    /// The symbol of the coefficient.
     pub symbol: &'static str,
-    /// Of its line in the log-log plot of the deviation.
+    /// The slope of its line in the log-log plot of the deviation.
     pub slope: &'static str,
 }
 
-/// The names of that parameter.
+/// The names of a parameter of a sensor.
 #[must_use]
 pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
     let of = |name, short, symbol, slope| ParameterNames { name, short, symbol, slope };
@@ -95,7 +95,7 @@ pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
     }
 }
 
-/// The parameters of the noise, from short averaging times to long ones.
+/// The noise parameters, from short averaging times to long ones.
 pub const TERMS: [Term; 5] =
     [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
@@ -108,7 +108,7 @@ pub(crate) fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
 /// Why the budget of N has no share of the scale factor.
 pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
 
-/// The rows of the budget of N that all axes of a sensor share: what, and how much.
+/// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
 pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
@@ -143,7 +143,7 @@ pub fn in_words(status: Status) -> &'static str {
     code_of_status(status).word
 }
 
-/// How many, and of which kinds.
+/// How many sentences were rejected, and for which reasons.
 #[must_use]
 pub fn rejected_lines(tally: &Tally) -> String {
     let rejected = &tally.rejected;
@@ -160,13 +160,13 @@ pub fn rejected_lines(tally: &Tally) -> String {
     if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
 }
 
-/// How many questions the line brought back; nothing on a line that does not echo.
+/// How many questions of this program the line echoed; empty for none.
 #[must_use]
 pub fn echoes(count: u64) -> String {
     if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
 
-/// The verdict in words.
+/// A verdict in words.
 #[must_use]
 pub fn verdict_name(verdict: Verdict) -> &'static str {
     code_of_verdict(verdict).word
@@ -183,7 +183,7 @@ pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
     }
 }
 
-/// The grades a gyroscope may be of, or why that cannot be said; `None` for any other sensor.
+/// The grades that a gyroscope may have, or why no grade can be given; `None` for any other sensor.
 #[must_use]
 pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
     Some(match noise.grade()? {
@@ -194,7 +194,7 @@ pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
     })
 }
 
-/// How grades are given, for those who read them.
+/// How grades are defined, in words.
 #[must_use]
 pub fn grade_scheme() -> String {
     let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
@@ -216,7 +216,8 @@ pub(crate) fn grade_name(grade: Grade) -> &'static str {
     code_of_grade(grade).code
 }
 
-/// What was measured, and what is expected in this stream of a sensor at the figure.
+/// The measured value, and the value expected in this stream of a sensor at the figure, in a
+/// sentence.
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
@@ -260,7 +261,7 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     format!("{measured}; {expected}{}", why(verdict))
 }
 
-/// Why the evidence for a figure that agrees with it does not let it pass.
+/// Why a figure that the measurement agrees with does not pass.
 pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, the share of a \
      removed spectral peak, or whether the density is one-sided or two-sided";
 
@@ -281,7 +282,8 @@ fn why(verdict: &FigureVerdict) -> &'static str {
     }
 }
 
-/// The unit people compare this figure in.
+/// The unit in which a parameter of a sensor is usually given, and how many of these units are one
+/// SI unit.
 #[must_use]
 pub fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
     let unit = match (sensor, term) {
@@ -302,7 +304,7 @@ pub(crate) fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, 
     convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
 }
 
-/// Which record to use, by the names that `name` gives to numbers from 0, and why; without a full
+/// Which record to use and why, by the names that `name` gives to places from 0; without a full
 /// stop.
 #[must_use]
 pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usize) -> String) -> String {
@@ -331,7 +333,7 @@ pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usi
     }
 }
 
-/// Why it is unknown whether noise explains the difference of two means.
+/// Why it is not known whether noise explains a difference of two means, in words.
 #[must_use]
 pub fn untested(why: Untested) -> &'static str {
     match why {
@@ -344,7 +346,8 @@ pub fn untested(why: Untested) -> &'static str {
     }
 }
 
-/// Why N is not compared where white noise aliases differently, by the names that `name` gives.
+/// Why N is not compared where white noise aliases differently, by the names that `name` gives to
+/// places from 0.
 #[must_use]
 pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {
     let own: Vec<String> = (ranking.records.iter())

@@ -1,5 +1,4 @@
-//! Numbers as people read them: here as on a page, with the signs of print; in [`plain`] as on a
-//! terminal.
+//! Numbers for people: here for a page, with typographic signs; in [`plain`] for a terminal.
 
 pub mod plain;
 

@@ -28,7 +28,7 @@ use crate::{
 };
 use caption::Captions;
 
-/// The Earth's turning, in rad/s (IERS Conventions, 2010).
+/// The rotation rate of the Earth, in rad/s (IERS Conventions, 2010).
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
 const STYLE: &str = include_str!("page/style.css");
@@ -36,22 +36,22 @@ const STYLE: &str = include_str!("page/style.css");
 const FIGURES_SCRIPT: &str = include_str!("page/figures.js");
 const SCRIPT: &str = include_str!("page/script.js");
 
-/// The content of a page besides the results.
+/// The content of a page other than the results.
 #[derive(Debug, Clone, Copy)]
 pub struct PageOptions<'a> {
-    /// Two-sided level of the intervals of a comparison.
+    /// Two-sided level of the intervals of a comparison, 0 < p < 1.
     pub confidence: f64,
-    /// What was asked for, as a user would ask for it again.
+    /// The command line, as a user would repeat it.
     pub asked: &'a str,
-    /// How what the user can do is called.
+    /// The words of a face for remedies.
     pub words: RemedyWords,
-    /// What makes the page.
+    /// The program that writes the page.
     pub program: Program<'a>,
-    /// How long Kalibr integrates, in seconds.
+    /// The time over which Kalibr integrates, in seconds.
     pub kalibr_span_s: f64,
 }
 
-/// A program by its name.
+/// A program, by name and commit.
 #[derive(Debug, Clone, Copy)]
 pub struct Program<'a> {
     /// Name and version, such as `vn100 1.0.0`.
@@ -60,8 +60,8 @@ pub struct Program<'a> {
     pub commit: Option<&'a str>,
 }
 
-/// Writes the page of one capture, or of several. `figures` are those of the records, in their
-/// order; `together` those of all of them, of which one record alone has none.
+/// Writes the page of one capture, or of several. `figures` are those of the records, in the same
+/// order; `together` are the figures of all records together, which are empty for a single one.
 ///
 /// # Errors
 /// When `out` cannot be written to.

@@ -1,15 +1,15 @@
 //! Makes foreign text printable: file names, captures and replies of a sensor may hold control
 //! characters.
 
-/// The text in one line, with a mark for all that steers a terminal.
+/// The text in one line, with a replacement mark for each character that controls a terminal.
 #[must_use]
 pub fn printable(text: &str) -> String {
     text.chars().map(|c| if steers_terminal(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
-/// A JSON document and a line end. What steers a terminal is escaped, so that the document means
-/// the same: serde_json leaves DEL, the control characters above ASCII and those that turn the
-/// direction of text as they are.
+/// A JSON document and a line end. Characters that control a terminal are escaped, which does not
+/// change the content: serde_json leaves DEL, the control characters above ASCII and those that
+/// change the direction of text unescaped.
 #[must_use]
 pub fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);

@@ -1,4 +1,4 @@
-//! The result at a glance: which sensor, whether the record can be trusted, its noise parameters
+//! The summary of a result: which sensor, whether the record can be trusted, its noise parameters
 //! beside the data sheet, and what to do about problems. Faces lay it out.
 
 pub(crate) mod parameters;
@@ -14,42 +14,42 @@ use crate::{
     numbers::plain::{grouped, short, time},
 };
 
-/// Axes beside each other; a group of more is continued in a table of its own.
+/// The number of axes beside each other in a table; further ones are in another table.
 pub const AXES: usize = 3;
 
-/// The result at a glance.
+/// The summary of a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
-    /// What was measured: source, sensor, message and rate, length, and then when and how warm.
+    /// What was measured: source, sensor, message and rate, length; then date and temperature.
     pub identity: Vec<String>,
-    /// How far the record can be trusted, in the order of a measurement.
+    /// How far the record can be trusted, aspect by aspect, in the order of a measurement.
     pub statuses: Vec<AspectStatus>,
     /// The noise parameters; none where the sensor was moved.
     pub sensors: Vec<SensorTable>,
-    /// Means and standard deviations of one sample.
+    /// Means and standard deviations of single samples.
     pub statistics: Vec<StatisticsRow>,
-    /// What helps, in sentences. [`AspectStatus::findings`] and [`SensorTable::notes`] hold their
-    /// places.
+    /// What to do, in sentences. [`AspectStatus::findings`] and [`SensorTable::notes`] refer to
+    /// them by their places.
     pub notes: Vec<String>,
 }
 
-/// One aspect of the record.
+/// The status of one aspect of the record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AspectStatus {
     /// The aspect, such as `at rest`.
     pub aspect: &'static str,
-    /// The gravest of its warnings; `None` without any.
+    /// The gravest severity among its warnings; `None` without a warning.
     pub severity: Option<Severity>,
-    /// One word for it.
+    /// The status in one word.
     pub word: &'static str,
     /// What was found, the gravest first; each with the places of its notes, from 0.
     pub findings: Vec<(String, Vec<usize>)>,
 }
 
-/// The parameters of up to three axes of one kind.
+/// The parameters of up to three axes of one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorTable {
-    /// The kind, as a title.
+    /// The sensor, as a title.
     pub title: &'static str,
     /// Names of the axes, such as `x`.
     pub axes: Vec<String>,
@@ -57,58 +57,59 @@ pub struct SensorTable {
     pub has_datasheet: bool,
     /// Places of the notes on the comparison.
     pub notes: Vec<usize>,
-    /// The parameters, and what belongs to each.
+    /// The parameters, each followed by its details.
     pub rows: Vec<ParameterRow>,
 }
 
 /// A row of a [`SensorTable`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterRow {
-    /// The parameter, or what the row adds to the one before.
+    /// The parameter, or the detail that the row adds to the one before.
     pub label: String,
-    /// Its unit; empty where the row has none.
+    /// The unit; empty where the row has none.
     pub unit: &'static str,
-    /// Whether it belongs to the parameter in the row before.
+    /// Whether the row is a detail of the parameter above.
     pub is_detail: bool,
-    /// A cell for each axis; or one text where it holds for all.
+    /// The cells of the axes.
     pub cells: Cells,
-    /// The figure of the data sheet, in the same unit, and the verdict.
+    /// The figure of the data sheet, in the same unit, and the verdict; `None` where there is no
+    /// figure.
     pub figure: Option<(String, VerdictWord)>,
 }
 
 /// The cells of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// One for each axis.
+    /// One cell for each axis.
     Axes(Vec<String>),
-    /// The same for all.
+    /// One text for all axes.
     All(&'static str),
 }
 
 /// A verdict in one word.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerdictWord {
-    /// The word, with the letters of the axes where it does not hold for all.
+    /// The word, with the letters of the axes where it does not apply to all.
     pub word: String,
-    /// The parameter misses a limit.
+    /// Whether the parameter fails a limit.
     pub is_failed: bool,
 }
 
 /// Mean or standard deviation of the axes of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatisticsRow {
-    /// Such as `gyro mean`.
+    /// The label, such as `gyro mean`.
     pub label: String,
-    /// Of the cells.
+    /// The unit of the cells.
     pub unit: &'static str,
-    /// One for each axis.
+    /// One cell for each axis.
     pub cells: Vec<String>,
-    /// What is added behind them; may be empty.
+    /// A remark on the row; may be empty.
     pub remark: String,
 }
 
 impl Summary {
-    /// Of a result, with what helps in the words of a face.
+    /// The summary of a result, with remedies in the words of a face.
     #[must_use]
     pub fn new(record: &Record<'_>, words: RemedyWords) -> Self {
         let mut notes = Notes { words, texts: Vec::new() };

@@ -1,16 +1,16 @@
-//! TOML that users write: what is wrong with it, and where, in one line.
+//! TOML that users write: what is wrong in the text, and where, in one line.
 
 use std::fmt;
 
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-/// A text is no TOML, or not of the form that was expected.
+/// Why a text is no TOML, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub struct TomlError {
-    /// Line and column of the mistake, both from 1, where they are known.
+    /// Line and column of the error, both from 1; `None` where they are not known.
     pub place: Option<(usize, usize)>,
-    /// What is wrong, in one line.
+    /// The error, in one line.
     pub message: String,
 }
 
@@ -24,10 +24,10 @@ impl fmt::Display for TomlError {
     }
 }
 
-/// Reads a text that a user wrote.
+/// Reads a TOML text that a user wrote.
 ///
 /// # Errors
-/// When it is no TOML, or not of this form; with line and column.
+/// [`TomlError`] when the text is no TOML, or does not have the form of `T`.
 pub fn parse_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error: toml::de::Error| TomlError {
         place: error.span().map(|span| (line(text, span.start), column(text, span.start))),

@@ -1,4 +1,4 @@
-//! From exact counts to values in each channel's own unit, for display and documents.
+//! From exact counts to values in the unit of each channel, for display and documents.
 
 use serde::Serialize;
 use vn100_analysis::noise::{
@@ -13,24 +13,24 @@ use vn100_analysis::{
 
 use crate::names::names_of;
 
-/// One channel's results in its own unit. `None` is what is not known.
+/// The results of one channel in its own unit. `None` stands for what is not known.
 #[derive(Debug, Clone)]
 pub struct ChannelValues {
-    /// Such as `gyro_x`.
+    /// Name of the channel, such as `gyro_x`.
     pub name: String,
-    /// What it measures.
+    /// Quantity of the channel.
     pub quantity: Quantity,
-    /// Of all values below, unless noted otherwise.
+    /// Unit of all values below, unless noted otherwise.
     pub unit: String,
-    /// That resolve one count in the unit.
+    /// Decimals that show one count in the unit.
     pub decimals: usize,
-    /// Its sample rate in hertz.
+    /// Sample rate of the channel in hertz.
     pub rate_hz: f64,
-    /// Samples.
+    /// Number of samples.
     pub count: u64,
-    /// Of all samples.
+    /// Mean of all samples.
     pub mean: Option<f64>,
-    /// Of all samples, n - 1 in the denominator.
+    /// Standard deviation of all samples, with n - 1 in the denominator.
     pub std: Option<f64>,
     /// Third standardised moment.
     pub skewness: Option<f64>,
@@ -40,30 +40,30 @@ pub struct ChannelValues {
     pub min: Option<f64>,
     /// The largest sample.
     pub max: Option<f64>,
-    /// The last digit that the source prints.
+    /// The last digit that the source prints, in the unit.
     pub resolution: f64,
-    /// How often each value occurred.
+    /// The histogram, as bars.
     pub bars: Option<BarValues>,
-    /// One for each octave.
+    /// The deviation at each octave.
     pub octaves: Vec<Point>,
-    /// Those to be shown: the octaves, or the averaging times that were asked for.
+    /// The deviations to be shown: at the octaves, or at the averaging times of the settings.
     pub deviations: Vec<Point>,
-    /// The octaves of the deviation that was not asked for; empty where it is not kept.
+    /// The octaves of the deviation that the settings do not select; empty where they are not kept.
     pub other_deviations: Vec<Point>,
-    /// Through time and frequency; `None` where it was not assessed.
+    /// Results over time and frequency; `None` for a channel that is not in the stream.
     pub signal: Option<SignalValues>,
-    /// Of the regression line, in the unit per second.
+    /// Slope of the regression line, in the unit per second.
     pub slope_s: Option<f64>,
-    /// Noise parameters, in SI units; `None` for what is no axis of a sensor.
+    /// Noise parameters in SI units; `None` for a channel that is no axis of a sensor.
     pub noise: Option<ChannelNoise>,
 }
 
-/// A histogram as it is drawn.
+/// A histogram as bars, for a drawing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BarValues {
-    /// Lower end of the first bar.
+    /// Lower edge of the first bar.
     pub first: f64,
-    /// Of every bar.
+    /// Width of every bar.
     pub width: f64,
     /// Samples in each bar.
     pub counts: Vec<u64>,
@@ -71,31 +71,31 @@ pub struct BarValues {
 
 const MOST_BARS: usize = 64;
 
-/// How the channel went through time and frequency.
+/// Results of a channel over time and frequency.
 #[derive(Debug, Clone)]
 pub struct SignalValues {
-    /// One-sided, in the unit squared per hertz.
+    /// The one-sided power spectral density, in the unit squared per hertz.
     pub density: Option<Density>,
-    /// In succession.
+    /// The blocks of the record, in time order.
     pub blocks: Vec<BlockValues>,
-    /// Lines, disturbances and changes of level.
+    /// Vibration, disturbances and changes of level.
     pub disturbed: Disturbed,
-    /// Whether the values are normally distributed; `None` while that was not assessed.
+    /// Whether the values are normally distributed; `None` where that was not assessed.
     pub normality: Option<Result<Normality, NotJudged>>,
 }
 
 /// One of the consecutive blocks of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BlockValues {
-    /// In data time since the first sample, those skipped included.
+    /// Data time from the first sample to the block in seconds, including what was skipped.
     pub start_s: f64,
-    /// In data time.
+    /// Length of the block in seconds of data time.
     pub duration_s: f64,
-    /// Samples.
+    /// Number of samples.
     pub count: u64,
-    /// Of its samples.
+    /// Mean of the samples.
     pub mean: f64,
-    /// `None` for one sample.
+    /// Standard deviation of the samples; `None` for one sample.
     pub std: Option<f64>,
     /// The smallest sample.
     pub min: f64,
@@ -108,26 +108,26 @@ pub struct BlockValues {
 pub struct Point {
     /// Averaging factor: samples in a cluster.
     pub m: u64,
-    /// Averaging time.
+    /// Averaging time in seconds.
     pub tau_s: f64,
-    /// Allan or Hadamard deviation.
+    /// Allan or Hadamard deviation, in the unit; `None` where the sum is not known.
     pub deviation: Option<f64>,
-    /// Differences that were squared and summed.
+    /// Number of squared differences in the sum.
     pub terms: u64,
-    /// Equivalent degrees of freedom; `None` below two, as the interval.
+    /// Equivalent degrees of freedom; `None` below two, where there is no interval either.
     pub edf: Option<f64>,
-    /// Exponent of the spectrum at this averaging time.
+    /// Exponent of the spectrum at this averaging time; `None` with too few blocks.
     pub alpha: Option<i8>,
-    /// Lower end of the confidence interval.
+    /// Lower limit of the confidence interval.
     pub lower: Option<f64>,
-    /// Upper end of the confidence interval.
+    /// Upper limit of the confidence interval.
     pub upper: Option<f64>,
-    /// Deviation of the whole fitted model; `None` where the fit has no part of it.
+    /// Deviation of the fitted model; `None` where no model was fitted at this point.
     pub fitted: Option<f64>,
 }
 
 impl Point {
-    /// In a unit of which one of this is `factor`.
+    /// The point in a unit of which `factor` are one of the present unit.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         let [deviation, lower, upper, fitted] =
@@ -135,14 +135,14 @@ impl Point {
         Self { deviation, lower, upper, fitted, ..self }
     }
 
-    /// Whether it is known well enough to have an interval.
+    /// Whether the deviation is known well enough for an interval.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.edf.is_some()
     }
 }
 
-/// All channels of a snapshot, in its order, and those asked for between the lines behind them.
+/// All channels of a snapshot, in order, followed by those of register 54.
 #[must_use]
 pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<ChannelValues> {
     let channels = snapshot.layout_channels();
@@ -153,34 +153,34 @@ pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<Chann
     streamed.chain(polled).collect()
 }
 
-/// The length of a sensor's vector, sample by sample.
+/// The magnitude of the vector of a sensor, sample by sample.
 #[derive(Debug, Clone, Serialize)]
 pub struct NormValues {
-    /// Such as `gyro_norm`.
+    /// Name of the magnitude, such as `gyro_norm`.
     pub name: String,
-    /// What the vector measures.
+    /// Quantity of the vector.
     #[serde(skip)]
     pub quantity: Quantity,
-    /// Of all values below.
+    /// Unit of all values below.
     pub unit: String,
-    /// That resolve one count in the unit.
+    /// Decimals that show one count in the unit.
     #[serde(skip)]
     pub decimals: usize,
-    /// Of the mean vector.
+    /// Magnitude of the mean vector.
     pub of_mean: Option<f64>,
-    /// Samples.
+    /// Number of samples.
     pub count: u64,
-    /// Of the lengths.
+    /// Mean of the magnitudes.
     pub mean: Option<f64>,
-    /// Of the lengths.
+    /// Standard deviation of the magnitudes.
     pub std: Option<f64>,
-    /// The shortest.
+    /// Smallest magnitude.
     pub min: Option<f64>,
-    /// The longest.
+    /// Largest magnitude.
     pub max: Option<f64>,
 }
 
-/// The lengths of all vectors, in the order of the channels.
+/// The magnitudes of all vectors, in the order of the channels.
 #[must_use]
 pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
     let norm = |norm: &Magnitude| {
@@ -214,8 +214,8 @@ fn converted_decimals(decimals: u8, scale: f64) -> usize {
     (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
 }
 
-/// A value with so many decimals. Where these are wider than `width`, with fewer as long as three
-/// digits stay, or with a power of ten.
+/// A value with `decimals` decimals. Where the text is wider than `width`, with fewer decimals as
+/// long as three digits remain, else with a power of ten.
 #[must_use]
 pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
@@ -321,7 +321,7 @@ fn point(
     }
 }
 
-/// The tests of each channel together, in the order in which the channels first come.
+/// The tests grouped by channel, in the order in which the channels first occur.
 #[must_use]
 pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<Vec<&OctaveTest>> {
     let mut channels: Vec<Vec<&OctaveTest>> = Vec::new();

@@ -1,8 +1,9 @@
 //! The JSON document of an archive, schema `vn100.archive/1`: a contract with scripts. A row for
-//! each recording with its channels, and the recordings of each sensor as one.
+//! each recording with its channels, and a pool of the recordings of each sensor.
 //!
 //! SI units (magnetic field in gauss); what is not known is `null`. Everything is made from a
-//! [`State`], so that it does not matter where and in which order the recordings were read.
+//! [`State`], so that the result does not depend on where and in which order the recordings were
+//! read.
 
 use std::collections::BTreeMap;
 
@@ -112,7 +113,7 @@ struct Outlier {
     text: String,
 }
 
-/// What a recording came to, as a state of this name: its sums, where it holds a sample, and why it
+/// The result of a recording as a state with this name: its sums, where it has a sample, and why it
 /// could not be read, or not to its end.
 #[must_use]
 pub fn state_of_measured(name: &str, measured: &Measured, analysis: Option<&mut Analysis>) -> State {
@@ -126,10 +127,11 @@ pub fn state_of_measured(name: &str, measured: &Measured, analysis: Option<&mut 
     }
 }
 
-/// A recording of a state as it was measured; `None` where it could not be read.
+/// The result of a recording in a state; `None` where the recording could not be read.
 ///
 /// # Errors
-/// Where its pieces do not belong together.
+/// [`NotAppended`](vn100_analysis::NotAppended) when the pieces of the recording cannot be appended
+/// to each other.
 pub fn measured_of_state(
     recording: &RecordedPieces<'_>,
     evaluation: &Evaluation,
@@ -149,7 +151,7 @@ pub fn measured_of_state(
 }
 
 impl ArchiveDocument {
-    /// Of all recordings of a state; remedies of warnings are in these `words`.
+    /// The document of all recordings of a state; remedies are put into `words`.
     #[must_use]
     pub fn new(state: &State, evaluation: &Evaluation, words: RemedyWords) -> Self {
         let rows = in_parallel(state.recordings(), |recording| match measured_of_state(&recording, evaluation) {
@@ -175,13 +177,13 @@ impl ArchiveDocument {
         }
     }
 
-    /// How many there are.
+    /// Number of recordings.
     #[must_use]
     pub fn recordings(&self) -> usize {
         self.recordings.len()
     }
 
-    /// The worst of all recordings.
+    /// The worst completion among the recordings.
     #[must_use]
     pub fn completion(&self) -> Completion {
         let of = |row: &RecordingRow| match (&row.error, row.samples) {
@@ -192,7 +194,7 @@ impl ArchiveDocument {
         self.recordings.iter().map(of).max().unwrap_or(Completion::NoData)
     }
 
-    /// What could not be read, and which recordings are outliers, in words.
+    /// Which recordings could not be read, and which are outliers, in words.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let errors = self.recordings.iter().filter_map(|row| {

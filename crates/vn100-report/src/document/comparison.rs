@@ -2,7 +2,7 @@
 //! scripts.
 //!
 //! SI units (magnetic field in gauss); what is not known is `null`. `record` is a place in
-//! `records`, from 0. A probability `p` is that of one test alone, `corrected` the same with Holm's
+//! `records`, from 0. A probability `p` is that of one test alone, `corrected` is `p` with Holm's
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
@@ -199,7 +199,8 @@ struct CaveatDocument {
 }
 
 impl ComparisonDocument {
-    /// The results in the order in which they were compared.
+    /// The document of a comparison of `all`, in the order in which they were compared; remedies
+    /// are put into `words`.
     #[must_use]
     pub fn new(all: &[Measured], comparison: &Comparison, words: RemedyWords) -> Self {
         let verdict = |chance: Chance| Verdict {

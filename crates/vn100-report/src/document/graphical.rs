@@ -1,4 +1,4 @@
-//! What the graphical slope method reads, as in the JSON document.
+//! The results of the graphical slope method, as in the JSON document.
 
 use serde::Serialize;
 use vn100_analysis::ChannelNoise;

@@ -58,19 +58,20 @@ struct AssumedDocument {
     bias_instability: Option<f64>,
 }
 
-/// How to do what was planned, as a user would type it.
+/// The commands for what was planned, as a user types them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PlanCommands {
-    /// Sets the sensor, where the measurement itself does not.
+    /// The command that sets the sensor; `None` where the measuring command does that.
     pub configure: Option<String>,
-    /// Measures.
+    /// The command that measures.
     pub attach: String,
-    /// Sets the sensor to its factory default, where the measurement does not restore it.
+    /// The command that restores the factory default; `None` where the measuring command restores
+    /// the settings.
     pub undo: Option<String>,
 }
 
 impl PlanDocument {
-    /// Of `plan`; with a length only if it was `asked` for something in particular.
+    /// The document of `plan`; it has a length only if the plan was `asked` for a want.
     #[must_use]
     pub fn new(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool, commands: PlanCommands) -> Self {
         let assumed = SENSORS.into_iter().map(|(_, sensor)| {

@@ -122,7 +122,8 @@ struct PartParameter {
 }
 
 impl PoolDocument {
-    /// Of recordings that were all measured with this deviation and these windows.
+    /// The document of a pool of recordings that were all measured with this deviation and these
+    /// windows.
     #[must_use]
     pub fn new(pool: &Pool, (deviation, estimator): (Deviation, Estimator)) -> Self {
         Self {

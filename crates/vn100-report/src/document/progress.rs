@@ -71,7 +71,7 @@ struct GoalProgress {
 }
 
 impl ProgressDocument {
-    /// Of a measurement with these goals, under way or over.
+    /// The line of a measurement with these goals, under way or over.
     #[must_use]
     pub fn new(measured: &Measured, goals: &[Goal]) -> Self {
         let Measured { facts, snapshot, assessment, .. } = measured;
@@ -122,7 +122,7 @@ fn short(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// A second by the clock in which no data came.
+/// The line of a second by the clock in which no data came.
 #[derive(Debug, Serialize)]
 pub struct HeartbeatDocument {
     schema: &'static str,
@@ -141,8 +141,8 @@ pub struct HeartbeatDocument {
 }
 
 impl HeartbeatDocument {
-    /// Of a source that has given so many samples, and none for `silent` until `now_ns`, in
-    /// nanoseconds since 1970.
+    /// The line of a source that has given this number of samples, and none for `silent` until
+    /// `now_ns`, in nanoseconds since 1970.
     #[must_use]
     pub fn new(source: &str, samples: u64, link: Option<&LinkFacts>, silent: Duration, now_ns: i64) -> Self {
         let silent_ns = i64::try_from(silent.as_nanos()).unwrap_or(i64::MAX);

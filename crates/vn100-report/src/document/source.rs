@@ -226,7 +226,7 @@ pub struct RecordingDocument {
 }
 
 impl RecordingDocument {
-    /// What is known so far; how the recording ended is known when it was read to there.
+    /// The facts so far; how the recording ended is among them once it was read to its end.
     #[must_use]
     pub fn new(recording: &RecordingFacts) -> Self {
         let end = recording.end.as_ref();
@@ -239,7 +239,7 @@ impl RecordingDocument {
         }
     }
 
-    /// In words.
+    /// The facts in words.
     #[must_use]
     pub fn text(&self) -> String {
         let unknown = || "an unknown time".to_owned();

@@ -35,7 +35,7 @@ const HEADER: [&str; 27] = [
     "error",
 ];
 
-/// As CSV, in SI units; a recording that could not be read is a row with its error.
+/// The table as CSV, in SI units; a recording that could not be read is a row with its error.
 #[must_use]
 pub fn archive_table(archive: &ArchiveDocument) -> String {
     let mut table = Table(String::new());

@@ -1,4 +1,4 @@
-//! The file that Kalibr takes: noise density and random walk of each sensor, in continuous time and
+//! The `imu.yaml` of Kalibr: noise density and random walk of each sensor, in continuous time and
 //! SI units.
 //!
 //! Names and units as in the page "Yaml formats" of its documentation.
@@ -15,27 +15,27 @@ use crate::{
     units::si_unit,
 };
 
-/// How long Kalibr integrates, in seconds, where the user does not say.
+/// The time in seconds over which Kalibr integrates, where the user does not give one.
 pub const DEFAULT_KALIBR_SPAN_S: f64 = 60.0;
 
 /// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
 const WALK_OF_FLICKER: f64 = 1.15;
 
-/// No file for Kalibr.
+/// Why no file for Kalibr can be written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KalibrError {
     /// The sensor was moved.
     #[error("the sensor was moved in this record, which shows none of its noise")]
     Moved,
-    /// Nothing of an accelerometer or a gyroscope is known.
+    /// No value of an accelerometer or a gyroscope is known; the reasons.
     #[error("{}", .0.join("; "))]
     Nothing(Vec<String>),
-    /// Only estimates were asked for; what is none, for each.
+    /// Only estimates were asked for; the values that are not estimated.
     #[error("not every value is estimated: {}", .0.join("; "))]
     NotEstimated(Vec<String>),
 }
 
-/// The lines of the file, and which of its values are no estimates or missing.
+/// The lines of the file, and which of its values are bounds or missing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KalibrYaml {
     lines: Vec<String>,
@@ -54,9 +54,10 @@ struct Value {
 }
 
 impl KalibrYaml {
-    /// Of each sensor the noisiest axis: N, and as the random walk the larger of K and the walk
-    /// that drifts over `span_s` seconds as the bias instability does, 1.15 B/√span. An upper bound
-    /// where there is no estimate; where there is neither, the value is missing, with the reason.
+    /// For each sensor the values of its noisiest axis: N, and as the random walk the larger of K
+    /// and 1.15 B/√span, the walk that drifts in `span_s` seconds as much as the bias instability.
+    /// A value without an estimate is an upper bound; where there is no bound, the value is
+    /// missing, with the reason.
     #[must_use]
     pub fn of(record: &Record<'_>, span_s: f64) -> Self {
         let snapshot = &record.measured.snapshot;
@@ -92,22 +93,22 @@ impl KalibrYaml {
         yaml
     }
 
-    /// The file.
+    /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
         self.lines.join("\n") + "\n"
     }
 
-    /// The missing values, each with the reason: Kalibr needs all four.
+    /// The missing values, each with the reason: Kalibr needs all four values.
     #[must_use]
     pub fn missing(&self) -> &[String] {
         &self.missing
     }
 
-    /// Whether it may be written; `only_estimates` if all values must be estimated.
+    /// Whether the file may be written; with `only_estimates` only if all values are estimated.
     ///
     /// # Errors
-    /// Where it may not.
+    /// [`KalibrError`] when the file may not be written.
     pub fn check(&self, only_estimates: bool) -> Result<(), KalibrError> {
         if self.was_moved {
             return Err(KalibrError::Moved);

@@ -36,9 +36,9 @@ const PARAMETERS: [SensorColumns; 3] = [
     ("mag", Sensor::Magnetometer, &[("N", Term::White, "gauss/sqrt(Hz)")]),
 ];
 
-/// As CSV: identity, the verdict on all figures of the data sheet together, the warnings, and N, B
-/// and K of each axis with status, interval and verdict. Units are in the header. A record without
-/// samples has its error alone.
+/// The table as CSV: identity, the verdict on all figures of the data sheet together, the warnings,
+/// and N, B and K of each axis with status, interval and verdict. Units are in the header. The row
+/// of a record without samples has only its error.
 #[must_use]
 pub fn lot_table(records: &[Record<'_>]) -> String {
     let mut header: Vec<String> = records

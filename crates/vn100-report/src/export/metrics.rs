@@ -1,4 +1,4 @@
-//! Metrics of measurements under way, for Prometheus and what else reads its text.
+//! Metrics of measurements under way, for Prometheus and other programs that read its text format.
 
 use std::{collections::BTreeSet, fmt::Write, time::Duration};
 
@@ -14,7 +14,7 @@ use crate::{
     units::{ChannelValues, channel_values, si_unit},
 };
 
-/// How metrics are written.
+/// The format of metrics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MetricsForm {
     /// The text format 0.0.4 of Prometheus.
@@ -24,7 +24,7 @@ pub enum MetricsForm {
 }
 
 impl MetricsForm {
-    /// Its type in HTTP.
+    /// The media type of the format in HTTP.
     #[must_use]
     pub const fn content_type(self) -> &'static str {
         match self {
@@ -37,18 +37,18 @@ impl MetricsForm {
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredSource<'a> {
-    /// What is known of it.
+    /// The facts of the source.
     pub facts: &'a SourceFacts,
-    /// Its numbers.
+    /// The numbers of the source.
     pub snapshot: &'a Snapshot,
-    /// What they say; it may be a little older.
+    /// An assessment of the source, which may be a little older than the snapshot.
     pub assessment: &'a Assessment,
-    /// Since its last sample; `None` before the first.
+    /// Time since the last sample; `None` before the first.
     pub last_sample_age: Option<Duration>,
 }
 
-/// The metrics of these sources. What is not known has no sample; with motion that are the noise
-/// parameters.
+/// The metrics of these sources. A metric whose value is not known has no sample; noise parameters
+/// have none where the sensor was moved.
 ///
 /// # Examples
 /// ```

@@ -1,8 +1,8 @@
 //! The samples as ROS 2 messages in an MCAP file: `Imu`, `MagneticField`, `Temperature` and
 //! `FluidPressure` of `sensor_msgs/msg`, in plain CDR.
 //!
-//! Axes and frame are the sensor's own, x forwards, y to the right, z down, and the orientation is
-//! against north, east, down; or both are turned to what ROS assumes (REP 103).
+//! Axes and frame are those of the sensor, x forward, y right, z down, with the orientation against
+//! north, east, down; or both are converted to what ROS assumes (REP 103).
 
 use std::{collections::BTreeMap, io::Write};
 
@@ -23,14 +23,14 @@ pub(crate) const IMU_TOPIC: &str = "/imu/data";
 const TESLA_PER_GAUSS: f64 = 1e-4;
 const PASCAL_PER_KILOPASCAL: f64 = 1e3;
 
-/// The axes of vectors, and what the orientation is against.
+/// The axes of vectors, and the reference of the orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RosFrame {
-    /// The sensor's own: forwards, right, down, against north, east, down.
+    /// Those of the sensor: forward, right, down, against north, east, down.
     #[default]
     Ned,
-    /// Forwards, left, up, against east, north, up: level at rest +9.8 m/s² on z, and 90° of yaw
-    /// where the sensor says 0°.
+    /// Forward, left, up, against east, north, up: a level sensor at rest has +9.8 m/s² on z, and a
+    /// yaw of 90° where the sensor reports 0°.
     Enu,
 }
 
@@ -64,11 +64,11 @@ impl RosFrame {
 /// The times of the messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stamps {
-    /// On the even grid of the measured rate from the first arrival on, without the jitter of the
-    /// transport; the arrival times where samples are missing or no rate was measured.
+    /// Times on an even grid with the measured rate from the first arrival on, without the jitter
+    /// of the transport; the arrival times where samples are missing or no rate was measured.
     #[default]
     Fitted,
-    /// When each line arrived.
+    /// The arrival time of each frame.
     Arrival,
 }
 
@@ -122,8 +122,9 @@ const NOT_PROVIDED: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 #[error(transparent)]
 pub struct Ros2Error(#[from] mcap::McapError);
 
-/// A file that is being written: takes the batches of the capture once more, from its beginning, as
-/// the time base of the result is in it. Memory is that of one chunk of the file.
+/// A file that is being written. It takes the batches of the capture in a second reading from the
+/// beginning, because the time base of the result is needed for the first message. Memory is that
+/// of one chunk of the file.
 pub struct Ros2Messages<W: Write> {
     mcap: Writer<NoSeek<W>>,
     imu: u16,
@@ -141,10 +142,11 @@ pub struct Ros2Messages<W: Write> {
 type MeasuredVector = Option<[f64; 3]>;
 
 impl<W: Write> Ros2Messages<W> {
-    /// Of the capture behind `record`, by `program`, such as `vn100 1.0.0`.
+    /// The file of the capture that `record` was measured from, written by `program`, such as
+    /// `vn100 1.0.0`.
     ///
     /// # Errors
-    /// When `out` cannot be written to.
+    /// [`Ros2Error`] when `out` cannot be written to.
     pub fn new(out: W, record: &Record<'_>, program: &str, frame: RosFrame, stamps: Stamps) -> Result<Self, Ros2Error> {
         let options = WriteOptions::new()
             .profile("ros2")
@@ -265,7 +267,7 @@ impl<W: Write> Ros2Messages<W> {
         Ok(self.mcap.write_to_known_channel(&header, message)?)
     }
 
-    /// Ends the file; gives back what it was written to.
+    /// Ends the file, and returns its writer.
     ///
     /// # Errors
     /// When the file cannot be written.

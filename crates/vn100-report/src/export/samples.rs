@@ -7,8 +7,9 @@ use vn100_analysis::protocol::{Channel, stream::Batch};
 /// Writes samples as rows of CSV.
 ///
 /// The first column is the arrival time in nanoseconds, where the source has it: since 1970 where
-/// its times are dates. Behind it is the device time, where samples carry it. Values are in the
-/// units of documents, decimals as the sensor sends them; a value that a row lacks is empty.
+/// the times of the source are dates. Next is the device time, where samples carry it. Values are
+/// in the units of documents, with the decimals that the sensor sends; a value that a row lacks is
+/// empty.
 #[derive(Debug)]
 pub struct SampleTable<W> {
     out: W,
@@ -26,12 +27,12 @@ struct TimeColumns {
 }
 
 impl<W: Write> SampleTable<W> {
-    /// A table without rows; the header is written with the first.
+    /// A table without rows; the header is written with the first row.
     pub const fn new(out: W) -> Self {
         Self { out, columns: None, arrival_ns: None, rows: 0 }
     }
 
-    /// Rows written so far.
+    /// Number of rows written so far.
     pub const fn rows(&self) -> u64 {
         self.rows
     }
@@ -39,7 +40,7 @@ impl<W: Write> SampleTable<W> {
     /// Writes the samples of the next batch.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// The error of the writer.
     pub fn push(&mut self, batch: &Batch) -> io::Result<()> {
         let Some(layout) = batch.layout.as_ref().filter(|_| batch.row_count() > 0) else { return Ok(()) };
         let columns = match self.columns {
@@ -78,15 +79,19 @@ impl<W: Write> SampleTable<W> {
         Ok(columns)
     }
 
-    /// Hands what was written to the system.
+    /// Flushes the writer, so that the system has all that was written.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// The error of the writer.
     pub fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
 
-    /// Begins the table anew in another writer, as where a capture is read from its start again.
+    /// Starts the table again, after `start_over` has emptied the writer: for a capture that is
+    /// read again from its start.
+    ///
+    /// # Errors
+    /// The error of `start_over`.
     pub fn begin_again(&mut self, start_over: impl FnOnce(&mut W) -> io::Result<()>) -> io::Result<()> {
         (self.columns, self.arrival_ns, self.rows) = (None, None, 0);
         start_over(&mut self.out)

@@ -19,14 +19,15 @@ use crate::{
 /// A table of a report.
 #[derive(Debug, Clone, Copy)]
 pub struct CsvTable {
-    /// How the name of its file ends.
+    /// The ending of the name of its file.
     pub ending: &'static str,
-    /// A header, and a row for each channel and point; remedies are in those words.
+    /// Writes the table: a header, and a row for each channel and point. Remedies are put into the
+    /// given words.
     pub text: fn(&Record<'_>, RemedyWords) -> String,
 }
 
 impl CsvTable {
-    /// All of them.
+    /// All tables.
     pub const ALL: [Self; 10] = [
         Self { ending: ".metadata.csv", text: |record, _| metadata(record) },
         Self { ending: ".allan.csv", text: |record, _| allan(record) },

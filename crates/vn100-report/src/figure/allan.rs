@@ -52,8 +52,8 @@ pub(super) fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> Chann
     }
 }
 
-/// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one
-/// channel alone with its model. `None` without any deviation.
+/// The deviations of channels of one sensor, multiplied by `factor`, in `unit`; those of a single
+/// channel with its model. `None` where no channel has a deviation.
 pub fn allan_in_unit(
     name_of_all: &str,
     channels: &[&ChannelValues],

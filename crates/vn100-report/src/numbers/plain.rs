@@ -1,10 +1,10 @@
-//! Numbers as terminals show them, in ASCII but for the sign of a symmetric interval.
+//! Numbers for terminals, in ASCII except for the sign of a symmetric interval.
 
 use std::time::Duration;
 
 use super::in_threes;
 
-/// To six digits, without trailing zeros: what rates and times need.
+/// Six digits, without trailing zeros: enough for rates and times.
 #[must_use]
 pub fn short(value: f64) -> String {
     let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
@@ -12,13 +12,13 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// To four digits; from ten thousand on, and below a hundredth, with a power of ten.
+/// Four digits; with a power of ten from ten thousand on, and below a hundredth.
 #[must_use]
 pub fn four_digits(value: f64) -> String {
     to_digits(value, 4, 1e4)
 }
 
-/// To so many digits, as short as that allows: `0.0353`, `12.5`, `3.53e-4`.
+/// `count` significant digits, in the shortest form: `0.0353`, `12.5`, `3.53e-4`.
 #[must_use]
 pub fn digits(value: f64, count: usize) -> String {
     if value == 0.0 { "0".into() } else { to_digits(value, count, 1e5) }
@@ -35,13 +35,13 @@ fn to_digits(value: f64, count: usize, below: f64) -> String {
     }
 }
 
-/// A probability to two digits; one too small to matter as a bound.
+/// A probability with two digits; one that is too small to matter as a bound.
 #[must_use]
 pub fn p_value(p: f64) -> String {
     if p < 1e-9 { "< 1e-9".into() } else { digits(p, 2) }
 }
 
-/// The same without noughts at its end: `40`, `3.5e-3`.
+/// At most `most` significant digits, without trailing zeros: `40`, `3.5e-3`.
 #[must_use]
 pub fn digits_trimmed(value: f64, most: usize) -> String {
     let text = digits(value, most);
@@ -50,7 +50,7 @@ pub fn digits_trimmed(value: f64, most: usize) -> String {
     format!("{number}{exponent}")
 }
 
-/// How far the truth may lie above and below the value: `±2.1 %`, or `+12 -9 %`.
+/// The distances of the confidence limits from the value, in percent: `±2.1 %`, or `+12 -9 %`.
 #[must_use]
 pub fn spread(value: f64, lower: f64, upper: f64) -> String {
     let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
@@ -62,7 +62,7 @@ pub fn spread(value: f64, lower: f64, upper: f64) -> String {
     }
 }
 
-/// `±≤7.8 %`: the wider side of an interval alone, rounded up, where there is no room for both.
+/// The larger of these distances alone, rounded up, where there is no room for both: `±≤7.8 %`.
 #[must_use]
 pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
     let widest = (100.0 * (1.0 - lower / value)).max(100.0 * (upper / value - 1.0));
@@ -71,14 +71,14 @@ pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
     format!("±≤{:.decimals$} %", (scale * widest).ceil() / scale)
 }
 
-/// `+12 ppm`; what rounds to nothing is `+0 ppm`.
+/// An offset in ppm: `+12 ppm`; one that rounds to zero is `+0 ppm`.
 #[must_use]
 pub fn ppm(value: f64) -> String {
     // the sum of a negative and a positive nought is positive
     format!("{:+} ppm", value.round() + 0.0)
 }
 
-/// `1 gap`, `2 gaps`.
+/// A number and its noun: `1 gap`, `2 gaps`.
 #[must_use]
 pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
@@ -90,14 +90,14 @@ pub fn grouped(count: u64) -> String {
     in_threes(count, ' ')
 }
 
-/// An averaging time: `0.025`, `1.6`, `51.2`, `1638`.
+/// An averaging time in seconds: `0.025`, `1.6`, `51.2`, `1638`.
 #[must_use]
 pub fn tau(seconds: f64) -> String {
     let text = if seconds < 100.0 { format!("{seconds:.3}") } else { format!("{seconds:.1}") };
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A time a person waits for, in the two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`.
+/// A waiting time, in its two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`.
 #[must_use]
 pub fn time(seconds: f64) -> String {
     let whole = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX).as_secs();
@@ -106,7 +106,8 @@ pub fn time(seconds: f64) -> String {
     joined(&parts[first..parts.len().min(first + 2)], " ")
 }
 
-/// Whole seconds, rounded up, in all units: `1 h 30 min`; options take it without `blank`.
+/// Whole seconds, rounded up, in all units, with `blank` between number and unit: `1 h 30 min`; for
+/// an option `blank` is empty.
 #[must_use]
 pub fn span(seconds: f64, blank: &str) -> String {
     joined(&parts(seconds.ceil().max(0.0) as u64), blank)
@@ -124,7 +125,7 @@ fn joined(parts: &[SpanPart], blank: &str) -> String {
     if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }
 }
 
-/// A running clock: `0:00:05`.
+/// The time of a running clock: `0:00:05`.
 #[must_use]
 pub fn clock(time: Duration) -> String {
     let s = time.as_secs();

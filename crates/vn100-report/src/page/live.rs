@@ -1,5 +1,5 @@
-//! The live page: the parts of a report that say something while it is measured, each drawn anew
-//! by itself, and the page around them.
+//! The live page: the parts of a report that make sense during a measurement, each drawn
+//! separately, and the page around them.
 
 use std::{fmt::Write, time::Duration};
 
@@ -29,12 +29,12 @@ const COLUMNS: usize = 121;
 /// The content of one element of the page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PagePart {
-    /// Of the element.
+    /// The `id` of the element.
     pub id: String,
-    /// Its content, in one line.
+    /// The content of the element, in one line.
     pub html: Box<str>,
-    /// The prefix of the source whose details it belongs to, which are shown when they are opened.
-    /// `None` for what is always shown, and for a source that is alone.
+    /// The prefix of the source to whose details the part belongs, which a page shows when they are
+    /// opened; `None` for a part that is always shown, and for a single source.
     pub detail_of: Option<Box<str>>,
 }
 
@@ -54,40 +54,40 @@ impl PagePart {
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct PageSource<'a> {
-    /// What is known of it.
+    /// The facts of the source.
     pub facts: &'a SourceFacts,
-    /// Its numbers.
+    /// The numbers of the source.
     pub snapshot: &'a Snapshot,
-    /// What they say; it may be a little older.
+    /// An assessment of the source, which may be a little older than the snapshot.
     pub assessment: &'a Assessment,
     /// What its measurement ends by.
     pub goals: &'a Goals,
-    /// How far it has come.
+    /// How far the measurement has come.
     pub stage: LiveStage<'a>,
-    /// By the clock, since the command began.
+    /// Time by the clock since the command began.
     pub elapsed: Duration,
-    /// How long no sample has come, where that is worth a word.
+    /// How long no sample has come; `None` where that is too short to mention.
     pub silent: Option<Duration>,
 }
 
-/// How far a source has come.
+/// How far a measurement has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LiveStage<'a> {
-    /// It is opened.
+    /// The source is being opened.
     Preparing,
-    /// Samples are taken.
+    /// Samples are measured.
     Measuring,
-    /// It is over; why its result is not whole.
+    /// The measurement is over; why its result is not complete, `None` where it is.
     Ended(Option<&'a str>),
 }
 
-/// A style sheet, for all pages of one program.
+/// The style sheet, the same for all pages of one program.
 #[must_use]
 pub fn live_style() -> String {
     format!("{STYLE}{}", include_str!("live.css"))
 }
 
-/// The script that keeps the parts up to date, and makes the figures alive.
+/// The script that keeps the parts up to date, and makes the figures interactive.
 #[must_use]
 pub fn live_script() -> String {
     format!("{FIGURES_SCRIPT}{}", include_str!("live.js"))
@@ -119,7 +119,7 @@ fn badge(source: &PageSource<'_>) -> Markup {
     html! { b class={ "badge " (glance::severity_class(severity)) } { (word) } }
 }
 
-/// What changes with every sample: the link, what came and what was lost, and what is ahead.
+/// The part that changes with every sample: the link, samples and losses, and what is to come.
 #[must_use]
 pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
     let (facts, snapshot) = (source.facts, source.snapshot);
@@ -184,8 +184,8 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
     PagePart::new(prefix, "now", content)
 }
 
-/// What an assessment says: identity, cautions, curves, parameters and verdicts, spectrum, marks.
-/// Their figures are named with the prefix.
+/// The parts made from an assessment: identity, cautions, curves, parameters and verdicts,
+/// spectrum, marks. The names of their figures begin with `prefix`.
 #[must_use]
 pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Vec<PagePart> {
     let captions = Captions::without_numbers();
@@ -233,7 +233,7 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
     ]
 }
 
-/// The last minutes of every channel.
+/// The part with the recent samples of every channel.
 #[must_use]
 pub fn signal_part(snapshot: &Snapshot, prefix: &str) -> PagePart {
     let figure = |(place, channel): (usize, &vn100_analysis::protocol::Channel)| {
@@ -253,7 +253,7 @@ fn with_readings<'a>(content: Markup, figures: impl IntoIterator<Item = &'a Figu
     html! { (content) script.readings type="application/json" { (PreEscaped(readings)) } }
 }
 
-/// All sources, a row each; nothing for one source alone.
+/// The part with all sources, a row each; empty for a single source.
 #[must_use]
 pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
     let row = |(prefix, source): &(String, PageSource<'_>)| {
@@ -303,8 +303,9 @@ const SECTIONS: [(&str, &str); 9] = [
 /// Of more sources than these the details are closed at first.
 const OPEN_AT_ONCE: usize = 4;
 
-/// The whole page with these parts; `version` is where its events continue. `sources` are the
-/// prefixes and names of the sources. The details of many wait until they are opened.
+/// The whole page with these parts; `version` is the id from which its events continue. `sources`
+/// are the prefixes and names of the sources. With many sources the details of each are loaded when
+/// they are opened.
 #[must_use]
 pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &str, program: &str) -> String {
     let content = |id: &str| {
@@ -369,7 +370,7 @@ pub fn live_page(sources: &[(String, String)], parts: &[&PagePart], version: &st
     text_of(page)
 }
 
-/// A small picture for the tab of a browser: a falling and rising curve.
+/// The icon of the page in a browser: a falling and rising curve, as SVG.
 #[must_use]
 pub fn live_icon() -> String {
     let mut path = String::from("M4 8");
