@@ -288,8 +288,7 @@ impl MissingFrom {
     pub const ALL: [Self; 4] = [Self::DeviceTime, Self::Counter, Self::Arrival, Self::RejectedRows];
 
     /// Whether missing samples are counted exactly.
-    #[must_use]
-    pub const fn is_exact(self) -> bool {
+    pub(crate) const fn is_exact(self) -> bool {
         matches!(self, Self::DeviceTime | Self::Counter)
     }
 }

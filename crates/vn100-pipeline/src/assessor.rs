@@ -16,15 +16,13 @@ pub struct Assessor {
 
 impl Assessor {
     /// An assessor at the level `confidence`, 0 < p < 1.
-    #[must_use]
-    pub fn new(confidence: f64) -> Self {
+    pub(crate) fn new(confidence: f64) -> Self {
         Self { confidence, latest: Arc::default() }
     }
 
     /// The assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
     /// its samples. The call takes milliseconds where the assessment is made anew.
-    #[must_use]
-    pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
+    pub(crate) fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
         // an assessment that panicked was not kept
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let samples = snapshot.timing.samples;

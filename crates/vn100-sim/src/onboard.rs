@@ -36,14 +36,16 @@ pub enum AveragingWindow {
 
 impl AveragingWindow {
     /// Gyroscope at the factory default: 4 samples at 800 Hz.
-    pub const GYRO_DEFAULT: Self = Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::GYRO };
+    pub(crate) const GYRO_DEFAULT: Self =
+        Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::GYRO };
 
     /// Accelerometer at the factory default: 4 samples at 800 Hz.
-    pub const ACCELEROMETER_DEFAULT: Self =
+    pub(crate) const ACCELEROMETER_DEFAULT: Self =
         Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::ACCELEROMETER };
 
     /// Magnetometer at the factory default: no averaging, refreshed at 250 Hz.
-    pub const MAG_DEFAULT: Self = Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0, low_pass: LowPass::NONE };
+    pub(crate) const MAG_DEFAULT: Self =
+        Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0, low_pass: LowPass::NONE };
 }
 
 /// The low-pass filter of the sensor, of second order and with unit gain at zero frequency: y(k) =
@@ -61,13 +63,13 @@ pub struct LowPass {
 
 impl LowPass {
     /// No filter.
-    pub const NONE: Self = Self { a1: 0.0, a2: 0.0 };
+    pub(crate) const NONE: Self = Self { a1: 0.0, a2: 0.0 };
 
     /// Low-pass filter of the gyroscope: a pair of poles at 160 Hz with damping 0.55.
-    pub const GYRO: Self = Self { a1: 0.499, a2: -0.251 };
+    pub(crate) const GYRO: Self = Self { a1: 0.499, a2: -0.251 };
 
     /// Low-pass filter of the accelerometer: one pole at 176 Hz.
-    pub const ACCELEROMETER: Self = Self { a1: 0.25, a2: 0.0 };
+    pub(crate) const ACCELEROMETER: Self = Self { a1: 0.25, a2: 0.0 };
 
     /// Values after which it has forgotten those before, to 10^-6.
     const MEMORY: usize = 20;

@@ -58,8 +58,7 @@ impl Default for Thermal {
 
 impl Thermal {
     /// The temperature of the sensor in °C, `time_s` seconds after switching on.
-    #[must_use]
-    pub fn temperature_c(&self, time_s: f64) -> f64 {
+    pub(crate) fn temperature_c(&self, time_s: f64) -> f64 {
         let heated = self.self_heating_c * (1.0 - (-time_s / self.self_heating_s).exp());
         ROOM_C + heated + self.cycle_c * (TAU * (time_s / self.cycle_s).fract()).sin()
     }

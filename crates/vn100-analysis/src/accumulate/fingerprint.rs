@@ -56,8 +56,7 @@ impl Fingerprint {
     /// The rows that both records hold, in the same order; `None` where these are no more than by
     /// chance. Rows that occur more than once, as of a sensor that hangs, do not count. Common
     /// stretches are detected that are longer than a five hundredth of the longer record.
-    #[must_use]
-    pub fn shared_with(&self, other: &Self) -> Option<SharedRows> {
+    pub(crate) fn shared_with(&self, other: &Self) -> Option<SharedRows> {
         let zeros = self.zeros.max(other.zeros);
         let [first, second] = [self, other].map(|one| one.places(zeros));
         // places in the second record, in the order of the first

@@ -75,8 +75,7 @@ impl DeviceError {
 
     /// Whether the command was damaged on its way, so that the sensor has not executed it and may
     /// when it is sent again.
-    #[must_use]
-    pub fn is_transmission_fault(self) -> bool {
+    pub(crate) fn is_transmission_fault(self) -> bool {
         matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
     }
 

@@ -22,8 +22,7 @@ impl Firmware {
     }
 
     /// As register 4 holds it.
-    #[must_use]
-    pub const fn version(self) -> &'static str {
+    pub(crate) const fn version(self) -> &'static str {
         match self {
             Self::V2_0 => "2.0.0.0",
             Self::V2_1 => "2.1.0.0",
