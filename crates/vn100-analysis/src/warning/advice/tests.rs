@@ -1,6 +1,6 @@
 //! What arrival times are warned of.
 
-use imu_noise::{Arrivals, Refusal};
+use imu_noise::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 
 use super::*;
 
