@@ -1,26 +1,24 @@
 //! The analysis of one source: batches in, snapshots out.
 
+mod appending;
+mod reading;
+
 use std::time::Duration;
 
-use imu_noise::{BadEncoding, ByteReader, ClockAfterOutage, CounterSummary, Encoded, GapDetector, TimebaseSummary};
+use imu_noise::{ClockAfterOutage, CounterSummary, GapDetector, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
     data_record::DataRecord,
-    foreign,
     pending_rows::PendingRows,
-    piece::{NotAppended, PieceStart},
+    piece::PieceStart,
     rate_authority::{Rate, RateEffect},
     row_slice::RowSlice,
 };
 use crate::{
-    assessment::temperature,
-    averaging_times::{AveragingTimes, MissingTime},
-    detrend::Detrend,
     settings::Settings,
-    snapshot::{MissingFrom, Outages, PlaceMark, Snapshot, Timing},
-    warning::advice,
+    snapshot::{Outages, PlaceMark, Timing},
 };
 
 /// Pending rows that span less time than this do not show their rate if they arrive in bursts.
@@ -93,56 +91,6 @@ impl Analysis {
         self.record.span.so_far()
     }
 
-    /// Appends the piece of the record that follows this one. Neighbours may be appended in any
-    /// order: the snapshot is the same, bit by bit, as that of one analysis of all samples. Rows of
-    /// either piece that are pending are decided first, so that no batch may follow.
-    ///
-    /// Across pieces it is not known whether later ones repeat the first as a loop does; of the
-    /// recent samples those of the later piece are kept. The counts of the link are added.
-    ///
-    /// # Errors
-    /// [`NotAppended`] where the pieces do not belong together, and where the place of a sample
-    /// depends on the arrival times of all earlier ones. Then nothing is appended.
-    pub fn append(&mut self, mut next: Self) -> Result<(), NotAppended> {
-        self.finish();
-        next.finish();
-        self.append_finished(&next)
-    }
-
-    /// Appends a piece where both records are finished.
-    pub(crate) fn append_finished(&mut self, next: &Self) -> Result<(), NotAppended> {
-        if self.is_timed() || next.is_timed() {
-            return Err(NotAppended::ByArrival);
-        }
-        let counter = self.joined_counter(next)?;
-        self.record.append(&next.record)?;
-        if let Some(counter) = counter.filter(|counter| counter.step.is_some_and(|step| step > 0.0)) {
-            self.record.gaps.use_evidence(if counter.is_device_time {
-                MissingFrom::DeviceTime
-            } else {
-                MissingFrom::Counter
-            });
-        }
-        (self.counter_before, self.pending) = (counter, None);
-        self.link.append(&next.link);
-        Ok(())
-    }
-
-    /// The counter of the rows over both pieces.
-    fn joined_counter(&self, next: &Self) -> Result<Option<CounterSummary>, NotAppended> {
-        match (self.counter(), next.counter()) {
-            (Some(counter), Some(next_counter)) => {
-                let (end, start) = (self.record.span.so_far(), next.record.span.start);
-                let other_place = NotAppended::OtherPlace { end, next: start };
-                let missing = start.index.checked_sub(end.index).ok_or(other_place)?;
-                Ok(Some(counter.append(&next_counter, missing + 1)?))
-            }
-            (None, Some(_)) if self.record.span.has_rows() => Err(NotAppended::CounterInOne),
-            (Some(_), None) if next.record.span.has_rows() => Err(NotAppended::CounterInOne),
-            (ours, theirs) => Ok(ours.or(theirs)),
-        }
-    }
-
     fn counter(&self) -> Option<CounterSummary> {
         self.counter_before.or_else(|| self.pending.as_ref()?.detector.counter())
     }
@@ -154,11 +102,6 @@ impl Analysis {
     /// Where this piece begins.
     pub(crate) const fn start(&self) -> PieceStart {
         self.record.span.start
-    }
-
-    /// Whether rows had arrival times, or the link was lost.
-    fn is_timed(&self) -> bool {
-        self.last_row_ns.is_some() || self.outages.times > 0
     }
 
     /// Takes the batch of one read. Rows whose place is not decided yet are kept pending.
@@ -380,84 +323,6 @@ impl Analysis {
         so_far
     }
 
-    /// All results so far; without a sample, a snapshot without channels.
-    #[must_use]
-    pub fn snapshot(&self) -> Snapshot {
-        let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
-        let accumulators = accumulators.settled();
-        let mut snapshot = Snapshot {
-            layout: accumulators.layout.as_ref().map(|layout| replies.layout_of(layout)),
-            timing: self.record.timing(),
-            arrivals: rate.arrivals(|| self.arrivals()),
-            refused_before: rate.refused_before,
-            rate_change: rate.change(),
-            false_rate: rate.false_rate,
-            false_report: rate.false_report,
-            other_rate_samples: rate.other_rate_samples,
-            registers: replies.registers.clone(),
-            link: self.link,
-            outages: self.outages,
-            marks: self.marks.clone(),
-            port_shared_with: self.port_shared_with.clone(),
-            saturation: self.record.saturation.clone(),
-            restarts: self.record.gaps.restarts,
-            time_steps: self.record.gaps.time_steps,
-            false_times: self.record.gaps.false_times,
-            estimator: settings.estimator,
-            deviation: settings.deviation,
-            detrended: settings.detrend,
-            quantization: settings.quantization,
-            given_window: settings.window,
-            skipped: span.skip,
-            missing_times: Vec::new(),
-            channels: Vec::new(),
-            magnitudes: accumulators.magnitudes.clone(),
-            register_channels: replies.imu_channels(),
-            fingerprint: accumulators.fingerprint.clone(),
-            warnings: Vec::new(),
-            temperature: accumulators.temperature.clone(),
-            recent: accumulators.recent(rate.hz()),
-        };
-        snapshot.channels = accumulators.snapshot(&snapshot.shape(), &[]);
-        if settings.detrend == Some(Detrend::Temperature) {
-            let removals = temperature::removals(&snapshot);
-            if removals.iter().any(Option::is_some) {
-                snapshot.channels = accumulators.snapshot(&snapshot.shape(), &removals);
-            }
-        }
-        snapshot.warnings = advice::warnings(&snapshot, accumulators.findings());
-        snapshot.warnings.extend(replies.two_sensors(rate.change()));
-        snapshot
-    }
-
-    /// All results of a measurement that has ended, including the deviations at the averaging times
-    /// of the settings, which [`snapshot`](Self::snapshot) leaves empty.
-    #[must_use]
-    pub fn final_snapshot(&self) -> Snapshot {
-        let mut snapshot = self.snapshot();
-        let shape = snapshot.shape();
-        let (factors, mut missing) = self.settings().averaging_times.factors(&shape);
-        let points = self.record.accumulators.settled().points(&factors);
-        if matches!(self.settings().averaging_times, AveragingTimes::List(_)) && !points.is_empty() {
-            let strides = snapshot.channels.iter().map(|channel| channel.stride);
-            let found: Vec<u64> = points
-                .iter()
-                .zip(strides)
-                .flat_map(|(points, stride)| points.iter().map(move |p| p.m * stride))
-                .collect();
-            let is_missing = |m: &&u64| !found.contains(m);
-            missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));
-        }
-        snapshot.missing_times = missing;
-        for (channel, points) in snapshot.channels.iter_mut().zip(points) {
-            channel.points = match &channel.removed_temperature {
-                Some(removed) => removed.without(&points),
-                None => points,
-            };
-        }
-        snapshot
-    }
-
     fn push_reply(&mut self, reply: &RegisterContents) {
         let now = || self.pending.as_ref().and_then(|pending| pending.detector.summary());
         let effect = self.record.push_reply(reply, now);
@@ -483,37 +348,5 @@ impl Analysis {
         while let Some(resolved) = pending.next(u64::MAX) {
             self.record.push(resolved);
         }
-    }
-}
-
-/// Only of a record that is [finished](Analysis::finish): no row can be added to an analysis that
-/// was read from bytes.
-impl Encoded for Analysis {
-    fn encode(&self, out: &mut Vec<u8>) {
-        self.record.encode(out);
-        self.counter().encode(out);
-        self.arrivals().encode(out);
-        foreign::encode_counts(&self.link, out);
-        self.outages.encode(out);
-        self.marks.encode(out);
-        self.port_shared_with.encode(out);
-        self.is_interrupted.encode(out);
-        self.last_row_ns.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        Ok(Self {
-            record: DataRecord::decode(input)?,
-            pending: None,
-            counter_before: Encoded::decode(input)?,
-            arrivals_before: Encoded::decode(input)?,
-            link: foreign::decode_counts(input)?,
-            outages: Encoded::decode(input)?,
-            marks: Encoded::decode(input)?,
-            port_shared_with: Encoded::decode(input)?,
-            is_interrupted: Encoded::decode(input)?,
-            finishing: None,
-            last_row_ns: Encoded::decode(input)?,
-        })
     }
 }
