@@ -6,9 +6,11 @@ mod files;
 mod help;
 mod link;
 mod measure;
+mod plan;
 mod report;
 mod result;
 mod serve;
+mod sim;
 mod view;
 
 use std::{
@@ -16,26 +18,21 @@ use std::{
     time::Duration,
 };
 
-use clap::{
-    CommandFactory, Parser, ValueEnum,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
-    error::ErrorKind,
-};
+use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use imu_noise::Estimator;
-use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want};
-use vn100_protocol::{AsyncType, BaudRate, MESSAGES, PACKET_MESSAGES, PacketMessage};
-use vn100_sim::Message;
+use vn100_protocol::BaudRate;
 
-use duration::{duration, length};
+use duration::length;
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
-use measure::confidence;
+pub(crate) use plan::{Fixed, PlanArgs};
 pub(crate) use report::{ExportForm, ReportArgs, is_page};
 pub(crate) use result::{Ndjson, OutputFormat, ResultArgs, Section};
 pub(crate) use serve::ServeArgs;
+pub(crate) use sim::{CaptureMessage, SimArgs};
 use view::ViewArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -305,112 +302,6 @@ pub(crate) struct LogArgs {
     /// No progress and no status lines; results, warnings and errors stay
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct PlanArgs {
-    /// Parameter to measure, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >= 0.02
-    /// mg", or a limit to decide on, as in "accel B <= 0.04 mg" [default: a table of the usual
-    /// ones]
-    #[arg(long, value_name = "WANT")]
-    pub(crate) want: Vec<Want>,
-
-    #[command(flatten)]
-    pub(crate) fixed: Fixed,
-
-    /// Two-sided level of the intervals, between 0 and 1
-    #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
-    pub(crate) confidence: f64,
-
-    /// Noise of the sensor from this data sheet (TOML) instead of the VN-100's
-    #[arg(long, value_name = "FILE")]
-    pub(crate) datasheet: Option<PathBuf>,
-
-    /// Print a JSON document
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
-}
-
-/// What a plan may not choose.
-#[derive(Debug, Clone, Copy, clap::Args)]
-#[command(next_help_heading = "Fixed settings")]
-pub(crate) struct Fixed {
-    /// What the sensor sends, if it is fixed: BINARY, BINARY+MAG or VNIMU [default: packets, with
-    /// the magnetic field if something of it is wanted]
-    #[arg(long, value_name = "NAME", value_parser = planned_message)]
-    pub(crate) message: Option<PlannedMessage>,
-
-    /// Output rate in hertz, if it is fixed: of packets 800 over a whole number, of sentences 1 2 4
-    /// 5 10 20 25 40 50 100 200
-    #[arg(short, long = "rate", value_name = "HZ")]
-    pub(crate) rate_hz: Option<u32>,
-
-    /// Baud rate, if it is fixed
-    #[arg(long, value_name = "N", value_parser = baud_rate)]
-    pub(crate) baud: Option<BaudRate>,
-}
-
-fn planned_message(name: &str) -> Result<PlannedMessage, String> {
-    PlannedMessage::named(name).ok_or_else(|| format!("no plan is made for {name}: use BINARY, BINARY+MAG or VNIMU"))
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct SimArgs {
-    /// Write a capture at once instead of emulating a port, with a time for each line where the
-    /// name ends in .mcap; "-" is standard output
-    #[arg(short, long, help_heading = "Capture", value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
-
-    /// Length of the capture [default: 60s], or how long to emulate the port [default: until
-    /// stopped]; for example 5h; a number without a unit is seconds
-    #[arg(short, long, help_heading = "Capture", value_name = "T", value_parser = duration)]
-    pub(crate) duration: Option<Duration>,
-
-    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200, of
-    /// packets any whole part of 800 [default: 40]
-    #[arg(short, long, help_heading = "Capture", value_name = "HZ", requires = "output")]
-    pub(crate) rate: Option<u32>,
-
-    /// Message of the capture
-    #[arg(long, help_heading = "Capture", value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
-    pub(crate) message: CaptureMessage,
-
-    #[command(flatten)]
-    pub(crate) sensor: SimSensorArgs,
-
-    /// Symbolic link to the emulated port; PATH-1 after an unplugging with `:other`
-    #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
-    pub(crate) link: Option<PathBuf>,
-
-    /// Forward bytes as a USB adapter does: in pieces of 62, or after this latency [default: 16ms]
-    #[arg(long, help_heading = "Emulated port", value_name = "T", value_parser = duration, num_args = 0..=1,
-        default_missing_value = "16ms", conflicts_with = "output")]
-    pub(crate) usb: Option<Duration>,
-
-    /// Replace an existing capture
-    #[arg(long, help_heading = "Capture", requires = "output")]
-    pub(crate) force: bool,
-}
-
-/// What an emulated capture holds.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CaptureMessage {
-    Sentence(&'static Message),
-    Packets(PacketMessage),
-}
-
-/// The messages of emulated captures: those that are measured.
-fn sim_message() -> impl TypedValueParser<Value = CaptureMessage> {
-    let described = MESSAGES.iter().map(|layout| {
-        let message = AsyncType::from_header(layout.message.as_bytes());
-        PossibleValue::new(&*layout.message).help(message.and_then(AsyncType::description).unwrap_or_default())
-    });
-    let packets = PACKET_MESSAGES.map(|packets| PossibleValue::new(packets.name).help(packets.description));
-    PossibleValuesParser::new(described.chain(packets)).try_map(|name| {
-        let packets = PacketMessage::named(&name).map(CaptureMessage::Packets);
-        let sentence = || Message::named(&name.to_ascii_uppercase()).map(CaptureMessage::Sentence);
-        packets.or_else(sentence).ok_or("the emulated sensor does not send it")
-    })
 }
 
 #[derive(Debug, clap::Args)]

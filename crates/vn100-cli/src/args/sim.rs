@@ -1,0 +1,68 @@
+//! The options of `sim`.
+
+use std::{path::PathBuf, time::Duration};
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use vn100_protocol::{AsyncType, MESSAGES, PACKET_MESSAGES, PacketMessage};
+use vn100_sim::Message;
+
+use super::{duration::duration, link::SimSensorArgs};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SimArgs {
+    /// Write a capture at once instead of emulating a port, with a time for each line where the
+    /// name ends in .mcap; "-" is standard output
+    #[arg(short, long, help_heading = "Capture", value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Length of the capture [default: 60s], or how long to emulate the port [default: until
+    /// stopped]; for example 5h; a number without a unit is seconds
+    #[arg(short, long, help_heading = "Capture", value_name = "T", value_parser = duration)]
+    pub(crate) duration: Option<Duration>,
+
+    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200, of
+    /// packets any whole part of 800 [default: 40]
+    #[arg(short, long, help_heading = "Capture", value_name = "HZ", requires = "output")]
+    pub(crate) rate: Option<u32>,
+
+    /// Message of the capture
+    #[arg(long, help_heading = "Capture", value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
+    pub(crate) message: CaptureMessage,
+
+    #[command(flatten)]
+    pub(crate) sensor: SimSensorArgs,
+
+    /// Symbolic link to the emulated port; PATH-1 after an unplugging with `:other`
+    #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
+    pub(crate) link: Option<PathBuf>,
+
+    /// Forward bytes as a USB adapter does: in pieces of 62, or after this latency [default: 16ms]
+    #[arg(long, help_heading = "Emulated port", value_name = "T", value_parser = duration, num_args = 0..=1,
+        default_missing_value = "16ms", conflicts_with = "output")]
+    pub(crate) usb: Option<Duration>,
+
+    /// Replace an existing capture
+    #[arg(long, help_heading = "Capture", requires = "output")]
+    pub(crate) force: bool,
+}
+
+/// What an emulated capture holds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CaptureMessage {
+    Sentence(&'static Message),
+    Packets(PacketMessage),
+}
+
+/// The messages of emulated captures: those that are measured.
+fn sim_message() -> impl TypedValueParser<Value = CaptureMessage> {
+    let described = MESSAGES.iter().map(|layout| {
+        let message = AsyncType::from_header(layout.message.as_bytes());
+        PossibleValue::new(&*layout.message).help(message.and_then(AsyncType::description).unwrap_or_default())
+    });
+    let packets = PACKET_MESSAGES.map(|packets| PossibleValue::new(packets.name).help(packets.description));
+    PossibleValuesParser::new(described.chain(packets)).try_map(|name| {
+        let packets = PacketMessage::named(&name).map(CaptureMessage::Packets);
+        let sentence = || Message::named(&name.to_ascii_uppercase()).map(CaptureMessage::Sentence);
+        packets.or_else(sentence).ok_or("the emulated sensor does not send it")
+    })
+}
