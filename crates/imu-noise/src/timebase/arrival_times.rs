@@ -10,14 +10,15 @@ use super::lag_tracker::LagTracker;
 use super::rate_estimates::fastest;
 use super::rate_search::{InitialRate, RateSearch, TrackedRate};
 
-/// Stamps may go back by so much: clocks that are disciplined do.
+/// The time by which a stamp may go back without effect: disciplined clocks step back as well.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
-/// Stamps before an earlier one that show that the clock was set back. Chosen: two may be out of
-/// order.
+/// The number of stamps before an earlier one from which the clock counts as set back. Chosen: two
+/// stamps may be out of order.
 const SET_BACK_SAMPLES: usize = 3;
 
-/// Stamps that go back more often, and more than once in so many samples, are no time base. Chosen.
+/// Stamps that go back more often than this, and more than once in so many samples, are no time
+/// base. Chosen.
 const MAX_BACKWARDS: u64 = 8;
 const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
 
@@ -30,7 +31,7 @@ pub(super) struct ArrivalTimes {
     origin: (Duration, f64),
     /// The last stamp; it never goes back unless the clock does.
     last: Duration,
-    /// The latest stamps, if they lie before the last one.
+    /// The latest stamps, where they lie before `last`.
     behind: Vec<Duration>,
     samples: u64,
     backwards: u64,
@@ -40,14 +41,14 @@ pub(super) struct ArrivalTimes {
     gaps: u64,
 }
 
-/// What is done with a sample.
+/// How the samples are handled.
 #[derive(Clone, Debug)]
 enum ArrivalPhase {
-    /// It is pending: the rate is not known.
+    /// The samples are pending: their rate is not known.
     Searching(RateSearch),
-    /// It is judged by its lag.
+    /// Each sample is judged by its lag.
     Tracking(Box<LagTracker>),
-    /// It follows the sample before.
+    /// Arrival times are not used: each sample follows the one before.
     Refused(Refusal),
 }
 
@@ -132,7 +133,7 @@ impl ArrivalTimes {
     }
 }
 
-/// From a stamp to a time: stamps out of order, and clocks that are set back.
+/// From stamps to times: stamps out of order, and clocks that are set back.
 impl ArrivalTimes {
     fn push_stamp(&mut self, at: Duration) {
         if let ArrivalPhase::Refused(_) = self.phase {
@@ -141,14 +142,14 @@ impl ArrivalTimes {
         if self.last.saturating_sub(at) > BACKWARDS_TOLERANCE {
             return self.push_behind(at);
         }
-        // Samples behind the last stamp arrived no later than this one.
+        // samples whose stamps lie before the last one arrived no later than this one
         while self.behind.pop().is_some() {
             self.push_ordered(at);
         }
         self.push_ordered(at);
     }
 
-    /// A stamp lies before the last one: it is wrong, or the clock was set back.
+    /// Takes a stamp before the last one: the stamp is wrong, or the clock was set back.
     #[cold]
     fn push_behind(&mut self, at: Duration) {
         if self.behind.is_empty() {
@@ -165,7 +166,8 @@ impl ArrivalTimes {
         }
     }
 
-    /// The stamps behind are those of a new clock, by which the first of them came when it was due.
+    /// The stamps before the last one are those of a new clock, by which the first of them arrived
+    /// when it was due.
     fn set_clock_back(&mut self) {
         let mut behind = std::mem::take(&mut self.behind).into_iter();
         let Some(first) = behind.next() else { return };
@@ -201,7 +203,7 @@ impl ArrivalTimes {
     }
 }
 
-/// From a time to events.
+/// From times to events.
 impl ArrivalTimes {
     fn push_time(&mut self, at_s: f64) {
         match &mut self.phase {
@@ -236,7 +238,8 @@ impl ArrivalTimes {
     fn track(&mut self, nominal: NominalRate, rate: TrackedRate, pending_s: Vec<f64>) {
         let due_s = pending_s.first().copied().unwrap_or_default();
         let mut tracker = LagTracker::new(self.rates_hz, rate, due_s);
-        // All are pushed before the first is judged: their reads show whether the phase may jump.
+        // all samples are added before the first is judged: their reads show whether the phase may
+        // jump
         pending_s.into_iter().for_each(|at_s| tracker.push(at_s));
         self.nominal = Some(nominal);
         self.phase = ArrivalPhase::Tracking(Box::new(tracker));
@@ -269,7 +272,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// Restarts where the pending samples begin to arrive at this rate.
+    /// Starts the time base again from the pending samples, which arrive at this rate.
     fn change_rate(&mut self, to_hz: f64) {
         let (ArrivalPhase::Tracking(tracker), Some(nominal)) = (&mut self.phase, self.nominal) else {
             return;
@@ -282,7 +285,7 @@ impl ArrivalTimes {
         self.track(NominalRate::Snapped(to_hz), TrackedRate::Listed(to_hz), after_s);
     }
 
-    /// The pending samples, and all that follow, have no gap before them.
+    /// Refuses arrival times: the pending samples, and all that follow, have no gap before them.
     fn refuse(&mut self, refusal: Refusal) {
         let pending = match &mut self.phase {
             ArrivalPhase::Searching(search) => search.samples(),

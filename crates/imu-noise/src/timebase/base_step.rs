@@ -14,38 +14,43 @@
 
 use std::f64::consts::TAU;
 
-/// Samples that the search looks at, and the fewest: of fewer, chance is too long a resultant.
+/// The number of samples that are searched, and the least number: of fewer samples the resultant is
+/// too long by chance.
 const SEARCHED: usize = 256;
 const FEWEST: usize = 96;
 
-/// Length of the resultant of a step: seven standard deviations of chance in [`FEWEST`], and that
-/// of arrivals with a standard deviation of a quarter of a period.
+/// The shortest resultant that counts: seven standard deviations of that of random stamps in
+/// [`FEWEST`] samples, and the length for arrivals with a standard deviation of a quarter of a
+/// period.
 const SHORTEST_RESULTANT: f64 = 0.3;
 
-/// How much longer it is than at the mean rate. Chosen: of every third sample missing, with
-/// arrivals of a fifth of a period, it is 1.29 times as long.
+/// By what factor the resultant must be longer than that at the mean rate. Chosen: with every third
+/// sample missing, and arrivals with a standard deviation of a fifth of a period, the factor is
+/// 1.29.
 const BETTER: f64 = 1.1;
 
-/// The rate over the mean one: less is left to the other estimates, and with more most samples are
-/// missing.
+/// The range of the rate over the mean rate: below it the other estimates find the rate, and above
+/// it most samples are missing.
 const LEAST_MISSING: f64 = 1.02;
 const MOST_MISSING: f64 = 1.75;
 
-/// Part of the intervals that is a single step. Chosen: arrivals with a standard deviation of a
-/// fifth of a period take a tenth of them away, also from the half of every third sample missing.
+/// The least fraction of the intervals that are a single step. Chosen: arrivals with a standard
+/// deviation of a fifth of a period reduce it by a tenth, also from the half that remains with
+/// every third sample missing.
 const SINGLE: f64 = 0.42;
 
-/// Part of the intervals that has three steps and more where samples are missing at random. A
-/// reader at an even pace meets a slower sensor at every step or every second one.
+/// The least fraction of the intervals with three steps or more where samples are missing at
+/// random. A reader at an even pace finds a sample of a slower sensor at every step or every second
+/// one.
 const AT_RANDOM: f64 = 0.05;
 
-/// Adapters of USB are read every so many milliseconds, or a power of two less.
+/// The interval at which USB adapters are read, in seconds; a power of two less is possible.
 const LATENCY_S: f64 = 0.016;
 const SAME_STEP: f64 = 0.01;
 
-/// The rate in Hz of the step between the samples, if some of them are missing. `None` without
-/// sufficient evidence: for samples that come in batches, at the pace of a reader, or without a
-/// step.
+/// The rate in Hz of the step between the samples, where some of them are missing. `None` without
+/// sufficient evidence: for samples that arrive in batches, at the pace of a reader, or without a
+/// common step.
 pub(super) fn rate_by_base_step(stamps_s: &[f64]) -> Option<f64> {
     let searched_s = &stamps_s[..stamps_s.len().min(SEARCHED)];
     let span_s = searched_s.last()? - searched_s.first()?;
@@ -66,7 +71,7 @@ pub(super) fn rate_by_base_step(stamps_s: &[f64]) -> Option<f64> {
     is_evident(stamps_s, hz).then_some(hz)
 }
 
-/// Mean length and angle of the stamps at this frequency.
+/// Length and angle of the mean resultant of the stamps at this frequency.
 fn resultant(stamps_s: &[f64], hz: f64) -> (f64, f64) {
     let origin_s = stamps_s[0];
     let (mut cosines, mut sines) = (0.0, 0.0);
@@ -103,7 +108,7 @@ fn is_evident(stamps_s: &[f64], hz: f64) -> bool {
     single as f64 >= SINGLE * intervals && !is_reader
 }
 
-/// Whether the step is one at which adapters of USB are read.
+/// Whether the step is an interval at which USB adapters are read.
 fn is_of_adapter(hz: f64) -> bool {
     (0..5).any(|halvings| (LATENCY_S / f64::from(1 << halvings) * hz - 1.0).abs() < SAME_STEP)
 }

@@ -13,26 +13,27 @@ use super::sample_counter::CounterSummary;
 use doubtful_run::{DoubtfulRun, Stamped};
 use ticks::period_ns;
 
-/// Part of an interval by which it may differ from whole periods. Chosen: the clocks of real
-/// sensors differ by a fortieth at 800 Hz.
+/// The fraction of a period by which an interval may differ from whole periods. Chosen: at 800 Hz
+/// the intervals of real sensors differ by a fortieth.
 const TOLERANCE: f64 = 0.25;
 
-/// Above, an interval is no gap but another clock: at 800 Hz such a gap takes two months.
+/// An interval of more periods is no gap but another clock: at 800 Hz such a gap would last two
+/// months.
 const MAX_PERIODS: f64 = 4_294_967_296.0;
 
-/// Records shorter than this show no offset between the clocks of sensor and host.
+/// A record shorter than this shows no offset between the clocks of sensor and host.
 const MIN_COMPARED: Duration = Duration::from_secs(60);
 
 /// How far the duration of an outage may differ between the clocks of sensor and host: samples may
-/// wait that long in the host, and the rates of the clocks may differ by that part.
+/// wait that long in the host, and the rates of the clocks may differ by that fraction.
 const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 const CLOCK_DIFFERENCE: f64 = 1e-3;
 
-/// Judges the device times of a stream's samples; streaming, in bounded memory.
+/// Judges the device times of the samples of a stream, in bounded memory.
 ///
 /// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
-/// intervals shows one, else that mean: it is right as long as two samples follow each other
-/// anywhere among them. An interval of n periods, n a whole number, is n - 1 missing samples. Other
+/// intervals is one, else that mean; it is correct as long as two consecutive samples are anywhere
+/// among them. An interval of n periods, n a whole number, means n - 1 missing samples. Other
 /// intervals break the record:
 ///
 /// - a time that goes back is a restart of the sensor, [`GapEvent::Restart`];
@@ -41,28 +42,30 @@ const CLOCK_DIFFERENCE: f64 = 1e-3;
 /// - any other interval is of another clock, [`GapEvent::UnknownGap`];
 /// - 31 equal intervals of another length are another rate.
 ///
-/// A sample that does not follow by one period is in doubt until the next one arrives. If that
-/// follows the sample before the doubtful one by two periods, the doubtful time was false,
-/// [`GapEvent::FalseTime`]. If its interval is the same, both are in doubt.
+/// A sample that does not follow by one period is in doubt until the next one arrives. If the next
+/// one follows the sample before the doubtful one by two periods, the doubtful time was false,
+/// [`GapEvent::FalseTime`]. If its interval is equal to the doubtful one, both samples are in
+/// doubt.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
     first_ns: u64,
     last_ns: u64,
     last_at: Option<Duration>,
-    /// The first samples; empty once the period is known.
+    /// The first samples, pending until the period is known; empty after that.
     held: Vec<Stamped>,
     period_ns: Option<f64>,
     in_doubt: DoubtfulRun,
-    /// Whether the next sample is the first one after an outage: its arrival shows no interval.
+    /// Whether the next sample is the first one after an outage, whose arrival time shows no
+    /// interval.
     after_outage: bool,
-    /// Of the last sample, in periods since the time base began anew.
+    /// Index of the last sample, in periods since the time base began.
     index: u64,
-    /// The least time in nanoseconds from a device time to its arrival, in the origins of both; it
-    /// rises as clocks may drift.
+    /// The least time in nanoseconds from a device time to its arrival, each counted from its own
+    /// origin; the value rises with time, because the clocks may drift.
     least_lag_ns: Option<f64>,
     envelope: Option<Envelope>,
     intervals: IntervalStatistics,
-    /// The arrival from which the offset of the clocks is measured.
+    /// The arrival time from which the offset of the clocks is measured.
     compared_from: Option<Duration>,
     samples: u64,
     backwards: u64,
@@ -105,7 +108,7 @@ impl DeviceClock {
         }
     }
 
-    /// `at` is the arrival, where it is known.
+    /// Takes the next sample; `at` is the arrival time, where it is known.
     pub(super) fn push(&mut self, device_ns: u64, at: Option<Duration>) {
         if self.samples == 0 {
             self.first_ns = device_ns;
@@ -127,14 +130,14 @@ impl DeviceClock {
         self.intervals.restart();
     }
 
-    /// Ends the stream: decides on the samples that are held.
+    /// Ends the stream: decides on the pending samples.
     pub(super) fn finish(&mut self) {
         self.learn_period();
         self.decide();
     }
 
-    /// Whether the clock of the sensor ran on over an outage, after which this sample is the first.
-    /// Call [`finish`](Self::finish) before.
+    /// Whether the clock of the sensor kept running over an outage, after which this sample is the
+    /// first. Call [`finish`](Self::finish) before.
     pub(super) fn after_outage(&mut self, device_ns: u64, at: Duration) -> ClockAfterOutage {
         let Some(interval_ns) = device_ns.checked_sub(self.last_ns) else { return ClockAfterOutage::Restarted };
         let known = self.period_ns.filter(|_| self.samples >= RUN as u64);
@@ -153,7 +156,7 @@ impl DeviceClock {
         (self.samples > 0).then_some(CounterSummary { first, last, step: self.period_ns, is_device_time: true })
     }
 
-    /// What the arrival times show of the sensor's clock; `None` without any.
+    /// What the arrival times show of the clock of the sensor; `None` without arrival times.
     pub(super) fn summary(&self) -> Option<TimebaseSummary> {
         self.last_at.map(|_| self.so_far())
     }
@@ -189,7 +192,7 @@ impl DeviceClock {
         for stamped in &held[1..] {
             match self.period_ns {
                 Some(period_ns) => self.take(*stamped, period_ns),
-                // no interval shows a period
+                // without an interval there is no period
                 None => {
                     self.events.push_back(GapEvent::UnknownGap);
                     self.add_sample(*stamped);
@@ -203,7 +206,7 @@ impl DeviceClock {
             let interval_ns = stamped.device_ns.wrapping_sub(earlier_ns).cast_signed() as f64;
             (interval_ns - periods * period_ns).abs() <= TOLERANCE * period_ns
         };
-        // nearly every sample
+        // the case of nearly every sample
         if self.in_doubt.is_empty() && periods_after(self.last_ns, 1.0) {
             self.index += 1;
             return self.add_sample(stamped);
@@ -228,7 +231,7 @@ impl DeviceClock {
         }
     }
 
-    /// The samples in doubt come at another rate.
+    /// The samples in doubt arrive at another rate.
     fn change_rate(&mut self, period_ns: f64, to_period_ns: f64) {
         let (from_hz, to_hz) = (1e9 / period_ns, 1e9 / to_period_ns);
         self.events.push_back(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
@@ -269,7 +272,7 @@ impl DeviceClock {
         self.add_sample(stamped);
     }
 
-    /// Whether the sample arrived before its device time can have passed: a host may read late, and
+    /// Whether the sample arrived before its device time can have passed: a host may read late, but
     /// not early.
     fn is_too_early(&self, stamped: Stamped, interval_ns: u64) -> bool {
         let Some((least_ns, at)) = self.least_lag_ns.zip(stamped.at) else { return false };
@@ -286,7 +289,8 @@ impl DeviceClock {
         }
     }
 
-    /// The sample follows the one before by an unknown time, for this reason.
+    /// Starts the time base again at this sample, which follows the one before by an unknown time,
+    /// for this reason.
     fn begin_anew(&mut self, stamped: Stamped, reason: GapEvent) {
         self.index = 0;
         (self.last_at, self.compared_from, self.least_lag_ns) = (None, None, None);
@@ -322,7 +326,7 @@ impl DeviceClock {
     }
 }
 
-/// How many periods the interval has, at least one; `None` if it is no whole number.
+/// The number of periods in the interval, at least one; `None` if it is not a whole number.
 fn whole_periods(interval_ns: u64, period_ns: f64) -> Option<u64> {
     let quotient = interval_ns as f64 / period_ns;
     let periods = quotient.round();

@@ -2,22 +2,23 @@
 
 use super::rate_estimates::{COARSE_TOLERANCE, RUN};
 
-/// Points kept at most: the slopes of all their pairs are computed at each fit. Chosen.
+/// The most points that are kept: the slopes of all pairs of points are computed at each fit.
+/// Chosen.
 const MAX_POINTS: usize = 64;
 
 /// Fewest points of a fit. Chosen.
 const MIN_POINTS: usize = 4;
 
-/// Index in the stream, dropped samples counted.
+/// An arrival; the index is that in the stream, with dropped samples counted.
 #[derive(Clone, Copy, Debug)]
 struct LaggedArrival {
     index: u64,
     at_s: f64,
-    /// Behind the nominal rate; only differences matter.
+    /// The lag behind the nominal rate; only differences of lags matter.
     lag_s: f64,
 }
 
-/// Above every arrival.
+/// A point that every arrival replaces.
 const NO_ARRIVAL: LaggedArrival = LaggedArrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
 /// The earliest arrival, against the nominal rate, of each of at most 64 blocks of equal length:
@@ -26,7 +27,7 @@ const NO_ARRIVAL: LaggedArrival = LaggedArrival { index: 0, at_s: 0.0, lag_s: f6
 pub(super) struct Envelope {
     nominal_period_s: f64,
     block_len: u64,
-    /// First index behind the present block.
+    /// First index after the present block.
     block_end: u64,
     lowest: LaggedArrival,
     points: Vec<LaggedArrival>,
@@ -46,12 +47,12 @@ impl Envelope {
         }
     }
 
-    /// All of them were late.
+    /// Forgets all points: their arrivals were late.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.nominal_period_s);
     }
 
-    /// Whether that closed a block and renewed the fit.
+    /// Adds an arrival. Returns whether it closed a block and renewed the fit.
     pub(super) fn push(&mut self, index: u64, at_s: f64) -> bool {
         let closes = index >= self.block_end;
         if closes {
@@ -70,7 +71,7 @@ impl Envelope {
         self.fitted_period_s.filter(is_credible).unwrap_or(self.nominal_period_s)
     }
 
-    /// Ends the block; the next one holds the sample at `index`.
+    /// Ends the block; the next block contains the sample at `index`.
     fn close(&mut self, index: u64) {
         if self.lowest.lag_s < f64::INFINITY {
             self.points.push(self.lowest);

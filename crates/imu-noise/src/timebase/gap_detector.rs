@@ -36,12 +36,12 @@ pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
     counter_in_use: bool,
-    /// Instead of counter and arrival times.
+    /// Used instead of counter and arrival times; `None` without device times.
     device_clock: Option<Box<DeviceClock>>,
-    /// Samples pushed, and those of them that were returned.
+    /// Number of samples added; `reported` is the number of those that came out.
     pushed: u64,
     reported: u64,
-    /// Samples without a gap before them by arrival, and by counter, that did not come out;
+    /// Number of decided samples that have not come out yet, by arrival times and by counter;
     /// `u64::MAX` without stamps or counters.
     by_arrival: u64,
     by_counter: u64,

@@ -26,11 +26,12 @@ pub struct Arrivals {
 
 #[derive(Clone, Debug)]
 pub(super) struct IntervalStatistics {
-    /// There, as the bounds are valid. Counts of 32 bits: 248 days at 200 Hz fit into one.
+    /// Always `Some`, because the bounds of the histogram are valid. Its counts have 32 bits: 248
+    /// days at 200 Hz fit into one.
     histogram: Option<Histogram<u32>>,
     min_us: u64,
     max_us: u64,
-    /// Of samples that are not resolved; `None` before the first sample of a clock.
+    /// Intervals of samples that are not decided yet; `None` for the first sample of a clock.
     pending_us: VecDeque<Option<u64>>,
 }
 
@@ -40,12 +41,13 @@ impl IntervalStatistics {
         Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
     }
 
-    /// `None` if the clock changed before the next sample. It counts once the sample is resolved.
+    /// Adds an interval, `None` if the clock changed before the next sample. It counts once the
+    /// sample is decided.
     pub(super) fn push(&mut self, interval_us: Option<u64>) {
         self.pending_us.push_back(interval_us);
     }
 
-    /// The next so many samples are resolved. Samples whose stamps are ignored have no interval.
+    /// The next `samples` samples are decided. Samples whose stamps are ignored have no interval.
     pub(super) fn resolve(&mut self, samples: u64) {
         for _ in 0..samples {
             match self.pending_us.pop_front() {
@@ -56,7 +58,7 @@ impl IntervalStatistics {
         }
     }
 
-    /// Forgets all intervals so far, those of pending samples too.
+    /// Forgets all intervals so far, including those of pending samples.
     pub(super) fn restart(&mut self) {
         if let Some(histogram) = &mut self.histogram {
             histogram.reset();
@@ -67,7 +69,7 @@ impl IntervalStatistics {
 
     pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
         let intervals = self.histogram.as_ref().filter(|histogram| !histogram.is_empty())?;
-        // The middle of a bucket, unless it lies outside of all intervals.
+        // the middle of a bucket, unless it is outside the range of all intervals
         let percentile_us = |quantile: f64| {
             let middle_us = intervals.median_equivalent(intervals.value_at_quantile(quantile));
             middle_us.clamp(self.min_us, self.max_us)

@@ -2,20 +2,21 @@
 
 use super::gap_event::GapEvent;
 
-/// Reads, or samples, that confirm what the ones before showed, besides the window of the reads: of
-/// the samples of a read only the last is about as early as it can be. Chosen.
+/// The number of reads, or samples, that must confirm what the earlier ones showed, besides the
+/// window of the reads: of the samples of one read only the last is about as early as it can be.
+/// Chosen.
 pub(super) const CONFIRMATIONS: usize = 12;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Judgement {
-    /// They, or the gap before them, are certain.
+    /// The samples, or the gap before them, are decided.
     Event(GapEvent),
-    /// The rate has not increased: the pending events hold.
+    /// The rate has not increased: the pending events are valid.
     IncreaseCleared,
-    /// The samples judged have this lower rate, in Hz.
+    /// The judged samples have this lower rate, in Hz.
     Decreased(f64),
     /// The pending samples have this higher rate, in Hz.
     Increased(f64),
-    /// The pending samples come at this rate in Hz, which the sensor cannot have.
+    /// The pending samples arrive at this rate in Hz, which the sensor cannot have.
     TooFast(f64),
 }

@@ -1,4 +1,5 @@
-//! Detects gaps at a known rate, by the lag of each sample behind the time when it was due.
+//! Detects gaps at a known rate, by the lag of each sample: its arrival less the time when it was
+//! due.
 
 use std::collections::VecDeque;
 
@@ -10,49 +11,52 @@ use super::rate_increase::SuspectedIncrease;
 use super::rate_search::TrackedRate;
 use super::read_pattern::ReadPattern;
 
-/// Lag in periods from which a sample is in doubt: above 0.76, by which a host was seen to shift
-/// its phase, and below 0.88, what was left of a period at the end of a real pause. In between only
-/// streams that drop every fourth sample depend on it.
+/// Lag in periods from which a sample is in doubt: above 0.76, by which the phase of a host was
+/// seen to shift, and below 0.88, the fraction of a period that remained at the end of a real
+/// pause. Between these, only streams that drop every fourth sample depend on the value.
 const DOUBT_PERIODS: f64 = 0.82;
 
-/// The same where the phase of the reads may jump by a period, see [`ReadPattern::may_jump`].
+/// The same lag where the phase of the reads may jump by a period, see [`ReadPattern::may_jump`].
 const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
 
-/// Fall of the least lag, in periods per sample, above which it is not steady: the reader catches
-/// up, or its reads drift past the samples. No clock is off by 4000 ppm.
+/// Decrease of the least lag, in periods per sample, above which it is not steady: the reader
+/// catches up with a backlog, or its reads drift relative to the samples. No clock is off by 4000
+/// ppm.
 const FALLING_PERIODS: f64 = 0.004;
 
-/// Most pending samples in doubt, 5 min at 200 Hz: a longer stall is taken for a gap.
+/// The most pending samples in doubt, 5 min at 200 Hz: a longer stall counts as a gap.
 const MAX_PENDING: usize = 65_536;
 
-/// Factor per sample by which the greatest recent lag decays: it is remembered for some thousand.
+/// Factor per sample by which the greatest recent lag decays, so that it is remembered for some
+/// thousand samples.
 const LATE_DECAY: f64 = 0.999;
 
 /// Greatest recent lag in periods of a stream whose samples arrive steadily. Chosen.
 const STEADY_PERIODS: f64 = 0.3;
 
-/// Samples after which the due time follows the least lag among them. Chosen.
+/// The number of samples after which the due time follows the least lag among them. Chosen.
 const BLOCK_LEN: u64 = 16;
 
-/// A sample that is early by so many periods shows that all before it were late: a jump of the
-/// phase is one period only.
+/// A sample that is early by this many periods shows that all samples before it were late: a jump
+/// of the phase is one period only.
 const ALL_LATE_PERIODS: f64 = 4.0;
 
-/// Early by so much, a sample raises the suspicion of a higher rate: half of what each sample does
-/// at the next of the sensor's rates (1.25 times as high).
+/// A sample that is early by this many periods raises the suspicion of a higher rate: half of the
+/// amount by which each sample is early at the next rate of the sensor (1.25 times as high).
 const SUSPICIOUS_PERIODS: f64 = 0.1;
 
-/// Lower rates are below the present one by this factor. Chosen.
+/// A lower rate is below the present one by at least this factor. Chosen.
 const LOWER: f64 = 0.9;
 
-/// Lags that are a gap if they last.
+/// Lags that are a gap if they persist.
 #[derive(Clone, Copy, Debug)]
 struct Doubt {
     /// When the first pending sample was due.
     first_due_s: f64,
     least_lag_s: f64,
     most_lag_s: f64,
-    /// Where the least lag has not fallen since, among the pending samples, and reads since.
+    /// Time and place of the pending sample since which the least lag has not decreased, and the
+    /// number of reads since then.
     steady_since_s: f64,
     steady_since: usize,
     reads: usize,
@@ -62,7 +66,7 @@ struct Doubt {
 pub(super) struct LagTracker {
     rates_hz: &'static [f64],
     period_s: f64,
-    /// When the next sample to be judged is due, at the earliest.
+    /// The earliest time at which the next sample to be judged is due.
     due_s: f64,
     /// Stamps of the pending samples; the first `judged` of them are in doubt.
     pending: VecDeque<f64>,
@@ -73,13 +77,13 @@ pub(super) struct LagTracker {
     block_start_s: f64,
     block_least_s: f64,
     block_has_gap: bool,
-    /// How early samples may come after a gap: it was counted one sample too large, the next one is
-    /// less.
+    /// How early samples may arrive after a gap: where the gap was counted one sample too large,
+    /// the next gap is one smaller.
     overcount_s: f64,
     /// Index in the stream of the next sample, dropped ones counted.
     index: u64,
     pub(super) envelope: Envelope,
-    /// Due times follow the fitted rate, not the nominal one.
+    /// Whether due times follow the fitted rate instead of the nominal one.
     follows_fit: bool,
     reads: ReadPattern,
     /// The greatest recent lag that was no gap.
@@ -104,7 +108,7 @@ impl LagTracker {
             overcount_s: 0.0,
             index: 0,
             envelope: Envelope::new(period_s),
-            // A fit counts the gaps so far; to follow it would feed their errors back.
+            // a fit counts the gaps so far: following it would feed their errors back
             follows_fit: matches!(rate, TrackedRate::Measured(_)),
             late_s: 0.0,
             reads: ReadPattern::new(period_s),
@@ -112,7 +116,8 @@ impl LagTracker {
         }
     }
 
-    /// Not before the one before. Then [`judge`](Self::judge) until there is no judgement.
+    /// Adds a sample that is not earlier than the one before. Then [`judge`](Self::judge) until it
+    /// gives `None`.
     pub(super) fn push(&mut self, at_s: f64) {
         self.reads.push(at_s);
         self.pending.push_back(at_s);
@@ -132,7 +137,7 @@ impl LagTracker {
         }
     }
 
-    /// By their lag alone.
+    /// Judges the next sample by its lag alone.
     fn judge_lag(&mut self) -> Option<Judgement> {
         while let Some(&at_s) = self.pending.get(self.judged) {
             let lag_s = at_s - self.due_s;
@@ -146,7 +151,8 @@ impl LagTracker {
         None
     }
 
-    /// If no sample follows: a gap if samples arrive steadily, else what bunching cannot delay.
+    /// The decision if no sample follows: a gap where samples arrive steadily, else the part of the
+    /// lag that bunching cannot explain.
     pub(super) fn finish(&mut self) -> Option<GapEvent> {
         let doubt = self.doubt?;
         let last_lag_s = self.pending.back()? - (self.due_s - self.period_s);
@@ -156,14 +162,15 @@ impl LagTracker {
         Some(GapEvent::Samples(self.take_pending().len() as u64))
     }
 
-    /// The clock changes: the pending samples, without a gap before them, and when the next is due.
+    /// Ends the present clock. Returns the number of pending samples, without a gap before them,
+    /// and when the next sample is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
         let samples = self.take_pending().len() as u64;
         self.index += samples;
         (samples, self.due_s)
     }
 
-    /// The pending events for a suspected increase, which has not happened.
+    /// The events that were pending because of a suspected increase, which has not happened.
     pub(super) fn clear_increase(&mut self) -> Vec<GapEvent> {
         self.increase.take().map_or_else(Vec::new, |increase| increase.events)
     }
@@ -180,7 +187,7 @@ impl LagTracker {
         self.pending.len() + self.increase.as_ref().map_or(0, |increase| increase.stamps_s.len())
     }
 
-    /// Fitted period without the samples of a suspected increase.
+    /// The fitted period without the samples of a suspected increase.
     pub(super) fn fitted_before_increase_s(&self) -> Option<f64> {
         self.increase.as_ref().map_or(self.envelope.fitted_period_s, |increase| increase.fitted_before_s)
     }
@@ -201,7 +208,8 @@ impl LagTracker {
         periods * self.period_s
     }
 
-    /// The sample at `judged` has no gap before it, and neither have the pending ones before it.
+    /// Decides that the sample at `judged` has no gap before it, and neither have the pending ones
+    /// before it.
     fn settle(&mut self, at_s: f64, lag_s: f64) -> GapEvent {
         let most_lag_s = self.doubt.take().map_or(lag_s, |doubt| doubt.most_lag_s);
         self.late_s = most_lag_s.max(LATE_DECAY * self.late_s);
@@ -229,7 +237,8 @@ impl LagTracker {
             self.pending.drain(..samples);
         }
         self.index += samples as u64;
-        // Samples pending in doubt were late: only the last of these may lie on the envelope.
+        // samples that were pending in doubt were late: only the last of them may be on the
+        // envelope
         let is_new_fit = self.envelope.push(self.index, at_s);
         if is_new_fit && self.follows_fit {
             self.period_s = self.envelope.credible_period_s();
@@ -241,7 +250,8 @@ impl LagTracker {
         GapEvent::Samples(samples as u64)
     }
 
-    /// The last of `samples` to be settled is the earliest by `early_s`; it was due a period ago.
+    /// Adds early samples: the last of `samples` decided ones is the earliest, by `early_s`; it was
+    /// due a period ago.
     #[cold]
     fn add_early(&mut self, at_s: f64, early_s: f64, samples: usize) {
         let is_suspicious = early_s > SUSPICIOUS_PERIODS * self.period_s;
@@ -256,7 +266,8 @@ impl LagTracker {
         }
     }
 
-    /// The due time follows the least lag. A gap counted too large stays until a block without one.
+    /// Ends a block: the due time follows the least lag. A gap that was counted too large is
+    /// corrected in the next block without a gap.
     fn end_block(&mut self, at_s: f64) {
         let is_owed = self.block_least_s < -0.5 * self.overcount_s;
         if !is_owed && !self.block_has_gap {
@@ -269,7 +280,7 @@ impl LagTracker {
         self.block_least_s = f64::INFINITY;
     }
 
-    /// The sample at `judged` is in doubt; the judgement once the least lag is steady.
+    /// Keeps the sample at `judged` in doubt. Returns the judgement once the least lag is steady.
     #[cold]
     fn hold(&mut self, at_s: f64, lag_s: f64) -> Option<Judgement> {
         let place = self.judged;
@@ -306,7 +317,7 @@ impl LagTracker {
     }
 
     fn gap(&mut self, doubt: Doubt) -> GapEvent {
-        // Over a long pause a small error of the period counts.
+        // over a long pause a small error of the period has an effect
         let period_s = self.envelope.credible_period_s();
         let missing = (doubt.least_lag_s / period_s + (1.0 - DOUBT_PERIODS)).floor();
         // A lag of exactly the threshold may round down.
@@ -315,7 +326,7 @@ impl LagTracker {
         self.due_s = doubt.first_due_s + missing * period_s;
         self.judged = 0;
         self.overcount_s = self.period_s;
-        // The lags on both sides of it are comparable only where samples arrive steadily.
+        // the lags before and after the gap are comparable only where samples arrive steadily
         self.block_has_gap = self.is_steady();
         if !self.block_has_gap {
             self.block_samples = 0;
@@ -325,7 +336,7 @@ impl LagTracker {
         GapEvent::Missing(missing as u64)
     }
 
-    /// The lower rate of the sensor that three in four intervals of the samples judged have.
+    /// The lower rate of the sensor at which three in four intervals of the judged samples are.
     fn lower_rate(&self) -> Option<f64> {
         let last = self.judged.checked_sub(1)?;
         let span_s = self.pending[last] - self.pending[0];

@@ -1,27 +1,29 @@
 //! Estimates of the sample rate from a few stamps: by the single intervals, which dropped samples
 //! do not bias, and by the ends of stretches of 32 samples, which bunching does not bias.
 
-/// Samples that together show a rate. Bunching shifts the ends of so many by one of 31 periods at
-/// most, 3 %: less than [`COARSE_TOLERANCE`], and half of the step between rates of a sensor.
+/// The number of samples that together show a rate. Bunching shifts the ends of such a stretch by
+/// one of 31 periods at most, 3 %: less than [`COARSE_TOLERANCE`], and half of the step between
+/// rates of a sensor.
 pub(super) const RUN: usize = 32;
 
 /// Relative error of a rate by several stretches or whole intervals: far above that of a clock,
-/// below the 5 % by which a reader that drops samples evenly may come near another rate.
+/// below the 5 % by which a reader that drops samples evenly may be near another rate.
 pub(super) const LISTED_TOLERANCE: f64 = 0.01;
 
 /// Relative error of a rate by one stretch, see [`RUN`]; also how far a known rate may be off.
 pub(super) const COARSE_TOLERANCE: f64 = 0.05;
 
-/// Samples do not come from the sensor above its fastest rate by this factor. Chosen.
+/// The factor above its fastest rate at which samples cannot be those of a sensor. Chosen.
 pub(super) const TOO_FAST: f64 = 1.25;
 
-/// Periods by which an interval may differ from a whole number of them. Four in ten do by chance.
+/// Periods by which an interval may differ from a whole number of periods. Four in ten random
+/// intervals do not differ by more.
 pub(super) const WHOLE_TOLERANCE: f64 = 0.2;
 
-/// Intervals longer than so many median ones are pauses and show no period. Chosen.
+/// Intervals longer than this many median intervals are pauses and show no period. Chosen.
 const PAUSE_MEDIANS: f64 = 16.0;
 
-/// Periods by which the ends of stretches may scatter: reads delay each by less than one.
+/// Periods by which the ends of stretches may scatter: a read delays each end by less than one.
 const SCATTER_PERIODS: f64 = 1.5;
 
 /// Relative rounding of a measured rate: the error of a good clock.
@@ -40,7 +42,8 @@ pub(super) fn snap(rates_hz: &[f64], measured_hz: f64, tolerance: f64) -> Option
     (distance(nearest) <= tolerance).then_some(nearest)
 }
 
-/// The shortest decimal near a rate in Hz: more digits would be those of the stamps.
+/// The shortest decimal near a rate in Hz: further digits would only reflect the resolution of the
+/// stamps.
 pub(super) fn rounded(hz: f64) -> f64 {
     let decimals = (0..9).map(|places| {
         let units_per_hz = 10_f64.powi(places);
@@ -50,8 +53,8 @@ pub(super) fn rounded(hz: f64) -> f64 {
     near.next().unwrap_or(hz)
 }
 
-/// Of samples that arrive singly, dropped ones counted: at least half of the intervals are one
-/// period, and nine in ten a whole number of periods. `None` for bunched samples.
+/// The rate of samples that arrive singly, with dropped ones counted: at least half of the
+/// intervals are one period, and nine in ten a whole number of periods. `None` for bunched samples.
 pub(super) fn rate_by_intervals(stamps_s: &[f64]) -> Option<f64> {
     let mut intervals_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let lower_middle = intervals_s.len().checked_sub(1)? / 2;
@@ -76,15 +79,15 @@ pub(super) fn rate_by_intervals(stamps_s: &[f64]) -> Option<f64> {
     is_single.then(|| periods / span_s)
 }
 
-/// The lowest rate of which the intervals are whole periods; below [`RUN`] samples chance may do
-/// that.
+/// The lowest rate of which the intervals are whole periods; below [`RUN`] samples that may be the
+/// case by chance.
 pub(super) fn lowest_whole_rate(stamps_s: &[f64], rates_hz: &[f64]) -> Option<f64> {
     let rates_hz = rates_hz.iter().copied().filter(|_| stamps_s.len() >= RUN);
     rates_hz.filter(|hz| is_whole_periods(stamps_s, *hz)).min_by(f64::total_cmp)
 }
 
-/// Whether nine in ten intervals are whole periods of this rate, and one in twenty a single one:
-/// more than half of the samples may be dropped, but those that come must come singly.
+/// Whether nine in ten intervals are whole periods of this rate, and one in twenty a single period:
+/// more than half of the samples may be dropped, but the others must arrive singly.
 pub(super) fn is_whole_periods(stamps_s: &[f64], hz: f64) -> bool {
     let (mut intervals, mut whole, mut single) = (0, 0, 0);
     for pair in stamps_s.windows(2) {
@@ -99,7 +102,7 @@ pub(super) fn is_whole_periods(stamps_s: &[f64], hz: f64) -> bool {
     single > 0 && 20 * single >= intervals && 10 * whole >= 9 * intervals
 }
 
-/// The least-squares line through the ends of stretches without a gap.
+/// The rate by the least-squares line through the ends of stretches without a gap.
 pub(super) fn rate_by_stretches(stretches: &[RateStretch]) -> Option<f64> {
     if stretches.is_empty() {
         return None;
@@ -147,7 +150,7 @@ pub(super) struct StretchCutter {
 }
 
 impl StretchCutter {
-    /// The stretch that ended with the sample before, if one did.
+    /// Adds a stamp. Returns the stretch that ended with the sample before, if one did.
     pub(super) fn push(&mut self, at_s: f64) -> Option<RateStretch> {
         let (sample, previous_s) = (self.next, self.previous_s);
         self.next += 1;
@@ -161,7 +164,7 @@ impl StretchCutter {
         };
         let intervals = sample - 1 - start;
         let span_s = previous_s - start_s;
-        // A wait of less than half a mean interval is no end of a read.
+        // a wait of less than half a mean interval is not the end of a read
         if intervals < RUN as u64 - 1 || span_s <= 0.0 || waited_s < 0.5 * span_s / intervals as f64 {
             return None;
         }

@@ -5,16 +5,19 @@ use super::judgement::{CONFIRMATIONS, Judgement};
 use super::rate_estimates::{COARSE_TOLERANCE, StretchCutter, TOO_FAST, fastest, snap};
 use super::rate_search::MANY_STRETCHES;
 
-/// Less than 1.25, the least step between the sensor's rates, and more than [`COARSE_TOLERANCE`].
+/// The factor of an increase: less than 1.25, the smallest step between rates of the sensor, and
+/// more than [`COARSE_TOLERANCE`].
 const HIGHER: f64 = 1.1;
 
-/// At 1.1 times the rate the samples of a stretch come early by 2.8 periods.
+/// Total time in periods by which the samples of a stretch must be early: at 1.1 times the rate it
+/// is 2.8.
 const EARLY_STRETCH_PERIODS: f64 = 2.0;
 
 /// Most pending samples: 20 s at 200 Hz.
 const MAX_HELD: usize = 4096;
 
-/// The samples from the first early one on, and the events that hold if the rate has not changed.
+/// The samples from the first early one on, and the events that are valid if the rate has not
+/// changed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SuspectedIncrease {
     rates_hz: &'static [f64],
@@ -27,11 +30,12 @@ pub(super) struct SuspectedIncrease {
     cutter: StretchCutter,
     /// Total time by which the samples of the present stretch arrived early.
     pub(super) early_s: f64,
-    /// Place among the samples, and stamp, of the last one early by more than the tolerance.
+    /// Place among the samples, and stamp, of the last sample that was early by more than the
+    /// tolerance.
     last_early: (usize, f64),
-    /// Higher rate of the last stretch.
+    /// The higher rate that the last stretch showed.
     higher_hz: Option<f64>,
-    /// Consecutive stretches too fast for the sensor.
+    /// Number of consecutive stretches that are too fast for the sensor.
     too_fast: usize,
     judgement: Option<Judgement>,
 }
@@ -47,7 +51,8 @@ impl SuspectedIncrease {
         Self { rates_hz, period_s, due_before_s, fitted_before_s, last_early, ..Self::default() }
     }
 
-    /// The next sample, at `at_s`, is early by `early_s`; whether by more than the tolerance.
+    /// Notes that the next sample, at `at_s`, is early by `early_s`, and whether by more than the
+    /// tolerance.
     pub(super) fn add_early(&mut self, at_s: f64, early_s: f64, is_suspicious: bool) {
         self.early_s += early_s;
         if is_suspicious {
@@ -55,8 +60,8 @@ impl SuspectedIncrease {
         }
     }
 
-    /// Cleared once [`CONFIRMATIONS`] samples and the window of the reads passed without an early
-    /// one.
+    /// Adds a sample. The suspicion is cleared once [`CONFIRMATIONS`] samples and the window of the
+    /// reads have passed without an early sample.
     pub(super) fn push(&mut self, at_s: f64, window_s: f64) {
         self.stamps_s.push(at_s);
         if let Some(stretch) = self.cutter.push(at_s) {
@@ -69,14 +74,15 @@ impl SuspectedIncrease {
         }
     }
 
-    /// Holds an event on the samples added; the judgement once there is one.
+    /// Keeps an event on the samples added pending. Returns the judgement once there is one.
     pub(super) fn hold(&mut self, event: GapEvent) -> Option<Judgement> {
         self.events.push(event);
         self.judgement.take()
     }
 
-    /// The events before the rate changed to `to_hz`, and the stamps of the samples after: against
-    /// a rate between both the lag rises until the change and falls from there on.
+    /// The events before the rate changed to `to_hz`, and the stamps of the samples after the
+    /// change. Against a rate between the two, the lag rises until the change and decreases after
+    /// it.
     pub(super) fn split(mut self, to_hz: f64) -> (Vec<GapEvent>, Vec<f64>) {
         let between_s = 0.5 * (self.period_s + to_hz.recip());
         let (mut place, mut most_lag_s) = (0, self.due_before_s + between_s);
@@ -99,7 +105,7 @@ impl SuspectedIncrease {
         (before.collect(), self.stamps_s.split_off(place))
     }
 
-    /// Two consecutive stretches at the same higher rate are an increase.
+    /// Ends a stretch. Two consecutive stretches at the same higher rate are an increase.
     fn end_stretch(&mut self, stretch_hz: f64) {
         let is_early = std::mem::take(&mut self.early_s) > EARLY_STRETCH_PERIODS * self.period_s;
         self.too_fast = if is_early && stretch_hz > TOO_FAST * fastest(self.rates_hz) { self.too_fast + 1 } else { 0 };

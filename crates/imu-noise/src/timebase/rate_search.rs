@@ -8,45 +8,48 @@ use super::rate_estimates::{
 };
 use super::read_pattern::BUNCHING_S;
 
-/// Most pending stretches without a rate. Chosen: half of [`MAX_SAMPLES`] if they come singly.
+/// The most pending stretches without a rate. Chosen: half of [`MAX_SAMPLES`] where they are short.
 pub(super) const MANY_STRETCHES: usize = 16;
 
-/// Most pending samples: 5 s at 200 Hz, in which the backlog of a reader has drained.
+/// The most pending samples: 5 s at 200 Hz, in which a reader has caught up with a backlog.
 const MAX_SAMPLES: usize = 1024;
 
-/// Then one kind of estimate is enough: bunching biases them by one period in 124 together.
+/// The number of stretches from which one kind of estimate is enough: bunching biases four
+/// stretches together by one period in 124.
 const SEVERAL_STRETCHES: usize = 4;
 
-/// Fewest runs with a lower edge: the first ones may be a backlog. Chosen.
+/// The least number of runs with a lower edge: the first runs may be a backlog. Chosen.
 const MIN_EDGE_RUNS: usize = 8;
 
-/// Consecutive single intervals, and seconds of them, that confirm a known rate: ten times
-/// [`BUNCHING_S`], so that neither reads at a steady pace nor a draining backlog look like them.
+/// Number of consecutive single intervals, and seconds of them, that confirm a known rate: ten
+/// times [`BUNCHING_S`], so that neither reads at a steady pace nor a backlog that is being read
+/// look like them.
 const PERIODIC_INTERVALS: usize = 4;
 const PERIODIC_S: f64 = 1.0;
 
-/// Part of a period by which each of these intervals may differ from one. Chosen.
+/// The fraction of a period by which each of these intervals may differ from one period. Chosen.
 const PERIODIC_TOLERANCE: f64 = 0.1;
 
-/// Seconds of arrivals at a listed rate, to within so much of it, that outweigh another rate that
-/// the sensor reports. Chosen: a pace that is not the sensor's lies so near one of eleven rates by
-/// a chance of 1 in 100.
+/// Seconds of arrivals at a listed rate, and the relative difference from it, that outweigh another
+/// rate that the sensor reports. Chosen: a pace that is not that of the sensor is so near to one of
+/// eleven rates with a probability of 1 in 100.
 const CONTRADICTION_S: f64 = 5.0;
 const CONTRADICTION_TOLERANCE: f64 = 0.002;
 
-/// Factor from which whole periods of a higher rate show dropped samples. A reader at a steady pace
-/// of one of the sensor's rates looks like that up to 1.6 times (25 Hz read at 40 Hz).
+/// The factor from which whole periods of a higher rate show dropped samples. A reader at a steady
+/// pace, one of the rates of the sensor, has the same effect up to a factor of 1.6 (25 Hz read at
+/// 40 Hz).
 const READER_PACE: f64 = 1.75;
 
-/// The rate found, and how samples are tracked with it.
+/// The rate that was found, and how samples are tracked with it.
 pub(super) type InitialRate = (NominalRate, TrackedRate);
 
 /// The rate, in Hz, by which samples are due.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TrackedRate {
-    /// A listed or known one: exact but for the error of a clock.
+    /// A listed or known rate: exact except for the error of a clock.
     Listed(f64),
-    /// A measured one, so coarse that the fitted rate replaces it as the record grows.
+    /// A measured rate, so inaccurate that the fitted rate replaces it as the record grows.
     Measured(f64),
 }
 
@@ -60,13 +63,14 @@ impl TrackedRate {
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct RateSearch {
-    /// The sensor's rates, and the known one.
+    /// The rates of the sensor, and the known rate.
     listed_hz: Vec<f64>,
     fastest_hz: f64,
     known_hz: Option<f64>,
-    /// The known rate is what the sensor reports: arrivals may show that it is false.
+    /// Whether the known rate is one that the sensor reports, which arrival times may show to be
+    /// false.
     is_reported: bool,
-    /// Samples before the clock went back; their stamps are of no use.
+    /// Number of samples before the clock was set back; their stamps are not used.
     unstamped: u64,
     pending_s: Vec<f64>,
     cutter: StretchCutter,
@@ -106,7 +110,7 @@ impl RateSearch {
         self.decide(true, true)
     }
 
-    /// The clock went back: the stamps so far cannot be compared with those that follow.
+    /// The clock was set back: the stamps so far cannot be compared with those that follow.
     pub(super) fn restart(&mut self) {
         self.unstamped = self.samples();
         self.pending_s.clear();
@@ -114,7 +118,7 @@ impl RateSearch {
         self.stretches.clear();
     }
 
-    /// The number of samples whose stamps are of no use, and the stamps of those that follow.
+    /// Takes the number of samples whose stamps are not used, and the stamps of those that follow.
     pub(super) fn take_pending(&mut self) -> (u64, Vec<f64>) {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.pending_s))
     }
@@ -123,7 +127,8 @@ impl RateSearch {
         self.unstamped + self.pending_s.len() as u64
     }
 
-    /// If it `must_decide` the likeliest rate; a known rate is contradicted only when `is_final`.
+    /// The rate, once it is certain; the most likely rate if it `must_decide`. A known rate is
+    /// contradicted only when `is_final`.
     fn decide(&self, must_decide: bool, is_final: bool) -> Option<Result<InitialRate, Refusal>> {
         let sure = self.sure_rate(must_decide);
         if let Some(known_hz) = self.known_hz {
@@ -160,15 +165,16 @@ impl RateSearch {
         })
     }
 
-    /// Whether the arrivals are at this rate for so long and so exactly that the sensor cannot send
-    /// at another one.
+    /// Whether the samples have arrived at this rate for so long and so exactly that the sensor
+    /// cannot be sending at another one.
     fn is_strong_evidence(&self, hz: f64) -> bool {
         let estimates_hz = [rate_by_intervals(&self.pending_s), rate_by_stretches(&self.stretches)];
         let is_exact = |measured_hz: &f64| (measured_hz / hz - 1.0).abs() <= CONTRADICTION_TOLERANCE;
         self.span_s().is_some_and(|span_s| span_s >= CONTRADICTION_S) && estimates_hz.iter().flatten().any(is_exact)
     }
 
-    /// None dropped: at a low rate that is known long before a stretch ends.
+    /// Whether no sample is dropped at this rate: at a low rate that is known long before a stretch
+    /// ends.
     fn is_periodic_at(&self, hz: f64) -> bool {
         let intervals = PERIODIC_INTERVALS.max((PERIODIC_S * hz).ceil() as usize);
         let Some(first) = self.pending_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
@@ -190,21 +196,21 @@ impl RateSearch {
         if intervals_listed.is_some() && intervals_listed == stretches_listed {
             return intervals_listed.map(TrackedRate::Listed);
         }
-        // Reads at a pace of their own make intervals of another rate; then the stretches are right.
+        // reads at a pace of their own make intervals of another rate; then the stretches are right
         let differ = by_intervals_hz.zip(by_stretches_hz).is_some_and(|(a, b)| (a / b - 1.0).abs() > COARSE_TOLERANCE);
         let several = self.stretches.len() >= SEVERAL_STRETCHES && !differ;
         let listed_hz = stretches_listed.or(intervals_listed).filter(|_| must_decide || several);
         if listed_hz.is_some() || !must_decide {
             return listed_hz.map(TrackedRate::Listed);
         }
-        // a list of rates says more than a step
+        // a list of rates is stronger evidence than a common step
         let by_step_hz = if self.listed_hz.is_empty() { rate_by_base_step(&self.pending_s) } else { None };
         let hz = by_step_hz.or(if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) });
         hz.map(|hz| TrackedRate::Measured(rounded(hz)))
     }
 
-    /// Where neither intervals nor stretches show a rate: that of the lower edge, of whole periods,
-    /// of the fastest stretch (with the fewest drops), or the mean.
+    /// The rate where neither intervals nor stretches show one: that of the lower edge, of whole
+    /// periods, of the fastest stretch (which has the fewest dropped samples), or the mean rate.
     fn fallback_rate(&self) -> Option<TrackedRate> {
         let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
         let is_listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE).is_some();
@@ -218,14 +224,14 @@ impl RateSearch {
         Some(near_hz.map_or(TrackedRate::Measured(rounded(hz)), TrackedRate::Listed))
     }
 
-    /// Whether drops lowered the rate to this one: they bias stretches and edge, but leave whole
-    /// periods.
+    /// Whether dropped samples have lowered the rate to this one: they bias stretches and edge, but
+    /// leave whole periods.
     fn is_biased_by_loss(&self, hz: f64) -> bool {
         lowest_whole_rate(&self.pending_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
     }
 
-    /// How samples are tracked at a known rate that is not confirmed, if nothing better contradicts
-    /// it.
+    /// How samples are tracked at a known rate that is not confirmed, where nothing more reliable
+    /// contradicts it.
     fn fallback_at(&self, known_hz: f64, sure: Option<TrackedRate>, must_decide: bool) -> Option<TrackedRate> {
         let several = self.stretches.len() >= SEVERAL_STRETCHES;
         let other_stretches = several && rate_by_stretches(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
@@ -241,7 +247,8 @@ impl RateSearch {
         if matches!(sure, Some(TrackedRate::Listed(_))) {
             return None;
         }
-        // A few drops bias the stretches, and reads at a steady pace the intervals, but not the edge.
+        // a few dropped samples bias the stretches, and reads at a steady pace the intervals, but
+        // not the edge
         let whole_hz = lowest_whole_rate(&self.pending_s, &self.listed_hz);
         let sound_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz);
         let fastest_hz = self.fastest_stretch_hz().filter(|_| sure.is_none());
@@ -251,7 +258,8 @@ impl RateSearch {
     }
 
     /// The rate of the lower edge of the lags: the median step between the earliest arrivals of
-    /// neighbouring runs. A backlog or drops bias it only in most runs.
+    /// neighbouring runs. A backlog or dropped samples bias the edge only where they are in most
+    /// runs.
     fn edge_hz(&self, near_hz: f64) -> Option<f64> {
         let lags_s: Vec<f64> =
             self.pending_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();
@@ -276,7 +284,7 @@ impl RateSearch {
         (span_s > 0.0).then(|| (self.pending_s.len() - 1) as f64 / span_s)
     }
 
-    /// Whether the pending samples span the time that they take at this rate, but for bunching.
+    /// Whether the pending samples span the time that they take at this rate, apart from bunching.
     fn spans_time_at(&self, known_hz: f64) -> bool {
         let expected_s = self.pending_s.len().saturating_sub(1) as f64 / known_hz;
         let within_s = COARSE_TOLERANCE * expected_s + BUNCHING_S;

@@ -1,55 +1,57 @@
 //! How the reads of the host fall among the samples: how many samples a read returns, and at which
 //! phases of the period.
 
-/// Samples that close were delivered by one read. Chosen: above the jitter within a read, below
-/// half a period.
+/// Samples closer together than this many periods were returned by one read. Chosen: above the
+/// jitter within a read, below half a period.
 pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
 /// Twice the longest usual bunching (USB adapters collect for 16 ms, slow readers up to 50 ms).
 pub(super) const BUNCHING_S: f64 = 0.1;
 
-/// Of reads with several samples, in a bunched stream. Chosen: a rare stall of the host stays
-/// below.
+/// The fraction of reads with several samples above which a stream is bunched. Chosen: rare stalls
+/// of the host remain below it.
 const BUNCHED_SHARE: f64 = 0.05;
 
-/// Above, the phase may jump: a reader at a steady pace near a multiple of the period brings
-/// several in nearly each read. One that takes each sample as it comes, and stalls at times, stays
-/// below.
+/// The fraction above which the phase may jump: a reader at a steady pace near a multiple of the
+/// period returns several samples in nearly each read. A reader that takes each sample as it
+/// arrives, and stalls at times, remains below it.
 const JUMPY_SHARE: f64 = 0.5;
 
-/// Reads over which these shares are averaged. Chosen.
+/// The number of reads over which these fractions are averaged. Chosen.
 const AVERAGED_READS: f64 = 64.0;
 
-/// Reads in a group whose phases are looked at together: as many as there are sixteenths.
+/// The number of reads in a group whose phases are examined together: as many as there are
+/// sixteenths.
 const GROUP_READS: u32 = 16;
 
-/// Sixteenths of a period without a read, of a group that is still mixed: of sixteen phases at
-/// random fewer than 1 % have a longer empty run.
+/// The longest run of sixteenths of a period without a read in a group that counts as mixed: of
+/// sixteen random phases fewer than 1 % have a longer run.
 const MIXED_EMPTY: u32 = 5;
 
 /// Reads of a stream, separated by the times between samples.
 ///
-/// A read returns all samples that have arrived, so the last of them is less than a period late:
-/// that lateness is the phase of the read. If the time between reads is close to a multiple of the
-/// period the phase drifts and then jumps by a whole period, which looks like a dropped sample;
-/// phases spread over the whole period cannot.
+/// A read returns all samples that have arrived, so that the last of them is less than a period
+/// late: that lateness is the phase of the read. If the time between reads is close to a multiple
+/// of the period, the phase drifts and then jumps by a whole period, which looks like a dropped
+/// sample; phases that are spread over the whole period cannot jump.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ReadPattern {
     together_s: f64,
-    /// Longest time a group of reads may take to define the window.
+    /// The longest time that a group of reads may take to define the window.
     max_window_s: f64,
     sixteenths_per_s: f64,
     previous_s: f64,
     samples: u64,
     bunched_share: f64,
-    /// Reads that `bunched_share` averages.
+    /// The number of reads over which `bunched_share` is averaged.
     averaged_reads: f64,
     /// Reads of the present group, its start, and the sixteenths of the period in which they ended.
     group_reads: u32,
     group_start_s: f64,
     phases: u16,
     is_mixed: bool,
-    /// Within it some sample arrives as early as any: a group of reads in a bunched stream.
+    /// Within this time some sample arrives as early as any: the duration of a group of reads in a
+    /// bunched stream.
     pub(super) window_s: f64,
 }
 
@@ -73,12 +75,12 @@ impl ReadPattern {
         self.previous_s = at_s;
     }
 
-    /// Whether two neighbouring samples were delivered by two reads.
+    /// Whether two neighbouring samples were returned by two reads.
     pub(super) fn are_apart(&self, earlier_s: f64, later_s: f64) -> bool {
         later_s - earlier_s >= self.together_s
     }
 
-    /// Most reads bring several samples, and end near one phase.
+    /// Whether most reads return several samples, and end near one phase.
     pub(super) fn may_jump(&self) -> bool {
         self.bunched_share > JUMPY_SHARE && !self.is_mixed
     }

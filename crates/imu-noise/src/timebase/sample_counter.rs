@@ -9,22 +9,23 @@ use thiserror::Error;
 use super::gap_event::GapEvent;
 use super::rate_estimates::RUN;
 
-/// Part of a step by which an increment may differ from a whole number of steps. Chosen: counters
-/// that run at 800 Hz differ by one event in four or more.
+/// The fraction of a step by which an increment may differ from a whole number of steps. Chosen:
+/// counters that run at 800 Hz differ by one event in four or more.
 const TOLERANCE: f64 = 0.25;
 
-/// Above, an increment is no gap but another counter: at 200 Hz such a gap takes eight months.
+/// An increment of more steps is no gap but another counter: at 200 Hz such a gap would last eight
+/// months.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
-/// Judges the counters of a stream's samples; streaming, in bounded memory.
+/// Judges the counters of the samples of a stream, in bounded memory.
 ///
-/// A sensor counts events of its own, a fixed number of them per sample: the step. It is the mean
-/// of those among the first 31 increments that are within half of the smallest one; so it is right
-/// as long as two samples follow each other anywhere among them. An increment of n steps is n - 1
-/// missing samples. Any other increment, one of more than 2^32 steps, and a counter that goes back
-/// is a new start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
+/// A sensor counts events of its own, a fixed number of them per sample: the step. The step is the
+/// mean of those among the first 31 increments that are within half of the smallest one; it is
+/// correct as long as two consecutive samples are anywhere among them. An increment of n steps
+/// means n - 1 missing samples. Any other increment, one of more than 2^32 steps, and a counter
+/// that goes back is a new start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
 ///
-/// A counter that stays the same between two of the first samples counts something slower: it is
+/// A counter that does not change between two of the first samples counts something slower: it is
 /// ignored, and [`GapEvent::CounterInUse`] is never reported.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
@@ -62,7 +63,7 @@ impl SampleCounter {
         }
     }
 
-    /// No sample with a counter follows: decides on the pending ones.
+    /// No sample with a counter follows: decides the pending ones.
     pub(super) fn finish(&mut self) {
         self.learn_step();
         self.has_ended = true;
@@ -125,7 +126,7 @@ pub struct CounterSummary {
     pub is_device_time: bool,
 }
 
-/// A counter does not continue that of the samples before.
+/// The counter of a piece does not continue that of the piece before.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "the counter rises by {next_step} per sample, previously by {step}: cut longer pieces, and start each with its place"
@@ -146,7 +147,7 @@ impl CounterSummary {
     /// pieces does not match the number of places.
     pub fn append(&self, next: &Self, distance: u64) -> Result<Self, OtherCounter> {
         let increment = match self.is_device_time {
-            // nanoseconds do not wrap
+            // device times in nanoseconds do not wrap
             true => next.first.checked_sub(self.last).map_or(Increment::Back, Increment::By),
             false => increment(self.last, next.first),
         };
@@ -174,7 +175,7 @@ fn increment(last: u64, count: u64) -> Increment {
     }
 }
 
-/// Events per sample; 0 for a counter that stays the same.
+/// Events per sample; 0 for a counter that does not change.
 fn step(increments: &[Increment]) -> f64 {
     if increments.iter().any(|increment| matches!(increment, Increment::By(0))) {
         return 0.0;

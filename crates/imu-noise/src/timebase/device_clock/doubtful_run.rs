@@ -7,7 +7,7 @@ use super::{
     ticks::{round_to_ticks, whole_ticks},
 };
 
-/// A sample, by both clocks.
+/// A sample with its time by both clocks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamped {
     pub(super) device_ns: u64,
@@ -15,7 +15,7 @@ pub(super) struct Stamped {
 }
 
 /// The latest samples, whose intervals are equal and not one period: a false time, the samples
-/// behind a gap, or the first ones at another rate.
+/// after a gap, or the first ones at another rate.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DoubtfulRun {
     samples: Vec<Stamped>,
@@ -26,7 +26,7 @@ impl DoubtfulRun {
         self.samples.is_empty()
     }
 
-    /// The sample in doubt, if it is one alone.
+    /// The sample in doubt, if it is the only one.
     pub(super) fn only(&self) -> Option<Stamped> {
         match self.samples[..] {
             [only] => Some(only),
@@ -38,13 +38,13 @@ impl DoubtfulRun {
         self.samples.push(stamped);
     }
 
-    /// All samples; none is in doubt any more.
+    /// Takes all samples; none is in doubt any more.
     pub(super) fn take(&mut self) -> Vec<Stamped> {
         mem::take(&mut self.samples)
     }
 
-    /// Whether the sample begins a run, or follows it by as many ticks as its samples follow each
-    /// other. `last_ns` is the device time before the run.
+    /// Whether the sample begins a run, or follows it by as many ticks as the samples of the run
+    /// follow each other. `last_ns` is the device time before the run.
     pub(super) fn is_continued_by(&self, stamped: Stamped, last_ns: u64) -> bool {
         let (before_ns, latest_ns) = match self.samples[..] {
             [] => return true,
@@ -56,7 +56,8 @@ impl DoubtfulRun {
         expected.is_some() && ticks(latest_ns, stamped.device_ns) == expected
     }
 
-    /// The period in nanoseconds of another rate; `None` while the samples are too few for one.
+    /// The period in nanoseconds of another rate; `None` while there are too few samples to show
+    /// one.
     pub(super) fn period_ns(&self) -> Option<f64> {
         match self.samples[..] {
             [first, .., latest] if self.samples.len() >= RUN => {

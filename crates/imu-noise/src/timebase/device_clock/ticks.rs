@@ -1,16 +1,16 @@
 //! The ticks of the sensor's clock, and the period of its samples in them.
 
-/// The sensor measures 800 times a second, and sends every so many of these measurements (VN-100
-/// User Manual, register 75).
+/// The sensor measures 800 times a second, and sends every n-th of these measurements (VN-100 User
+/// Manual, register 75).
 const TICK_NS: f64 = 1_250_000.0;
 
-/// Part of a tick by which an interval may differ from whole ticks, and relative error of the mean
-/// tick. Chosen: four times that of 31 times with the jitter of a real sensor, a fortieth of a
-/// tick.
+/// The fraction of a tick by which an interval may differ from whole ticks, and the relative error
+/// of the mean tick. Chosen: four times the error over 31 intervals with the jitter of a real
+/// sensor, a fortieth of a tick.
 const TICK_TOLERANCE: f64 = 0.1;
 const MEAN_TICK_TOLERANCE: f64 = 0.005;
 
-/// The ticks of an interval, at least one; `None` if they are no whole number.
+/// The number of ticks in an interval, at least one; `None` if it is not a whole number.
 pub(super) fn whole_ticks(interval_ns: u64) -> Option<u64> {
     let ticks = interval_ns as f64 / TICK_NS;
     let whole = ticks.round();
@@ -22,8 +22,8 @@ pub(super) fn round_to_ticks(period_ns: f64) -> f64 {
     (period_ns / TICK_NS).round() * TICK_NS
 }
 
-/// The period in nanoseconds that these intervals show, none of them zero; `None` without any.
-/// Whole ticks where the intervals together are.
+/// The period in nanoseconds of these intervals, none of which is zero; `None` without any. Whole
+/// ticks where the sum of the intervals is a whole number of ticks.
 pub(super) fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
     let least = intervals.clone().min()? as f64;
     let single: Vec<f64> = intervals.clone().map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
