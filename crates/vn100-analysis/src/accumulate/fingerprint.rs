@@ -1,5 +1,5 @@
 //! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
-//! are told apart from two records of the same sensor.
+//! are distinguished from two records of the same sensor.
 
 use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded, encode_hash};
 

@@ -53,7 +53,7 @@ pub enum NotAppended {
     /// The row counters of the piece do not continue those of the piece before.
     #[error(transparent)]
     OtherCounter(#[from] imu_noise::OtherCounter),
-    /// Only one piece has row counters, so that it is not known what is missing in the other.
+    /// Only one of the two has row counters, so that it is not known what is missing in the other.
     #[error("one of the pieces has counters, the other has none: append pieces of one stream")]
     CounterInOne,
     /// The temperature was polled between the rows: its sums begin with the first reading.

@@ -190,7 +190,8 @@ pub(crate) fn hash(counts: &[i32]) -> u64 {
     scattered(counts.chunks(WEIGHTS.len()).fold(0, weighted))
 }
 
-/// Odd numbers without a simple relation between them, one for each channel of a message.
+/// Numbers that are no multiples of two, without a simple relation between them, one for each
+/// channel of a message.
 const WEIGHTS: [u64; 16] = {
     let (mut weights, mut place) = ([0; 16], 0);
     while place < weights.len() {

@@ -159,8 +159,8 @@ fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step
     if writes.is_empty() {
         return None;
     }
-    // by a read the queue detects an echoing line, and can then tell the echo of a write from its
-    // answer
+    // by a read the queue detects an echoing line, and can then distinguish the echo of a write
+    // from its answer
     let begin = [SensorCommand::ReadRegister(Register::MODEL), SensorCommand::Async(false)];
     let commands = begin.into_iter().chain(writes).chain([SensorCommand::Async(true)]).collect();
     Some(Step::ReapplySettings { commands, failure: None, faster })
