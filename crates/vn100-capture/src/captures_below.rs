@@ -6,11 +6,17 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Endings of the names of captures, compressed or not; other files in a folder are ignored.
-const ENDINGS: [&str; 19] = [
-    "bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "vndtv", "vnimu", "vnmar", "vnqmr",
-    "vnymr", "xz", "zip", "zst",
-];
+use vn100_protocol::MESSAGES;
+
+/// Endings of the names of captures, compressed or not, besides the names of messages; other files
+/// in a folder are ignored.
+const ENDINGS: [&str; 14] =
+    ["bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "xz", "zip", "zst"];
+
+/// Whether the ending of a name, in any letter case, is a message that is measured: `run.vnymr`.
+pub(crate) fn is_message(ending: &str) -> bool {
+    MESSAGES.iter().any(|layout| layout.message.eq_ignore_ascii_case(ending))
+}
 
 /// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2
 /// bags; hidden files and folders are skipped. `path` itself is always in the list where it is a
@@ -35,7 +41,7 @@ fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec
         return;
     }
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if is_named || path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&&*ending)) {
+    if is_named || path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&&*ending) || is_message(&ending)) {
         captures.push(path.to_owned());
     }
 }

@@ -11,7 +11,7 @@ use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
 use liblzma::{read::XzDecoder, stream::Stream};
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::utf16;
+use crate::{captures_below::is_message, utf16};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -23,9 +23,9 @@ const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 /// What xz data may need to be unpacked: the largest dictionary that `xz` makes takes 65 MiB.
 const XZ_MEMORY_BYTES: u64 = 72 << 20;
 
-/// How the names of captures end, where an archive holds other files beside one.
-const CAPTURE_ENDINGS: [&str; 10] =
-    [".csv", ".tsv", ".txt", ".log", ".dat", ".asc", ".vnymr", ".vnimu", ".bin", ".mcap"];
+/// Endings of the names of captures, besides the names of messages, where an archive holds other
+/// files beside one.
+const CAPTURE_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "log", "dat", "asc", "bin", "mcap"];
 
 /// Why a ZIP archive cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -175,7 +175,10 @@ impl Member {
                 names.push((place, entry.name().to_owned()));
             }
         }
-        let is_capture = |name: &str| CAPTURE_ENDINGS.iter().any(|end| name.to_lowercase().ends_with(end));
+        let is_capture = |name: &str| {
+            let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+            is_message(ending) || CAPTURE_ENDINGS.iter().any(|end| ending.eq_ignore_ascii_case(end))
+        };
         let captures = names.iter().filter(|(_, name)| is_capture(name)).count();
         let document = names.iter().find_map(|(_, name)| document_with(name));
         if let Some(document) = document.filter(|_| captures == 0) {
@@ -207,7 +210,7 @@ impl Member {
     }
 }
 
-/// Without the characters that steer a terminal.
+/// The name without control characters, at most 80 characters of it.
 fn legible(name: &str) -> String {
     name.chars().filter(|c| !c.is_control()).take(80).collect()
 }

@@ -85,9 +85,12 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
         OpenError::Archive { problem, .. } => problem,
         other => panic!("{other}"),
     };
-    for files in
-        [&[("a", csv)][..], &[("imu.CSV", csv), ("photo.png", b"png")], &[("a.csv", csv), ("__MACOSX/a.csv", b"")]]
-    {
+    for files in [
+        &[("a", csv)][..],
+        &[("imu.CSV", csv), ("photo.png", b"png")],
+        &[("run.vnmar", csv), ("photo.png", b"png")],
+        &[("a.csv", csv), ("__MACOSX/a.csv", b"")],
+    ] {
         assert_eq!(of_file(&archive(files)).unwrap(), (20, true));
     }
     // packed once more
