@@ -15,8 +15,8 @@ pub enum AveragingTimes {
     /// m = 1, 2, 4, 10, 20, 40, 100 … samples, as in Stable32 and allantools.
     Decade,
     /// Every m up to 1024, and above that 128 in each octave, evenly spaced: neighbours are then at
-    /// most 0.8 % apart and share nearly all of their samples. A long record of n samples has 1024
-    /// + 128 · log2(n/2048) of these averaging times instead of n/2.
+    /// most 0.8 % apart and share nearly all of their samples. Of these averaging times a long
+    /// record of n samples has 1024 + 128 · log2(n/2048), and not n/2.
     All,
     /// These averaging times in seconds, each above 0.
     List(Vec<f64>),

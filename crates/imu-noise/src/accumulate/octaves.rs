@@ -35,10 +35,10 @@ enum Windows {
 ///
 /// A window with missing samples is used if at least half of the samples of each cluster are
 /// present: each cluster is then the mean of those present. The squared difference is multiplied,
-/// for n₁ and n₂ of m samples present, by c = (2/m) / (1/n₁ + 1/n₂), for Hadamard by (6/m) / (1/n₁
-/// + 4/n₂ + 1/n₃), and rounded once, to a multiple of 2^-16 counts². So the variance of white noise
-/// is not biased, whatever is missing. Other noise is underestimated by such a window: see
-/// [`Octave::share_present`].
+/// for n₁ and n₂ of m samples present, by c = (2/m) / (1/n₁ + 1/n₂), for Hadamard by
+/// (6/m) / (1/n₁ + 4/n₂ + 1/n₃), and rounded once, to a multiple of 2^-16 counts². So the variance
+/// of white noise is not biased, whatever is missing. Other noise is underestimated by such a
+/// window: see [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
     /// The deviation: which differences were squared.
