@@ -1,4 +1,4 @@
-//! What parts the fields of a row, and which sign its decimals follow.
+//! The separator of the fields of a row, and its decimal sign.
 
 use std::borrow::Cow;
 
@@ -13,22 +13,22 @@ use super::{
 /// How the rows of a file are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Dialect {
-    /// Between two fields; a space stands for any number of spaces and tabs.
+    /// The separator of two fields; a space stands for any number of spaces and tabs.
     pub(super) separator: u8,
-    /// `0,5` is a half.
+    /// Whether decimals follow a comma: `0,5` is a half.
     decimal_comma: bool,
-    /// A space stands between a date and its time of day as well.
+    /// Whether a space also separates a date from its time of day.
     has_dates: bool,
 }
 
-/// What parts fields by itself.
+/// Characters that are always separators.
 const SEPARATORS: [u8; 4] = [b'\t', b';', b'|', b','];
 
 impl Dialect {
-    /// That of `rows`, below a line of `names` or the first of them itself.
+    /// The dialect of `rows`, which follow a line of `names` or begin with it.
     pub(super) fn of<'a>(names: &[u8], rows: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
         let mut shown = rows.clone().peekable();
-        // a tab that parts the names parts the numbers
+        // a tab that separates the names also separates the numbers
         let has_tabs = |row: &[u8]| names.contains(&b'\t') && row.contains(&b'\t');
         if shown.peek().is_some() && shown.all(|row| is_spaced(row) && !has_tabs(row)) {
             let decimal_comma = rows.clone().any(|row| row.contains(&b','));
@@ -41,8 +41,8 @@ impl Dialect {
         Self { separator, decimal_comma, has_dates: false }
     }
 
-    /// The names of the columns above rows of this dialect, and what parts them; they may be the
-    /// first row.
+    /// The names of the columns above rows of this dialect, and their separator; they may be those
+    /// of the first row.
     pub(super) fn header<'a>(self, names: &'a [u8]) -> (Cow<'a, [u8]>, u8) {
         let is_spaced = self.separator == b' ' && !names.iter().any(|byte| SEPARATORS.contains(byte));
         let separator = if is_spaced { b' ' } else { separator(names) };
@@ -50,7 +50,7 @@ impl Dialect {
         (if is_spaced || is_row { self.tidy(names) } else { names.into() }, separator)
     }
 
-    /// Whether a line is read as it stands.
+    /// Whether a line needs no conversion.
     #[inline]
     pub(super) const fn is_plain(self) -> bool {
         !self.decimal_comma && self.separator != b' '
@@ -81,7 +81,7 @@ impl Dialect {
     }
 }
 
-/// Points instead of commas, and none between the thousands before one: `101.325,5`.
+/// Replaces decimal commas by points, and removes the points between thousands: `101.325,5`.
 fn with_points(line: &[u8]) -> Vec<u8> {
     let mut written: Vec<u8> = Vec::with_capacity(line.len());
     for &byte in line {
@@ -111,20 +111,20 @@ fn has_decimal_commas<'a>(rows: impl Iterator<Item = &'a [u8]>, separator: u8) -
     commas && !points
 }
 
-/// The one of `,` `;` `|` and tab that the line has most of; none but `,` where the commas are
-/// those of decimals.
+/// The most frequent of `,` `;` `|` and tab in the line; a comma only where commas are not decimal
+/// signs.
 fn separator(line: &[u8]) -> u8 {
     let are_decimals = |separator: &u8| {
         line.contains(separator) && FieldCutter::of_head(*separator).cut(line).iter().all(is_with_comma)
     };
     let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
     let [tab, semicolon, bar, _] = SEPARATORS;
-    // of equals the last one counts
+    // the last one of several that are as frequent
     let most = || SEPARATORS.into_iter().max_by_key(|&byte| occurrences(byte));
     [tab, semicolon, bar].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
 }
 
-/// Whether the line is several numbers between spaces, stamps among them.
+/// Whether the line is several numbers, or stamps among them, separated by spaces.
 fn is_spaced(line: &[u8]) -> bool {
     let is_number =
         |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
@@ -137,25 +137,25 @@ fn is_spaced(line: &[u8]) -> bool {
         && words(line).all(|word| is_number(word) || is_stamp(word))
 }
 
-/// What stands between spaces or tabs, without the quotes around a stamp of two words.
+/// The text between spaces or tabs, without the quotes around a stamp of two words.
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(|byte| matches!(byte, b' ' | b'\t' | b'"')).filter(|word| !word.is_empty())
 }
 
-/// Whether it is a date, without a time of day.
+/// Whether the text is a date, without a time of day.
 fn is_date(word: &[u8]) -> bool {
-    // numbers have no second such sign between digits
+    // a number has no second such sign between digits
     let is_sign = |byte: &&u8| matches!(byte, b'-' | b'/' | b'.');
     word.iter().filter(is_sign).count() == 2 && clock::is_stamp(&[word, b" 00:00:00"].concat())
 }
 
-/// Whether it is a time zone and no number.
+/// Whether the text is a time zone and no number.
 fn is_zone(word: &[u8]) -> bool {
     let is_offset = matches!(word, [b'+' | b'-', _, _, b':', ..]);
     (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && clock::is_time(&[b"00:00:00", word].concat())
 }
 
-/// Whether it is a number whose decimals follow a comma.
+/// Whether the text is a number with a decimal comma.
 fn is_with_comma(field: &[u8]) -> bool {
     match field.iter().position(|&byte| byte == b',') {
         Some(at) if field[at + 1..].first().is_some_and(u8::is_ascii_digit) => {

@@ -1,7 +1,8 @@
-//! A line of a CSV file cut into its fields by csv-core, through buffers that are used again.
+//! Cuts a line of a CSV file into its fields, by csv-core and through buffers that are reused.
 //!
-//! A replay of 720 000 rows of ten columns takes 1.29 times as long as with fields read where they
-//! stand; for that, quotes, doubled or not closed, are what they are to other programs.
+//! A replay of 720 000 rows of ten columns takes 1.29 times as long as with fields that are read in
+//! place; in return quotes, doubled or not closed, have the meaning that they have for other
+//! programs.
 
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 use memchr::memchr;
@@ -11,9 +12,9 @@ use super::number::Number;
 /// Cuts lines into their fields.
 pub(super) struct FieldCutter {
     reader: Reader,
-    /// What no line contains.
+    /// A line end that no line contains.
     line_end: u8,
-    /// The fields of the line at hand, one behind the other, and where each ends.
+    /// The fields of the present line, one after the other, and the end of each.
     text: Vec<u8>,
     ends: Vec<usize>,
 }
@@ -21,19 +22,19 @@ pub(super) struct FieldCutter {
 /// The first fields of a line.
 struct FirstFields {
     count: usize,
-    /// Where in the line the next field begins; `None` where there is none.
+    /// The place of the next field in the line; `None` after the last field.
     next: Option<usize>,
     quote_open: bool,
 }
 
 impl FieldCutter {
-    /// For lines that do not contain `line_end`, with `separator` between two fields.
+    /// For lines that do not contain `line_end`, and whose fields are separated by `separator`.
     pub(super) fn new(separator: u8, line_end: u8) -> Self {
         let reader = ReaderBuilder::new().delimiter(separator).terminator(Terminator::Any(line_end)).build();
         Self { reader, line_end, text: Vec::new(), ends: Vec::new() }
     }
 
-    /// For lines of the head of a file, which hold no line feed whatever ends them.
+    /// For lines of the head of a file, which contain no line feed, whatever their line end is.
     pub(super) fn of_head(separator: u8) -> Self {
         Self::new(separator, b'\n')
     }
@@ -45,7 +46,7 @@ impl FieldCutter {
         Fields { text: &self.text, ends: &self.ends[..count], quote_open }
     }
 
-    /// The first fields of a line, `count` at most, and what follows the separator behind them.
+    /// At most `count` first fields of a line, and the rest of the line after their separator.
     pub(super) fn cut_first<'a>(&mut self, line: &'a [u8], count: usize) -> (Fields<'_>, Option<&'a [u8]>) {
         let FirstFields { count, next, quote_open } = self.read(line, count);
         let fields = Fields { text: &self.text, ends: &self.ends[..count], quote_open };
@@ -59,7 +60,8 @@ impl FieldCutter {
         if text.len() < line.len() + 2 {
             text.resize(line.len() + 2, 0);
         }
-        // for csv-core a quote behind spaces is none: they are skipped here, field by field
+        // csv-core does not recognise a quote after spaces: the spaces are skipped here, field by
+        // field
         let step = if memchr(b'"', line).is_some() { 1 } else { usize::MAX };
         let (mut at, mut length, mut count, mut quote_open) = (0, 0, 0_usize, false);
         while count < most {
@@ -80,12 +82,12 @@ impl FieldCutter {
             count += ended;
             match result {
                 ReadRecordResult::Record => return FirstFields { count, next: None, quote_open },
-                // an empty line is no record for csv-core, here it has an empty field
+                // an empty line is no record for csv-core; here it has one empty field
                 _ if is_line_end && written == 0 => {
                     ends[0] = 0;
                     return FirstFields { count: 1, next: None, quote_open };
                 }
-                // a quoted field continues behind the line end
+                // a quoted field continues after the line end
                 _ if is_line_end => quote_open = true,
                 _ => at += read,
             }
@@ -99,7 +101,7 @@ impl FieldCutter {
 pub(super) struct Fields<'a> {
     text: &'a [u8],
     ends: &'a [usize],
-    /// The last one begins with a quote that is not closed.
+    /// Whether the last field begins with a quote that is not closed.
     pub(super) quote_open: bool,
 }
 
@@ -119,11 +121,11 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What the last fields of rows have in common in how they are printed. It shows whether a last row
-/// without a line end is whole or cut: many writers leave that line end out.
+/// What the last fields of all rows have in common in their printed form. By this a last row
+/// without a line end is recognised as complete or truncated: many writers omit the last line end.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LastField {
-    /// Digits after the point, at least one: a truncated whole number looks complete.
+    /// Number of digits after the point, at least one: a truncated whole number looks complete.
     decimals: Option<u32>,
     width: Option<usize>,
 }
@@ -141,8 +143,8 @@ impl LastField {
         }
     }
 
-    /// Whether `field` has the decimals or the width that all others have, if they have any in
-    /// common.
+    /// Whether `field` has the decimals or the width that all other fields have in common, if they
+    /// have any.
     pub(super) fn is_whole(self, field: &[u8]) -> bool {
         let common = self.common(Self::of(field));
         common.decimals.is_some() || common.width.is_some()

@@ -1,4 +1,4 @@
-//! A column map that may fit a table whose columns are not known, for its user to check.
+//! A column map that may fit a table with unknown columns, for the user to check.
 
 use vn100_protocol::Quantity;
 
@@ -30,8 +30,8 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("gauss", &["gauss"]),
 ];
 
-/// Channels by the names of the columns; where these say nothing six numbers side by side, the
-/// rates first unless the others measure gravity.
+/// Channels by the names of the columns; where the names do not help, six neighbouring columns of
+/// numbers, the rates first unless the second three measure gravity.
 pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>, rows: &[Vec<Vec<u8>>]) -> String {
     let is_stamp = |place: usize| stamps.is_some_and(|stamps| stamps.columns.iter().any(|&(taken, _)| taken == place));
     let may_be_channel = |place: &usize| {
@@ -51,7 +51,7 @@ pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>, rows: &[Vec<
         let mut places: Vec<usize> =
             free.into_iter().filter(|place| found.iter().all(|(taken, _)| taken != place)).collect();
         places.retain(|&place| rows.is_empty() || holds_measurements(rows, place));
-        // beside what is named a triple, at least
+        // at least besides the columns that are named as a triple
         if !found.is_empty() && places.len() < 3 {
             places.clear();
         }
@@ -86,7 +86,7 @@ fn channel(name: &str) -> Option<String> {
         return Some("temperature".into());
     }
     let is_axis = |word: &str| matches!(word, "x" | "y" | "z");
-    // a word of its own, else the last letter
+    // the axis is a word of its own, else the last letter
     let (axis, stems) = match words.iter().position(|word| is_axis(word)) {
         Some(place) => (words[place], [&words[..place], &words[place + 1..]].concat()),
         None => {
@@ -99,12 +99,12 @@ fn channel(name: &str) -> Option<String> {
     is_axis(axis).then(|| format!("{sensor}_{axis}"))
 }
 
-/// The place of a name that is nothing but an axis among the axes; 0 for any other.
+/// The place of a name that consists of an axis alone; 0 for any other name.
 fn axis(name: &str) -> usize {
     ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis)).unwrap_or_default()
 }
 
-/// Whether a column holds numbers that do not just count the rows.
+/// Whether a column holds numbers other than the number of the row.
 fn holds_measurements(rows: &[Vec<Vec<u8>>], place: usize) -> bool {
     let numbers: Vec<f64> = numbers(rows, place).collect();
     let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -112,7 +112,7 @@ fn holds_measurements(rows: &[Vec<Vec<u8>>], place: usize) -> bool {
     2 * numbers.len() > rows.len() && (steps.len() < 2 || !counts_rows)
 }
 
-/// The unit in which the mean of three axes is gravity.
+/// The unit in which the magnitude of the mean of three axes is that of gravity.
 fn gravity_unit(rows: &[Vec<Vec<u8>>], places: &[usize]) -> Option<&'static str> {
     if places.len() != 3 {
         return None;
@@ -141,7 +141,7 @@ fn written_unit(name: &str, channel: &str) -> Option<&'static str> {
     written.map(|(unit, _)| *unit)
 }
 
-/// That of the sensor.
+/// The unit of the sensor for this quantity.
 fn first_unit(channel: &str) -> String {
     units_of(channel).next().map_or("1", |unit| &*unit.name).to_owned()
 }

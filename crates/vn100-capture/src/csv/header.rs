@@ -1,4 +1,4 @@
-//! The line that names the columns, and what each column is for.
+//! The line with the names of the columns, and the use of each column.
 
 use std::borrow::Cow;
 
@@ -15,27 +15,27 @@ use super::{
     streams::quantity,
 };
 
-/// Fields without names that may end the rows.
+/// The most fields without names that may end the rows.
 const MOST_NAMELESS: usize = 16;
 
 /// A line cut into the names of columns.
 pub(super) struct Header {
-    /// Without those that are empty at the end.
+    /// The names, without empty ones at the end.
     pub(super) names: Vec<String>,
-    /// The units of the columns, where a row of them stands below the names; else empty.
+    /// The units of the columns, where a row of units follows the names; else empty.
     pub(super) units: Vec<String>,
-    /// So many fields without a name end each row: separators too many.
+    /// Number of fields without a name at the end of each row, from separators too many.
     pub(super) nameless_end: usize,
 }
 
-/// The columns that matter, by place.
+/// The columns that are used, by place.
 #[derive(Debug, Default)]
 pub(super) struct ColumnPlaces {
     pub(super) stamp: Option<StampColumns>,
     pub(super) sentence: Option<usize>,
-    /// The place and the channel, in the order of the columns.
+    /// Place and channel, in the order of the columns.
     pub(super) channels: Vec<(usize, usize)>,
-    /// The channels whose unit stands in the name of their column.
+    /// The channels whose unit is in the name of their column.
     pub(super) units: Vec<(usize, &'static Unit)>,
     /// The places of the channels of other streams.
     pub(super) others: Vec<usize>,
@@ -51,8 +51,8 @@ impl Header {
         Self { names, units: Vec::new(), nameless_end }
     }
 
-    /// Learns from the rows whether they end in a field without a name; the names of the columns
-    /// may have a separator too many or too few.
+    /// Detects from the rows whether they end in a field without a name; the line of names may have
+    /// a separator too many or too few.
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = Cow<'a, [u8]>>, separator: u8) {
         let mut reader = FieldCutter::of_head(separator);
         let mut rows_with = vec![0; self.nameless_end.max(MOST_NAMELESS) + 1];
@@ -65,12 +65,12 @@ impl Header {
             }
         }
         let most = rows_with.iter().copied().max().filter(|most| *most > 0);
-        // of equals the fewest
+        // the fewest of several that are as frequent
         self.nameless_end = rows_with.iter().position(|count| Some(*count) == most).unwrap_or_default();
     }
 
-    /// Takes the row below the names for their units, where it holds nothing else; `false` where it
-    /// does not.
+    /// Takes the units from the row below the names, where that row contains nothing else. Returns
+    /// whether it does.
     pub(super) fn take_units(&mut self, row: &[u8], separator: u8) -> bool {
         let units: Vec<String> = FieldCutter::of_head(separator).cut(row).iter().map(shown).collect();
         let bare = |unit: &str| unit.trim_matches(['[', ']', '(', ')', ' ']).to_owned();
@@ -99,7 +99,7 @@ impl Header {
         self.names.len() + self.nameless_end
     }
 
-    /// The columns with known names; of two with the same meaning the first.
+    /// The columns with known names; the first of two with the same meaning.
     pub(super) fn known_places(&self) -> ColumnPlaces {
         let mut places = ColumnPlaces::default();
         for place in 0..self.names.len() {
@@ -135,8 +135,8 @@ impl Header {
         })
     }
 
-    /// Whether the line is none of names but of numbers, where `map` looks: a file without a
-    /// header. Only columns called by number can be found in one.
+    /// Whether the line consists of numbers instead of names, where `map` has columns: a file
+    /// without a header. Only columns given by number can be found in such a file.
     pub(super) fn is_row(&self, map: &ColumnMap, places: &ColumnPlaces) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
         let mut mapped = places.channels.iter().map(|&(place, _)| place);
@@ -161,7 +161,7 @@ impl Header {
         names.len() > 1 && names.iter().all(is_name)
     }
 
-    /// Whether the line is no line of names but the first row of several numbers.
+    /// Whether the line is the first row of several numbers, and not a line of names.
     pub(super) fn is_all_numbers(&self) -> bool {
         self.names.len() > 1 && self.names.iter().all(|name| Number::parse(name.as_bytes()).is_some())
     }
@@ -174,7 +174,7 @@ impl Header {
         self.names.iter().filter(|name| !name.is_empty()).cloned().collect()
     }
 
-    /// What a column map calls the column at `place`.
+    /// The column at `place` as a column map names it.
     pub(super) fn argument(&self, place: usize) -> String {
         let name = &self.names[place];
         let is_row = self.names.iter().any(|name| name.contains("$VN"));
@@ -198,7 +198,7 @@ impl Header {
 }
 
 impl ColumnPlaces {
-    /// The names of columns that are searched for, in words.
+    /// The names of the columns that are recognised, in words.
     pub(super) const SEARCHED: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
          x y z, yaw pitch roll, temperature, pressure and stamps), or stamps beside a column with $VN… sentences";
 
@@ -208,7 +208,7 @@ impl ColumnPlaces {
         { quantities }.any(|quantity| matches!(quantity, Quantity::Acceleration | Quantity::AngularRate))
     }
 
-    /// Leaves the channels that `stream` names, one by one or by their quantity, to be read.
+    /// Keeps only the channels that `stream` names, one by one or by their quantity.
     pub(super) fn choose(&mut self, stream: &str) -> Result<(), CsvError> {
         let words: Vec<_> = stream.split_whitespace().collect();
         let is_of = |channel: usize, word: &str| {

@@ -1,35 +1,35 @@
-//! A stream that can be read again: what it brings is kept in a temporary file without a name.
+//! A stream that can be read again, because its bytes are kept in a temporary file without a name.
 
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom, Write},
 };
 
-/// No more is kept: what comes behind it cannot be read again.
+/// The most bytes that are kept; bytes after them cannot be read again.
 const MOST_BYTES: u64 = 64 * 1024 * 1024 * 1024;
 
-/// A reader, and what it has brought.
+/// A reader, and the bytes that it has delivered.
 pub(super) struct Kept<R> {
     reader: R,
-    /// `None` where nothing is kept.
+    /// The temporary file; `None` where nothing is kept.
     file: Option<File>,
     kept_bytes: u64,
-    /// How far it was read since it was last rewound.
+    /// The place up to which the bytes were read since the last rewind.
     at: u64,
 }
 
 impl<R: Read> Kept<R> {
-    /// Keeps nothing.
+    /// A stream that keeps nothing.
     pub(super) const fn nothing(reader: R) -> Self {
         Self { reader, file: None, kept_bytes: 0, at: 0 }
     }
 
-    /// Keeps all, unless no temporary file can be made.
+    /// A stream that keeps all bytes, unless no temporary file can be made.
     pub(super) fn all(reader: R) -> Self {
         Self { file: tempfile::tempfile().ok(), ..Self::nothing(reader) }
     }
 
-    /// Begins again with the first byte; `false` where it is not kept.
+    /// Rewinds to the first byte; `false` where the bytes are not kept.
     pub(super) fn rewind(&mut self) -> bool {
         let is_at_start = self.file.as_mut().is_some_and(|file| file.seek(SeekFrom::Start(0)).is_ok());
         if is_at_start {

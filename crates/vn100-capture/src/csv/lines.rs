@@ -15,39 +15,39 @@ pub(super) struct Lines<R> {
     reader: R,
     line_end: u8,
     buffer: Box<[u8]>,
-    /// What is read and not yet handed out lies in `buffer[begin..end]`.
+    /// The bytes that were read and are not returned yet are in `buffer[begin..end]`.
     begin: usize,
     end: usize,
     number: u64,
-    /// Bytes dropped from the beginning of the line at hand.
+    /// Number of bytes dropped from the beginning of the present line.
     dropped: u64,
-    /// The reader has ended.
+    /// Whether the reader has ended.
     ended: bool,
 }
 
 /// A line.
 pub(super) struct CsvLine<'a> {
-    /// From 1.
+    /// Number of the line, from 1.
     pub(super) number: u64,
-    /// All of them, with the line end.
+    /// Number of bytes of the line, with its line end.
     pub(super) bytes: u64,
-    /// Without the line end; the last bytes of an overlong line.
+    /// The line without its line end; of an overlong line the last bytes.
     pub(super) text: &'a [u8],
     pub(super) completeness: Completeness,
 }
 
-/// What is there of a line.
+/// How complete a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Completeness {
     Whole,
-    /// The last line of the data, without a line end: it may be cut.
+    /// The last line of the data, without a line end: it may be truncated.
     Unended,
-    /// Longer than [`LONGEST_LINE`].
+    /// The line is longer than [`LONGEST_LINE`].
     Overlong,
 }
 
 impl<R: Read> Lines<Kept<R>> {
-    /// Begins again with the first line; `false` where it is not kept.
+    /// Rewinds to the first line; `false` where the bytes are not kept.
     pub(super) fn rewind(&mut self) -> bool {
         let is_at_start = self.reader.rewind();
         if is_at_start {
@@ -71,7 +71,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line that needs no read.
+    /// The next line, if it is in the buffer.
     #[inline]
     pub(super) fn next_buffered(&mut self) -> Option<CsvLine<'_>> {
         let waiting = &self.buffer[self.begin..self.end];
@@ -103,7 +103,7 @@ impl<R: Read> Lines<R> {
     /// Reads once, when no line is buffered; `false` at the end of the data.
     ///
     /// # Errors
-    /// That of the reader. What was read before is kept, and the next call reads on.
+    /// The error of the reader. What was read before is kept, and the next call continues after it.
     pub(super) fn fill(&mut self) -> io::Result<bool> {
         if self.ended {
             return Ok(false);

@@ -22,13 +22,13 @@ const EXACT_POWERS: [f64; 23] = {
     powers
 };
 
-/// What parts the thousands of a number, where no decimals follow it.
+/// Separators of thousands, for numbers with no decimals after them.
 const THOUSANDS: [u8; 3] = *b",' ";
 
-/// As many digits as always fit 64 bits with one more behind them.
+/// The number of digits that always fit 64 bits with one more after them.
 const SAFE_DIGITS: usize = 18;
 
-/// Exponents beyond this change nothing: the number is zero or too large either way.
+/// Exponents beyond this have no further effect: the number is zero or too large.
 const LARGEST_EXPONENT: i32 = 9_999;
 
 /// A decimal number: ±`digits` / 10^`decimals`.
@@ -38,12 +38,12 @@ pub(super) struct Number {
     digits: u64,
     /// Negative for a number such as 1e5.
     decimals: i32,
-    /// A digit other than zero follows those in `digits`, which are then 19.
+    /// Whether a digit other than zero follows those in `digits`, which are then 19.
     more: bool,
 }
 
 impl Number {
-    /// Reads a field without spaces or quotes around it, also with its thousands apart as in
+    /// Reads a field without spaces or quotes around it, also with separators of thousands as in
     /// `101,325.12`; `None` for what is no finite decimal number.
     #[inline]
     pub(super) fn parse(field: &[u8]) -> Option<Self> {
@@ -115,8 +115,8 @@ impl Number {
         Some((number, end))
     }
 
-    /// The number in units of 10^-`decimals`, with more digits rounded away, from the middle to the
-    /// even count, and cut from the twentieth on; `None` beyond 64 bits.
+    /// The number in units of 10^-`decimals`. Further digits are rounded, half to even, and cut
+    /// from the twentieth on; `None` beyond 64 bits.
     #[inline]
     pub(super) fn count(&self, decimals: u8) -> Option<i64> {
         let magnitude =
@@ -145,17 +145,17 @@ impl Number {
         Some(quotient + u64::from(up))
     }
 
-    /// Whether it has more digits than `most`, written as a number without a point.
+    /// Whether the number has more than `most` digits and is written without a point.
     pub(super) const fn digits_beyond(&self, most: u64) -> bool {
         self.more || self.digits >= most
     }
 
-    /// The digits printed behind the point, counting as if an exponent were written out.
+    /// The number of digits after the point, as if an exponent were written out.
     pub(super) fn decimals(&self) -> u32 {
         self.decimals.max(0).unsigned_abs()
     }
 
-    /// As [`decimals`](Self::decimals), without zeros at the end.
+    /// As [`decimals`](Self::decimals), but without trailing zeros.
     pub(super) fn significant_decimals(&self) -> u32 {
         if self.digits == 0 {
             return 0;
@@ -191,7 +191,7 @@ impl Number {
     }
 }
 
-/// Whether it is a number from a thousand up, with this sign between the thousands.
+/// Whether the text is a number from a thousand on, with this separator of thousands.
 pub(super) fn are_thousands(digits: &[u8], mark: u8) -> bool {
     let mut groups = digits.split(|byte| *byte == mark);
     let first = groups.next().unwrap_or_default();

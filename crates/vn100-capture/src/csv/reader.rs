@@ -27,7 +27,7 @@ const MOST_ROWS: usize = 512;
 
 /// Reads the samples of a CSV file, some hundred rows at a time.
 pub(crate) struct CsvReader<R> {
-    /// Until all rows have shown what the columns print.
+    /// `Some` until all rows have shown what the columns print.
     first_pass: Option<FirstPass<R>>,
     lines: Lines<Kept<R>>,
     parser: RowParser,
@@ -41,7 +41,7 @@ struct FirstPass<R> {
     scans: Vec<ColumnScan>,
 }
 
-/// What rows become.
+/// What the rows are converted to.
 #[expect(clippy::large_enum_variant, reason = "there is one for each file")]
 enum Content {
     /// Numbers, already counts.
@@ -51,9 +51,10 @@ enum Content {
 }
 
 impl<R: Read> CsvReader<R> {
-    /// Reads `reader` from the first byte of the file on. Where `again` reads the same, it is read
-    /// first: what a count is worth depends on all rows. Without it the counts are those of the
-    /// rows so far, and [`Event::ReadAgain`] stands where they become others.
+    /// Reads `reader` from the first byte of the file on. Where `again` is another reader of the
+    /// same file, that is read first, because the size of a count depends on all rows. Without it
+    /// the counts are those of the rows so far, and [`Event::ReadAgain`] is sent where the size of
+    /// a count changes.
     pub(crate) fn new(plan: CsvPlan, reader: R, again: Option<R>, options: ReadOptions) -> Self {
         let content = match plan.layout() {
             Some(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
@@ -73,8 +74,8 @@ impl<R: Read> CsvReader<R> {
         }
     }
 
-    /// Reads on in the first pass, and ends it where the file does, or cannot be read: then so does
-    /// the second one.
+    /// Continues the first pass, and ends it where the file ends or cannot be read: the second pass
+    /// then ends at the same place.
     fn scan(&mut self) {
         let Some(FirstPass { lines, scans }) = &mut self.first_pass else { return };
         if lines.fill().unwrap_or(false) {
@@ -92,7 +93,7 @@ impl<R: Read> CsvReader<R> {
 }
 
 impl<R: Read> CsvReader<R> {
-    /// Begins again with the first row where the rows so far ask for other counts.
+    /// Rewinds to the first row where the rows so far require another size of a count.
     fn begins_again(&mut self) -> bool {
         let Some(mut so_far) = self.parser.so_far.take() else { return false };
         let other = so_far.other_counts(&self.parser.plan);
@@ -110,7 +111,7 @@ impl<R: Read> CsvReader<R> {
 }
 
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
-    /// Up to 512 rows, fewer where more would have to be waited for.
+    /// Up to 512 rows; fewer where the next ones would have to be waited for.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
         if self.first_pass.is_some() {
             self.scan();

@@ -1,17 +1,18 @@
-//! How the numbers of a column become counts: decimals as they stand where they fit 32 bits, else
-//! a power of two.
+//! How the numbers of a column become counts: decimals as printed where they fit 32 bits, else a
+//! power of two.
 
 use vn100_protocol::{Channel, Quantity};
 
 use super::{column_map::Unit, number::Number};
 
-/// Rows looked at in the head of a file.
+/// Number of rows that are examined in the head of a file.
 pub(super) const SCANNED_ROWS: usize = 1000;
 
-/// Where only the head is known, room for values this many times larger than its largest one.
+/// Where only the head is known, there is room for values this many times as large as its largest
+/// one.
 const HEADROOM: f64 = 64.0;
 
-/// An angle turns: room for so many times its largest value.
+/// An angle turns: there is room for this many times its largest value.
 const TURNS: f64 = 8.0;
 
 /// More decimals than this are never kept.
@@ -20,23 +21,23 @@ const MOST_DECIMALS: u32 = 18;
 /// The fewest and the most decimals of a channel whose numbers are all zero.
 const UNSEEN_DECIMALS: (u32, u32) = (6, 9);
 
-/// A number with more digits than this is a float printed beyond its precision.
+/// A number with more digits than this is a float that was printed beyond its precision.
 const FLOAT_DIGITS: u64 = 10_u64.pow(17);
 
-/// So few of all numbers, at most, may be beyond what is held: single glitches.
+/// The largest fraction of all numbers that may exceed what a count holds: single glitches.
 const MOST_BEYOND: f64 = 1e-3;
 
-/// A count is at most this part of the deviation of the differences, where the range allows it: the
-/// error of half a count is a hundredth of the deviation.
+/// A count is at most this fraction of the standard deviation of the differences, where the range
+/// allows it: the error of half a count is then a hundredth of the deviation.
 const COUNTS_IN_DEVIATION: f64 = 50.0;
 
-/// The share of the largest differences that is no part of their deviation.
+/// The fraction of the largest differences that is excluded from their deviation.
 const TRIMMED: f64 = 0.01;
 
 /// The largest count.
 const MOST_COUNTS: f64 = i32::MAX as f64;
 
-/// What the numbers of a column are, of all its rows or of the first ones.
+/// The numbers of a column, in all rows or in the first ones.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ColumnScan {
     numbers: u64,
@@ -44,7 +45,8 @@ pub(super) struct ColumnScan {
     /// The most decimals of a number as printed, and without zeros at the end.
     printed: u32,
     significant: u32,
-    /// How many numbers are no zero, and how many of them have the most decimals, each way.
+    /// How many numbers are not zero, and how many of them have the most decimals, with and without
+    /// trailing zeros.
     nonzero: u64,
     have_printed: u64,
     have_significant: u64,
@@ -53,7 +55,7 @@ pub(super) struct ColumnScan {
     last: Option<f64>,
 }
 
-/// How many numbers have each binary exponent; zeros are not among them.
+/// How many numbers have each binary exponent, without zeros.
 #[derive(Debug, Clone, Default)]
 struct Exponents {
     counts: Vec<u64>,
@@ -62,12 +64,12 @@ struct Exponents {
 /// The exponents of a float of 64 bits.
 const EXPONENTS: usize = 2048;
 
-/// What a count is worth, in the numbers of the file.
+/// The size of a count, in the unit of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CountScale {
-    /// 10^-this.
+    /// 10^-n of the unit.
     Decimal(u8),
-    /// 2^-this.
+    /// 2^-n of the unit.
     Binary(i32),
 }
 
@@ -75,7 +77,7 @@ pub(super) enum CountScale {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Quantizer {
     pub(super) scale: CountScale,
-    /// Digits behind the last one that is kept are rounded away.
+    /// Whether digits after the last one that is kept are rounded.
     pub(super) is_rounded: bool,
     zero_hundredths: i64,
     limit_counts: i32,
@@ -84,18 +86,18 @@ pub(super) struct Quantizer {
 /// What is known of a channel beforehand.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
-    /// Fewer decimals than this are not taken.
+    /// The least number of decimals.
     pub(super) decimals: u8,
-    /// The largest magnitude of a value of the sensor, where that is known.
+    /// The largest magnitude of a value of the sensor; `None` where that is not known.
     pub(super) limit: Option<f64>,
     /// As in [`Unit`](super::column_map::Unit).
     pub(super) zero_hundredths: i64,
-    /// It is an angle, whose counts continue beyond a turn.
+    /// Whether the channel is an angle, whose counts continue beyond a turn.
     pub(super) turns: bool,
 }
 
 impl Prior {
-    /// Of a column in this unit, of any sensor.
+    /// For a column in this unit, of any sensor.
     pub(super) fn of_unit(unit: &Unit) -> Self {
         Self {
             // the distance between two zeros must be a whole count
@@ -115,7 +117,7 @@ pub(super) enum Scanned {
 }
 
 impl Quantizer {
-    /// `None` for a number that no count holds.
+    /// The count; `None` for a number that no count holds.
     #[inline]
     pub(super) fn count(&self, number: &Number) -> Option<i32> {
         let count = match self.scale {
@@ -137,12 +139,13 @@ impl Quantizer {
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
 
-    /// Whether a count holds this number with all digits that it has more than those before it.
+    /// Whether a count holds this number with all the digits that it has more than the numbers
+    /// before it.
     pub(super) fn holds(&self, number: &Number) -> bool {
         self.count(number).is_some() && !self.rounds(number)
     }
 
-    /// Whether digits of this number are rounded away that the numbers before it did not have.
+    /// Whether digits of this number are rounded that the numbers before it did not have.
     #[inline]
     pub(super) fn rounds(&self, number: &Number) -> bool {
         match self.scale {
@@ -162,7 +165,7 @@ impl Quantizer {
 }
 
 impl ColumnScan {
-    /// Whether it is larger, or has more digits, than all numbers before it.
+    /// Whether the number is larger, or has more digits, than all numbers before it.
     #[inline]
     pub(super) fn add(&mut self, number: &Number) -> bool {
         let shortest = number.digits_beyond(FLOAT_DIGITS).then(|| number.shortest_of_float()).flatten();
@@ -177,7 +180,7 @@ impl ColumnScan {
             self.steps.add((value - last).abs());
         }
         let is_nonzero = u64::from(magnitude > 0.0);
-        // zeros are printed shorter by some scripts, and are no evidence
+        // zeros are printed shorter by some scripts, and are not counted here
         self.nonzero += is_nonzero;
         let printed = if shortest.is_some() { number.significant_decimals() } else { number.decimals() };
         if printed > self.printed {
@@ -215,9 +218,9 @@ impl ColumnScan {
         }
     }
 
-    /// The decimals as they stand where the largest number fits 32 bits with them; else the power
-    /// of two with which it just does. Where only the head is known there is room for larger
-    /// numbers and for more digits.
+    /// The decimals as printed where the largest number fits 32 bits with them; else the power of
+    /// two with which it just fits. Where only the head is known there is room for larger numbers
+    /// and for more digits.
     fn scale(&self, prior: Prior, limit: Option<f64>, scanned: Scanned) -> CountScale {
         let prior_decimals = u32::from(prior.decimals);
         let zero = prior.zero_hundredths as f64 / 100.0;
@@ -246,7 +249,8 @@ impl ColumnScan {
         CountScale::Binary(((MOST_COUNTS / room).log2().floor() as i32).clamp(-900, 900))
     }
 
-    /// The largest number, or less where single glitches would cost the resolution of all others.
+    /// The largest number; a smaller one where single glitches would cost the resolution of all
+    /// other numbers.
     fn largest_held(&self) -> f64 {
         let needed = MOST_COUNTS * self.steps.deviation() / COUNTS_IN_DEVIATION;
         if needed == 0.0 || self.largest <= needed {
@@ -271,7 +275,7 @@ impl Exponents {
         self.counts[(magnitude.to_bits() >> 52) as usize % EXPONENTS] += 1;
     }
 
-    /// The smallest power of two below which all lie but so large a share of `numbers`.
+    /// The smallest power of two below which all but this fraction of `numbers` are.
     fn all_but(&self, share: f64, numbers: u64) -> f64 {
         let mut beyond = 0;
         for (exponent, count) in self.counts.iter().enumerate().rev() {
@@ -283,13 +287,14 @@ impl Exponents {
         0.0
     }
 
-    /// The smallest power of two below which all lie that lie below `limit` for certain.
+    /// The smallest power of two below which all numbers are that are certainly below `limit`.
     fn up_to(&self, limit: f64) -> f64 {
         let ends = self.counts.iter().zip(-1022_i32..).filter(|(count, _)| **count > 0).map(|(_, end)| exp2(end));
         ends.filter(|end| *end <= limit).fold(0.0, f64::max)
     }
 
-    /// The root mean square, without the largest, each taken to be as small as its exponent allows.
+    /// The root mean square without the largest numbers, each taken to be as small as its exponent
+    /// allows.
     fn deviation(&self) -> f64 {
         let numbers: u64 = self.counts.iter().sum();
         let highest = self.all_but(TRIMMED, numbers);
@@ -308,7 +313,7 @@ fn fits(largest: f64, decimals: u32) -> bool {
     largest * 10_f64.powi(decimals as i32) <= MOST_COUNTS
 }
 
-/// Exact where it is no smaller than the smallest normal float.
+/// Exact where the result is not smaller than the smallest normal float.
 fn exp2(power: i32) -> f64 {
     f64::from_bits(((power.clamp(-1022, 1023) + 1023) as u64) << 52)
 }

@@ -7,7 +7,7 @@ use vn100_protocol::{
 
 use super::{ColumnUse, CsvPlan, lines::CsvLine, shown};
 
-/// Counts lines by what they are.
+/// Counts lines by their kind.
 pub(super) struct RowCounts {
     pub(super) report: CsvReport,
     /// The bytes of all lines, line ends included, and the rejected rows.
@@ -15,7 +15,7 @@ pub(super) struct RowCounts {
     rejected: RejectedRowCounts,
     /// How often each channel was absent.
     absences: Vec<AbsentValues>,
-    /// The channels of which digits were rounded away that the head of the file does not have.
+    /// The channels of which digits were rounded that the head of the file does not have.
     pub(super) late_rounded: Vec<bool>,
 }
 
@@ -62,13 +62,13 @@ impl RowCounts {
         self.tally.skipped_bytes += line.bytes;
     }
 
-    /// Counts a row with values of other streams alone.
+    /// Counts a row that has values of other streams only.
     pub(super) fn leave_to_others(&mut self, line: &CsvLine<'_>) {
         *self.report.other_stream_rows.get_or_insert_default() += 1;
         self.tally.skipped_bytes += line.bytes;
     }
 
-    /// Counts a good row, which lacks the channels in `absent`.
+    /// Counts a valid row, which lacks the channels in `absent`.
     #[inline]
     pub(super) fn accept(&mut self, line: &CsvLine<'_>, absent: &[(usize, Absence)]) {
         self.report.rows += 1;
@@ -112,8 +112,8 @@ impl RowCounts {
         rejected[at].count += 1;
     }
 
-    /// Adds to batches what the file holds beside their samples. All bytes of a row are those of
-    /// its line: stamp, other columns and line end too, even where its sentence is damaged.
+    /// Adds to batches the counts of what is no sample. All bytes of a row are those of its line:
+    /// stamp, other columns and line end included, even where its sentence is damaged.
     pub(super) fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         let file = &self.tally;
         for link in batches.iter_mut().map(|batch| &mut batch.link) {

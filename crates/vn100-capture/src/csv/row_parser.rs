@@ -15,33 +15,35 @@ use super::{
     stamp::StampForm,
 };
 
-/// Reads the rows of a CSV file one after the other. Of `counts` and `sentence` one is in use, by
-/// the [`Kind`] of the plan.
+/// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
+/// [`Kind`] of the plan.
 pub(super) struct RowParser {
     pub(super) plan: CsvPlan,
     fields: FieldCutter,
-    /// Of the last good row, in the order of the layout; 0 for what it lacks.
+    /// The counts of the last valid row, in the order of the layout; 0 for a channel that it lacks.
     pub(super) counts: Vec<i32>,
-    /// The channels that the last good row lacks, in order.
+    /// The channels that the last valid row lacks, in order.
     pub(super) absent: Vec<(usize, Absence)>,
     /// The numbers of a row.
     cells: Vec<Option<Number>>,
-    /// The last row has a number in a column of another stream.
+    /// Whether the last row has a number in a column of another stream.
     holds_others: bool,
-    /// The last row has no number but such.
+    /// Whether the last row has numbers of other streams only.
     is_of_others: bool,
-    /// Of the last good row, with CR LF.
+    /// The sentence of the last valid row, with CR LF.
     pub(super) sentence: Vec<u8>,
-    /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
+    /// The stamp of the last valid row, in nanoseconds since the first; negative where a clock was
+    /// set back.
     pub(super) stamp_ns: Option<i64>,
     first_stamp_ns: Option<i64>,
-    /// As written.
+    /// The stamp as written.
     last_stamp_ns: Option<i64>,
-    /// The last row ended inside quotes: the next line may be what is left of it.
+    /// Whether the last row ended inside quotes: the next line may be the rest of it.
     quote_open: bool,
-    /// What the lines were.
+    /// The counts of the lines by their kind.
     pub(super) counted: RowCounts,
-    /// The numbers of all rows, where the counts depend on them and they are read but once.
+    /// The numbers of all rows, where the size of a count depends on them and they are read only
+    /// once.
     pub(super) so_far: Option<SoFar>,
 }
 
@@ -66,7 +68,7 @@ impl RowParser {
         }
     }
 
-    /// Whether the rows so far may ask for other counts.
+    /// Whether the rows so far may require another size of a count.
     pub(super) fn asks_for_other_counts(&self) -> bool {
         self.so_far.as_ref().is_some_and(SoFar::is_due)
     }
@@ -86,7 +88,7 @@ impl RowParser {
         }
     }
 
-    /// The numbers of a line, where it is a good row.
+    /// The numbers of a line, if it is a valid row.
     pub(super) fn numbers(&mut self, line: &CsvLine<'_>) -> Option<&[Option<Number>]> {
         let text = self.plan.dialect.tidy(line.text);
         let line = &CsvLine { text: &text, ..*line };
@@ -102,7 +104,7 @@ impl RowParser {
         is_good.then_some(&self.cells)
     }
 
-    /// Reads a line; `None` where it is no row, or one of another stream.
+    /// Reads a line; `None` where it is no row, or a row of another stream.
     #[inline]
     pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
         let text = self.plan.dialect.tidy(line.text);
@@ -137,7 +139,7 @@ impl RowParser {
         mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
     }
 
-    /// Whether a row without a line end is whole, as far as that can be known.
+    /// Whether a row without a line end is complete, as far as that can be known.
     #[cold]
     fn ends_whole(&mut self, row: &[u8]) -> bool {
         let Some(last_field) = self.plan.last_field else {
@@ -156,7 +158,8 @@ impl RowParser {
         Ok(())
     }
 
-    /// Reads the counts of a row and returns its stamp. What a channel lacks costs no other one.
+    /// Reads the counts of a row and returns its stamp. A value that is absent has no effect on the
+    /// other channels.
     #[inline]
     fn values(&mut self, line: &CsvLine<'_>) -> Result<Option<i64>, RejectedRow> {
         let stamp = self.cells(line.text)?;
@@ -218,7 +221,7 @@ impl RowParser {
         let last = plan.columns.len() - 1;
         let is_unquoted =
             |tail: &&[u8]| plan.columns[last] == ColumnUse::Sentence && !tail.trim_ascii_start().starts_with(b"\"");
-        // without quotes the separators of a sentence part no fields
+        // without quotes the separators in a sentence do not separate columns
         let tail = fields.cut_first(line, last).1.filter(is_unquoted);
         let fields = fields.cut_first(line, if tail.is_some() { last } else { usize::MAX }).0;
         self.quote_open = fields.quote_open;
@@ -237,7 +240,7 @@ impl RowParser {
             stamp = stamp.and_then(|sum| added(sum, form.nanoseconds(field)).map(Some));
         }
         let width = fields.len() + usize::from(tail.is_some());
-        // behind an open quote the row continues in the next line
+        // after an open quote the row continues in the next line
         let is_whole = width == plan.columns.len() || self.quote_open && width < plan.columns.len();
         if sentence.is_empty() || !is_whole || stamp == Ok(None) && plan.times.is_some() {
             return Err(RejectedRow::Fields);

@@ -1,4 +1,4 @@
-//! A column that says of which sensor each row is, where rows of several sensors alternate.
+//! A column that names the sensor of each row, in tables whose rows alternate between sensors.
 
 use super::header::Header;
 
@@ -6,17 +6,17 @@ use super::header::Header;
 const WORDS: [&str; 11] =
     ["sensor", "device", "imu", "id", "name", "serial", "source", "node", "mac", "topic", "frame"];
 
-/// A sensor has this share of the rows at least.
+/// The least fraction of the rows that a sensor has.
 const SMALLEST_SHARE: f64 = 0.05;
 
-/// The sensors of one table at most: what has more values counts something.
+/// The most sensors of one table: a column with more values is a count.
 const MOST_SENSORS: usize = 16;
 
-/// So often, at least, the next row is of another sensor.
+/// The least fraction of the rows that are followed by a row of another sensor.
 const ALTERNATING: f64 = 0.05;
 
 /// The place of the column among those that are not `taken`, and the sensors in the order of their
-/// first rows; `None` where all rows are of one.
+/// first rows; `None` where all rows are of one sensor.
 pub(super) fn several_sensors(
     header: &Header,
     rows: &[Vec<Vec<u8>>],

@@ -1,4 +1,5 @@
-//! What the columns of a stream have printed so far, and when that asks for other counts.
+//! What the columns of a stream have printed so far, and when that requires another size of a
+//! count.
 
 use super::{
     CsvPlan,
@@ -6,16 +7,17 @@ use super::{
     resolution::{ColumnScan, SCANNED_ROWS, Scanned},
 };
 
-/// After so many readings no single number asks for another one, which costs all rows before it.
+/// After this many readings a single number does not cause another one, in which all rows before it
+/// are read again.
 const MOST_READINGS: u32 = 64;
 
-/// The columns of the rows so far. The counts are to be those of all these rows as of a whole file:
-/// they are compared where a number does not fit, where the rows have doubled in number, and at the
+/// The columns of the rows so far. The size of a count is to be that of a file with all these rows:
+/// it is compared where a number does not fit, where the number of rows has doubled, and at the
 /// end.
 pub(super) struct SoFar {
     columns: Vec<ColumnScan>,
     rows: u64,
-    /// The last line among them: one that comes again changes nothing.
+    /// The last line among them; a line that is read again has no effect.
     line: u64,
     compared_at: u64,
     is_due: bool,
@@ -28,7 +30,7 @@ impl SoFar {
         Self { columns, rows: 0, line: 0, compared_at: SCANNED_ROWS as u64, is_due: false, readings: 0 }
     }
 
-    /// Adds the numbers of a good row that come for the first time.
+    /// Adds the numbers of a valid row that is read for the first time.
     pub(super) fn add(&mut self, line: u64, numbers: &[Option<Number>], plan: &CsvPlan) {
         if line <= self.line {
             return;
@@ -45,12 +47,12 @@ impl SoFar {
         }
     }
 
-    /// Whether the counts are to be compared now.
+    /// Whether the size of a count is to be compared now.
     pub(super) const fn is_due(&self) -> bool {
         self.is_due
     }
 
-    /// The plan with the counts of all rows so far, where these are others.
+    /// The plan with the size of a count by all rows so far; `None` where it has not changed.
     pub(super) fn other_counts(&mut self, plan: &CsvPlan) -> Option<CsvPlan> {
         self.is_due = false;
         let mut other = plan.clone();
@@ -58,12 +60,12 @@ impl SoFar {
         (other.quantizers != plan.quantizers).then_some(other)
     }
 
-    /// Counts that the rows so far are read again.
+    /// Notes that the rows so far are read again.
     pub(super) const fn count_reading(&mut self) {
         self.readings += 1;
     }
 
-    /// How often they were.
+    /// How often they were read again.
     pub(super) const fn readings(&self) -> u32 {
         self.readings
     }

@@ -1,17 +1,17 @@
-//! The stamp of a row: in which form it is written, and as exact nanoseconds.
+//! The stamp of a row: its form, and its value in exact nanoseconds.
 
 use std::ops::Range;
 
 use super::{clock::ClockForm, number::Number};
 
-/// Times of the years 2001 to 2102 since the epoch of Unix.
+/// Times of the years 2001 to 2102 in seconds since 1970.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
 
-/// An inertial sensor sends 1 to 1000 lines in a second; a tenth more or less is the clock's.
+/// An inertial sensor sends 1 to 1000 lines a second; the limits allow a tenth more for the clock.
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
 
-/// Most rows of one read: those of the 16 ms for which an adapter delays bytes, at 1000 Hz.
+/// The most rows of one read: those of the 16 ms for which an adapter delays bytes, at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The unit a stamp is written in.
@@ -19,7 +19,7 @@ const MOST_ROWS_TOGETHER: usize = 16;
 pub(super) struct StampUnit {
     /// Its name in a column map.
     pub(super) name: &'static str,
-    /// A nanosecond is the last digit of so many decimals.
+    /// The number of decimals whose last digit is a nanosecond.
     decimals: u8,
 }
 
@@ -32,23 +32,23 @@ impl StampUnit {
     ];
     const SECONDS: Self = Self::ALL[0];
 
-    /// One of it in seconds.
+    /// The length of the unit in seconds.
     pub(super) fn seconds(self) -> f64 {
         10_f64.powi(i32::from(self.decimals)) / 1e9
     }
 
-    /// One of it in nanoseconds.
+    /// The length of the unit in nanoseconds.
     pub(super) const fn in_nanoseconds(self) -> i64 {
         10_i64.pow(self.decimals as u32)
     }
 
-    /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
+    /// `stamp` in nanoseconds; further digits are rounded. `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
         stamp.count(self.decimals)
     }
 }
 
-/// How a stamp is written.
+/// The form of a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampForm {
     /// A number in this unit.
@@ -74,7 +74,7 @@ impl StampForm {
         Self::all().find(|form| form.name() == name)
     }
 
-    /// `stamp` in nanoseconds; of a date since 1970.
+    /// `stamp` in nanoseconds; for a date since 1970.
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         match self {
             Self::Unit(unit) => unit.nanoseconds(&Number::parse(stamp)?),
@@ -87,16 +87,16 @@ impl StampForm {
 #[derive(Debug, Default)]
 pub(super) struct StampScan {
     stamps: Vec<f64>,
-    /// One of them has decimals.
+    /// Whether one of the stamps has decimals.
     decimals: bool,
 }
 
-/// The unit does not follow from the stamps.
+/// Why the unit cannot be inferred from the stamps.
 #[derive(Debug, PartialEq)]
 pub(super) struct UnsureUnit {
     /// The median step from row to row.
     pub(super) step: f64,
-    /// The units in which that step is one of an inertial sensor.
+    /// The units in which that step is that of an inertial sensor.
     pub(super) units: Vec<&'static str>,
 }
 
@@ -111,8 +111,8 @@ impl StampScan {
     }
 
     /// The unit in which the stamps are times of the years 2001 to 2102; else seconds, if there are
-    /// decimals; else the one in which the step from row to row is 1 ms to 1 s. A unit that makes
-    /// the step longer than that is never it.
+    /// decimals; else the unit in which the step from row to row is 1 ms to 1 s. A unit in which
+    /// the step is longer is excluded.
     pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
         let step = self.step();
         let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
@@ -139,7 +139,7 @@ impl StampScan {
 
     /// The median step from row to row; none for a single row.
     fn step(&self) -> Option<f64> {
-        // rows of one read have uneven steps: over several rows these even out
+        // rows of one read have uneven steps, which average out over several rows
         let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
         let later = self.stamps.iter().skip(lag);
         median(later.zip(&self.stamps).map(|(later, stamp)| (later - stamp) / lag as f64).collect())

@@ -6,7 +6,8 @@ use super::{ColumnUse, clock::ClockForm, stamp::StampForm};
 #[derive(Debug, Clone)]
 pub(super) struct StampColumns {
     pub(super) columns: Vec<(usize, ColumnUse)>,
-    /// What a row that repeats a stamp came behind it; `None` where rows share stamps as a rule.
+    /// The time from a row to the next one with the same stamp; `None` where it is usual that rows
+    /// share a stamp.
     pub(super) repeated_step_ns: Option<i64>,
 }
 

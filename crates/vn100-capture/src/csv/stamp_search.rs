@@ -1,5 +1,5 @@
-//! Which columns hold the stamps of the rows, and in which form: by their names and what stands in
-//! them.
+//! Which columns hold the stamps of the rows, and in which form: by the names of the columns and by
+//! their content.
 
 use super::{
     ColumnUse, CsvError,
@@ -13,20 +13,21 @@ use super::{
     time_name::TimeName,
 };
 
-/// The words of the name of the sensor's own time, as tables of samples have it.
+/// The words in the name of the device time, as tables of samples have it.
 const DEVICE_TIME: [&str; 2] = ["device", "time"];
 
-/// In fewer rows, stamps of whole seconds may be but two.
+/// In fewer rows, stamps of whole seconds may have only two values.
 const FEWEST_ROWS_OF_COARSE: usize = 500;
 
-/// Most rows of a logger with its own stamps may repeat the stamp before.
+/// The largest fraction of the rows that may repeat the stamp of the row before, as those of a
+/// logger with stamps of its own do.
 const REPEATED_SHARE: f64 = 0.2;
 
-/// The names of the columns, and what stands in the first rows.
+/// The names of the columns, and the content of the first rows.
 pub(super) struct StampSearch<'a> {
     pub(super) header: &'a Header,
     pub(super) rows: &'a [Vec<Vec<u8>>],
-    /// Columns that hold something else.
+    /// Columns with another content.
     pub(super) taken: Vec<usize>,
 }
 
@@ -47,10 +48,10 @@ impl StampSearch<'_> {
         Ok(self.completed(columns))
     }
 
-    /// The columns by what they are called, else by what stands in them.
+    /// The columns by their names, else by their content.
     ///
     /// # Errors
-    /// Where a column that can only be one of stamps is not understood.
+    /// [`CsvError`] where a column that can only hold stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
         if let Some(columns) = self.device_time() {
             return Ok(Some(columns));
@@ -61,7 +62,7 @@ impl StampSearch<'_> {
         }
     }
 
-    /// As [`found`](Self::found), where any column may hold something else: only columns that
+    /// As [`found`](Self::found), where any column may have another content: only columns that
     /// ascend from row to row.
     pub(super) fn likely(&self) -> Option<StampColumns> {
         if let Some(columns) = self.device_time() {
@@ -79,21 +80,22 @@ impl StampSearch<'_> {
         columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
     }
 
-    /// The time at which the sensor measured each row, which is better than any of its arrival.
+    /// The time at which the sensor measured each row, which is preferred to any arrival time.
     fn device_time(&self) -> Option<StampColumns> {
         let is_device_time = |place: &usize| self.name(*place).words == DEVICE_TIME && self.ascends(*place);
         let place = self.free().find(is_device_time)?;
         Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
     }
 
-    /// Whatever its name, the first that can be nothing but times.
+    /// The first column that can hold nothing but times, whatever its name.
     pub(super) fn unnamed(&self) -> Option<StampColumns> {
         let (place, form) =
             self.free().find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))?;
         Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))
     }
 
-    /// Seconds in one column, and what is added to them in another of the same name but for that.
+    /// Seconds in one column, and the nanoseconds to be added in another, whose name differs in the
+    /// unit only.
     fn pair(&self) -> Option<Vec<(usize, ColumnUse)>> {
         let [seconds_unit, rest @ ..] = StampUnit::ALL;
         let all_numbers = |place: usize| self.cells(place).all(|cell| Number::parse(cell).is_some());
@@ -115,7 +117,7 @@ impl StampSearch<'_> {
         })
     }
 
-    /// In which form the stamps of a column are.
+    /// The form of the stamps of a column.
     fn form(&self, place: usize) -> Result<StampForm, CsvError> {
         let mut scan = StampScan::default();
         self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
@@ -136,7 +138,7 @@ impl StampSearch<'_> {
         Ok(StampForm::Unit(unit))
     }
 
-    /// Dates, or times of day; `None` where no cell is one.
+    /// Dates, or times of day; `None` where no cell is one of these.
     fn clock(&self, place: usize) -> Result<Option<ClockForm>, CsvError> {
         let fits = |form: &ClockForm| {
             let mut cells = self.cells(place).filter(|cell| !cell.is_empty()).peekable();
@@ -153,15 +155,15 @@ impl StampSearch<'_> {
         }
     }
 
-    /// Whether so many rows share each stamp that these show no rate, as of an epoch in a float of
-    /// 32 bits.
+    /// Whether so many rows share each stamp that no rate can be found, as with an epoch in a float
+    /// of 32 bits.
     fn is_coarse(&self, place: usize) -> bool {
         let stamps: Vec<&[u8]> = self.cells(place).collect();
         let changes = stamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
         stamps.len() >= FEWEST_ROWS_OF_COARSE && changes <= 1
     }
 
-    /// Whether the stamps of a column ascend from row to row, but for a few.
+    /// Whether the stamps of a column ascend from row to row, with few exceptions.
     fn ascends(&self, place: usize) -> bool {
         let Ok(form) = self.form(place) else { return false };
         let stamps: Vec<i64> = self.cells(place).filter_map(|cell| form.nanoseconds(cell)).collect();

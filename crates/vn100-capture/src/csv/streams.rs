@@ -6,23 +6,25 @@ use vn100_protocol::Channel;
 
 use super::{CsvPlan, Kind, lines::Lines, resolution::SCANNED_ROWS, row_parser::RowParser};
 
-/// A channel of the same rate as another is in this share of the rows that hold either, at least.
+/// The least fraction of the rows with either of two channels that have both, for channels of one
+/// rate.
 const SAME_RATE: f64 = 0.75;
 
-/// Less than this share of the rows of another channel is a rate of its own.
+/// A channel in less than this fraction of the rows of another one has a rate of its own.
 const LOSSY: f64 = 0.25;
 
-/// So many of the rows of a channel that lost some hold the others of its rate, too.
+/// The fraction of the rows of a channel with dropped samples that also have the other channels of
+/// its rate.
 const SHARED: f64 = 0.9;
 
-/// A channel with fewer values makes no stream.
+/// A channel with fewer values makes no stream of its own.
 const FEWEST_VALUES: u64 = 10;
 
 /// The quantities that are named first.
 const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
 
-/// The names of the streams of a table; none where all columns are of one. A table is one stream
-/// where its first thousand rows hold all their values, where it has no times, and so no rate is
+/// The names of the streams of a table; none where all columns are one stream. A table is one
+/// stream where its first thousand rows lack no value, where it has no times, so that no rate is
 /// known, and where it has the fields of a message of the sensor.
 pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     let channels = match &plan.kind {
@@ -53,13 +55,13 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     names
 }
 
-/// The quantity that a channel is of, as the name of a stream has it.
+/// The quantity of a channel, as names of streams have it.
 pub(super) fn quantity(channel: &str) -> &str {
     channel.split('_').next().unwrap_or(channel)
 }
 
-/// The quantities of these channels, the angular rate first; one by one where some of a quantity
-/// are not among them.
+/// The quantities of these channels, the angular rate first; the channels one by one where some of
+/// a quantity are not among them.
 fn name(group: &[usize], channels: &[Channel]) -> String {
     let mut group: Vec<_> = group.iter().map(|&slot| &*channels[slot].name).collect();
     group.sort_by_key(|name| rank(name));
@@ -77,15 +79,15 @@ fn rank(name: &str) -> usize {
     FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
 }
 
-/// In which rows the channels have a value, two by two.
+/// In which rows the channels have a value, for every pair of channels.
 struct Presence {
     rows: usize,
-    /// The row, and the last one with the same channel: which channels hold a value.
+    /// The row with a value of each channel, and the last such row before it.
     present: Vec<bool>,
     last: Vec<Vec<bool>>,
     /// Rows with both of two channels.
     both: Vec<Vec<u64>>,
-    /// Those of them that follow such a row, among the rows with the first of the two.
+    /// How many of these follow such a row, among the rows with the first of the two.
     runs: Vec<Vec<u64>>,
 }
 
@@ -109,7 +111,8 @@ impl Presence {
         }
     }
 
-    /// The channels of each rate: those that go with the channel with the most values.
+    /// The channels of each rate: first those that occur together with the channel with the most
+    /// values.
     fn groups(&self) -> Vec<Vec<usize>> {
         let values = |slot: usize| self.both[slot][slot];
         let mut slots: Vec<usize> = (0..self.both.len()).filter(|&slot| values(slot) >= FEWEST_VALUES).collect();
@@ -124,8 +127,8 @@ impl Presence {
         groups
     }
 
-    /// Whether a channel with fewer values, or as many, comes at the rate of `most`, some of them
-    /// lost.
+    /// Whether a channel with at most as many values as `most` has the same rate, with some values
+    /// dropped.
     fn are_of_one_rate(&self, most: usize, fewer: usize) -> bool {
         let [all, values, shared] = [(most, most), (fewer, fewer), (most, fewer)].map(|(a, b)| self.both[a][b] as f64);
         if values >= SAME_RATE * (all + values - shared) {

@@ -2,10 +2,10 @@
 
 use super::stamp::StampUnit;
 
-/// Names that stand for nothing else.
+/// Names that are always those of times.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
-/// How the last words of other names of times end.
+/// Endings of the last word in other names of times.
 const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
 
 /// Words for times, alone or among others.
@@ -19,7 +19,7 @@ const UNIT_WORDS: [(&str, &[&str]); 4] = [
     ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
 ];
 
-/// Whether it is a word for a unit of times, in lower case.
+/// Whether the word, in lower case, is a unit of time.
 pub(super) fn is_time_unit(word: &str) -> bool {
     UNIT_WORDS.iter().any(|(_, words)| words.contains(&word))
 }
@@ -30,7 +30,7 @@ pub(super) fn is_time_name(name: &str) -> bool {
     name.is_stamp() || name.is_time() || name.words.iter().any(|word| TIME_WORDS.contains(&word.as_str()))
 }
 
-/// A name cut into words, with that of a unit at its end apart.
+/// A name cut into words, with a unit at its end separated.
 pub(super) struct TimeName {
     whole: String,
     pub(super) words: Vec<String>,
@@ -56,7 +56,8 @@ impl TimeName {
         STAMPS.contains(&self.whole.as_str()) || STAMPS.contains(&self.words.join("_").as_str())
     }
 
-    /// Whether it may be one of a time: its last word is, or nothing but a unit.
+    /// Whether the name may be that of a time: its last word is one for times, or it is nothing but
+    /// a unit.
     pub(super) fn is_time(&self) -> bool {
         match self.words.last() {
             Some(word) => {
