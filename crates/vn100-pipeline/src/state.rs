@@ -74,8 +74,8 @@ impl SourceState {
         &self.source.name
     }
 
-    /// The shared assessment of the snapshot, or of an earlier one with more than nineteen twentieths
-    /// of its samples. The call takes milliseconds where the assessment is made anew.
+    /// The shared assessment of the snapshot, or of an earlier one with more than nineteen
+    /// twentieths of its samples. The call takes milliseconds where the assessment is made anew.
     #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)
