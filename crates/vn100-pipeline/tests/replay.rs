@@ -272,6 +272,19 @@ async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
 }
 
 #[tokio::test]
+async fn a_replay_measures_the_frames_that_its_recording_names() {
+    let samples = async |frames: &str| {
+        let metadata = [("measured.frames".to_owned(), frames.to_owned())].into();
+        let mut recording = RecordingWriter::new(Vec::new(), &metadata).unwrap();
+        recording.write(&StreamInput::Chunk(Chunk { bytes: LINE.repeat(100).into(), at_ns: Some(0) })).unwrap();
+        let file = NamedTempFile::with_suffix(".mcap").unwrap();
+        fs::write(&file, recording.finish(None).unwrap()).unwrap();
+        Session::replay(ReplaySpec::of(file.path())).result.await.unwrap().snapshot.timing.samples
+    };
+    assert_eq!((samples("sentences").await, samples("packets").await), (100, 0));
+}
+
+#[tokio::test]
 async fn a_recording_whose_rate_changes_is_read_to_its_end() {
     let mut recording = RecordingWriter::new(Vec::new(), &Default::default()).unwrap();
     let mut at_ns = 0;
