@@ -324,6 +324,19 @@ mod tests {
     }
 
     #[test]
+    fn what_only_writes_to_a_port_takes_no_bytes_from_it() {
+        let process = tempfile::tempdir().unwrap();
+        fs::create_dir(process.path().join("fdinfo")).unwrap();
+        for (flags, expected) in
+            [("0100000", true), ("0100001", false), ("02000001", false), ("0102", true), ("", true)]
+        {
+            fs::write(process.path().join("fdinfo/5"), format!("pos:\t0\nflags:\t{flags}\n")).unwrap();
+            assert_eq!(can_read(process.path(), OsStr::new("5")), expected, "{flags}");
+        }
+        assert!(can_read(process.path(), OsStr::new("6")), "nothing says otherwise");
+    }
+
+    #[test]
     fn the_master_of_a_pseudo_terminal_is_its_other_side() {
         let process = tempfile::tempdir().unwrap();
         fs::create_dir(process.path().join("fdinfo")).unwrap();

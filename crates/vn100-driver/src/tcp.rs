@@ -153,10 +153,11 @@ mod tests {
         let (connection, accepted) = tokio::join!(server.open(0), listener.accept());
         let (mut connection, (mut far, _)) = (connection.unwrap(), accepted.unwrap());
 
+        let sent_ns = server.now_ns();
         far.write_all(b"$VNYMR").await.unwrap();
         let Some(StreamInput::Chunk(chunk)) = connection.next_input().await.unwrap() else { panic!("no chunk") };
         assert_eq!(&chunk.bytes[..], b"$VNYMR");
-        assert!(chunk.at_ns.is_some());
+        assert!((sent_ns..=server.now_ns()).contains(&chunk.at_ns.unwrap()), "by the clock of the server");
 
         connection.write(b"$VNRRG,01*72\r\n").await.unwrap();
         let mut command = [0; 14];

@@ -269,6 +269,10 @@ mod tests {
         assert_eq!(output(&[b"\nGYRO: 1 3 7\n\x80GYRO: 2 6 14\nGYRO: 3 9 21\n"]), None, "noise between");
         let sensor = b"\n$VNYMR,-085.469,+0x4.972*63\r\nVNYMR,-085.469,+074.972*63\r\n$XNYMR,-085.469*63\r\n";
         assert_eq!(output(&[sensor]), None);
+        for noise in ["", "\u{80}\n"] {
+            let beside = format!("\n$VNYMR,-085.469,+0\r\n{noise}GYRO: 1 3 7\r\nGYRO: 2 6 14\r\n");
+            assert_eq!(output(&[beside.as_bytes()]), None, "a sensor before it, and {noise:?}");
+        }
         let tails = b"\n+00.004,-00.003,+09.8*\r\n,-000.355,-000.296*61\r\nMR,-085.469,+074.972\r\n";
         assert_eq!(output(&[tails]), None);
         let shell = b"\n$VNRRG,01*72\r\nunknown command\r\nlogin: \r\n";
