@@ -188,3 +188,23 @@ impl Walk<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::topic::{Encoding, Topic},
+        *,
+    };
+
+    #[test]
+    fn an_array_that_is_not_wanted_is_passed_over_in_one_step() {
+        for length in [3, 4_000_000_000_u32] {
+            let text = format!("uint16[{length}] raw\nfloat64 rate\n");
+            let topic = Topic::new("/raw", "a/Raw", Encoding::Ros1, Some(&text));
+            let definitions = Definitions::of(&topic).unwrap().unwrap();
+            let steps = steps(&definitions, "a/Raw", &[("rate".to_owned(), 0)].into()).unwrap();
+            let skip = Step::Skip { align: 2, bytes: 2 * u64::from(length) };
+            assert_eq!(steps, [skip, Step::Take { slot: 0, leaf: Leaf::Number(Number::F64) }]);
+        }
+    }
+}

@@ -393,6 +393,34 @@ mod tests {
         Ok(rows)
     }
 
+    /// A row of 1200 bytes, of which 184 stand in its leaf and 508 in each of two pages, the first
+    /// of which leads to the page `second`.
+    fn long_row(second: u32) -> (Vec<u8>, io::Result<Row>) {
+        let bytes: Vec<u8> = (0..1200_u32).map(|place| (place % 251) as u8).collect();
+        let mut file = vec![0; 512 * 4];
+        file[..16].copy_from_slice(MAGIC);
+        file[16..18].copy_from_slice(&512_u16.to_be_bytes());
+        let leaf = &mut file[512..1024];
+        (leaf[0], leaf[4], leaf[9]) = (13, 1, 100);
+        let cell = [&[0x89, 0x30, 7], &bytes[..184], &[0, 0, 0, 3]].concat();
+        leaf[100..][..cell.len()].copy_from_slice(&cell);
+        file[1024..1028].copy_from_slice(&second.to_be_bytes());
+        file[1028..1536].copy_from_slice(&bytes[184..692]);
+        file[1540..].copy_from_slice(&bytes[692..]);
+        let mut database = Database::open(io::Cursor::new(file)).unwrap();
+        let (mut scan, mut row) = (database.scan_root(2).unwrap(), Row::default());
+        assert!(database.next_row(&mut scan, &mut row).unwrap());
+        (bytes, database.complete(&mut row).map(|()| row))
+    }
+
+    #[test]
+    fn a_long_row_continues_on_other_pages() {
+        let (bytes, row) = long_row(4);
+        let row = row.unwrap();
+        assert!(row.id == 7 && row.bytes == bytes);
+        assert!(long_row(0).1.err().unwrap().to_string().contains("ends before its length"));
+    }
+
     #[test]
     fn each_page_of_a_table_is_read_once() {
         assert_eq!(rows(&[(5, &[3, 4]), (13, &[]), (13, &[])]).unwrap(), 0);

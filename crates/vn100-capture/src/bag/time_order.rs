@@ -193,6 +193,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_delay_no_longer_than_one_before_is_no_clock_that_is_set_back() {
+        // all from the 130th on are delayed by 15
+        let mut times: Vec<i64> = (0..130).chain(115..500).collect();
+        assert_eq!(ordered(&times).2, 1);
+        // and one that was taken before by 20
+        times[100] = 80;
+        let mut sorted = times.clone();
+        sorted.sort_unstable();
+        let (out, _, late) = ordered(&times);
+        assert_eq!((out, late), (sorted, 0));
+    }
+
     proptest! {
         #[test]
         fn within_the_window_all_are_sorted(jitter in prop::collection::vec(0..WINDOW as i64 / 2, 1..2000)) {

@@ -375,3 +375,17 @@ fn list(topics: &[String]) -> String {
         count => format!("{} and {} more", named.join(", "), count - NAMED),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_names_eight_topics_and_counts_the_others() {
+        let topics = |count: usize| (1..=count).map(|number| number.to_string()).collect::<Vec<_>>();
+        assert_eq!(list(&topics(0)), "no topic");
+        assert_eq!(list(&topics(8)), "1, 2, 3, 4, 5, 6, 7, 8");
+        assert_eq!(list(&topics(10)), "1, 2, 3, 4, 5, 6, 7, 8 and 2 more");
+        assert_eq!(list(&["a".repeat(100)]), "a".repeat(60));
+    }
+}

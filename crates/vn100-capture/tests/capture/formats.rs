@@ -66,6 +66,21 @@ fn damaged_and_foreign_bytes_leave_a_csv_file_one() {
 }
 
 #[test]
+fn a_file_of_the_disk_gives_what_a_stream_of_its_bytes_does() {
+    for (between, format) in [("", Format::Text), ("\0", Format::Raw)] {
+        let bytes = format!("{between}{SENTENCE}\r\n").repeat(1000);
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(bytes.as_bytes()).unwrap();
+        let rows = |capture: Capture| {
+            assert_eq!(capture.format, format);
+            read(capture, ReadOptions::default()).0.iter().map(Batch::row_count).sum::<usize>()
+        };
+        let of_file = rows(Capture::open(file.path(), &CaptureOptions::default()).unwrap());
+        assert_eq!((of_file, rows(open(&bytes).unwrap())), (1000, 1000));
+    }
+}
+
+#[test]
 fn old_line_ends_are_read() {
     assert_eq!(rows(csv(100).replace('\n', "\r")), (100, vec![]));
 }
@@ -79,6 +94,11 @@ fn bytes_that_are_no_csv_file_stay_what_they_are() {
     assert_eq!(open(&noise).unwrap().format, Format::Raw);
     assert_eq!(open([b"\0,\n", SENTENCE.as_bytes(), b"\r\n"].concat()).unwrap().format, Format::Raw);
     assert!(matches!(open([0; 5000]), Err(OpenError::NotACapture { .. })));
+    // a table and sentences behind what other files begin with
+    assert_eq!(rows("MATLAB log\n".to_owned() + &csv(100)), (100, vec![]));
+    for (begin, format) in [("MATLAB", Format::Text), ("MATLAB \0", Format::Raw)] {
+        assert_eq!(open(format!("{begin} log\r\n{SENTENCE}\r\n")).unwrap().format, format);
+    }
 }
 
 #[test]

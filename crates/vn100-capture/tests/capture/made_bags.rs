@@ -169,6 +169,24 @@ fn messages_are_read_by_the_definition_of_their_own() {
 }
 
 #[test]
+fn more_definitions_than_any_bag_has_are_an_error() {
+    let bag = |definitions: &[&str], messages| Bag { type_name: "demo/Rates", definitions, messages }.ros1();
+    let messages = (0..80_u8).map(|row| (0, u64::from(row) * 10_000_000, doubles(&[row.into()])));
+    let measured = bag(&["float64 x\n"], messages.collect());
+    let long = &*"#".repeat(3_900_000);
+    let error = |count: usize| {
+        // behind the magic bytes
+        let behind = &bag(&vec![long; count], Vec::new())[13..];
+        let read = read([&measured[..], behind].concat(), &options(None, Some("gyro_x=x:deg/s")));
+        assert_eq!(read.rows.len(), 80);
+        read.end.error.map(|error| error.to_string())
+    };
+    assert_eq!(error(4), None);
+    let five = error(5).unwrap();
+    assert!(five.contains("more topics or definitions than any bag"), "{five}");
+}
+
+#[test]
 fn numbers_that_are_zero_at_first_are_named_and_watched() {
     let bag = |zero: u64, gyro: f64| Bag {
         type_name: "sensor_msgs/Imu",

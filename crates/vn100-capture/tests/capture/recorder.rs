@@ -9,8 +9,9 @@ use std::{
 
 use tempfile::TempDir;
 use tokio::time::timeout;
-use vn100_capture::{RecordError, Recorded, Recorder, RecordingReader, Rotation};
-use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
+use tokio_util::sync::CancellationToken;
+use vn100_capture::{Capture, CaptureOptions, Event, RecordError, Recorded, Recorder, RecordingReader, Rotation};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, StreamInput};
 
 const SECOND_NS: i64 = 1_000_000_000;
 
@@ -307,4 +308,34 @@ async fn a_part_bears_its_name_only_with_its_identity() {
     fs::create_dir(folder.path().join(".day.0003.mcap.resuming")).unwrap();
     assert!(matches!(begin(), Err(RecordError::Io { .. })));
     assert_eq!(files(&folder), [".day.0003.mcap.resuming", "day.0001.mcap", "day.0002.mcap"]);
+}
+
+#[tokio::test]
+async fn only_a_part_that_is_cut_is_a_loss_of_the_link_to_the_next() {
+    let (folder, path) = place();
+    let recorder = Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true).unwrap();
+    record(recorder, &[1, 2, 3].map(|second| read(second * SECOND_NS)), "stopped").await;
+    let [first, later @ ..] = &files(&folder).iter().map(|name| folder.path().join(name)).collect::<Vec<_>>()[..]
+    else {
+        panic!("no part")
+    };
+    assert_eq!(later.len(), 2);
+    let losses = async || {
+        let options = CaptureOptions { later_parts: later.to_vec(), ..CaptureOptions::default() };
+        let capture = Capture::open(first, &options).unwrap();
+        let mut events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
+        let mut losses = Vec::new();
+        while let Some(event) = events.recv().await {
+            if let Event::Link(LinkEvent { at_ns, kind: LinkEventKind::Down { cause } }) = event {
+                losses.push((at_ns, cause));
+            }
+        }
+        losses
+    };
+    assert_eq!(losses().await, []);
+    let whole = fs::read(first).unwrap();
+    let read_first = b"read at 1000000000;";
+    let end = whole.windows(read_first.len()).position(|bytes| bytes == read_first).unwrap() + read_first.len();
+    fs::write(first, &whole[..end]).unwrap();
+    assert_eq!(losses().await, [(SECOND_NS, "part 1 of the recording is cut".to_owned())]);
 }

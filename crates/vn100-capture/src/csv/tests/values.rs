@@ -75,6 +75,12 @@ fn uncompensated_is_what_says_so() {
     assert_eq!(unsaid.channels, VNIMU.channels);
     assert_eq!(read_layout(format!("# $VNIMU at 40 Hz\n{IMU_HEADER}\n{row}\n")), VNIMU);
     assert_eq!(read_layout(format!("# uncompensated\n{IMU_HEADER}\n{row}\n")), VNIMU);
+    // without temperature and pressure it may be any sensor
+    let nine = |line: &str| line.split(',').take(9).collect::<Vec<_>>().join(",");
+    for (above, message) in [("$VNMAR", "VNMAR"), ("a copy of $VNYMR", "CSV")] {
+        let layout = read_layout(format!("# {above}\n{}\n{}\n", nine(IMU_HEADER), nine(row)));
+        assert_eq!((&*layout.message, layout.compensated), (message, Some(true)));
+    }
 }
 
 #[test]
