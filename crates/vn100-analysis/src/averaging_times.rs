@@ -229,6 +229,22 @@ mod tests {
     }
 
     #[test]
+    fn encoded_times_are_the_same_and_above_zero() {
+        let decoded = |times: &AveragingTimes| {
+            let mut bytes = Vec::new();
+            times.encode(&mut bytes);
+            AveragingTimes::decode(&mut ByteReader::new(&bytes)).ok()
+        };
+        let list = AveragingTimes::List(vec![0.5, 10.0]);
+        for times in [AveragingTimes::Octave, AveragingTimes::Decade, AveragingTimes::All, list] {
+            assert_eq!(decoded(&times), Some(times));
+        }
+        for tau_s in [0.0, -1.0, f64::NAN] {
+            assert_eq!(decoded(&AveragingTimes::List(vec![0.5, tau_s])), None, "{tau_s} s");
+        }
+    }
+
+    #[test]
     fn texts_are_read_as_they_are_printed() {
         for text in ["octave", "decade", "all", "0.5,1,10"] {
             assert_eq!(text.parse::<AveragingTimes>().unwrap().to_string(), text);

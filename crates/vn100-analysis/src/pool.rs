@@ -422,6 +422,9 @@ mod tests {
         one_louder[2] = snapshot(&VNIMU, 6000, 9, 1.6, 40.0);
         let loud = pool(&one_louder);
         assert_eq!(white(&loud).outlier(), Some(2), "{:?}", white(&loud));
+        for (p, outlier) in [(0.049, Some(2)), (0.05, None)] {
+            assert_eq!(PooledParameter { corrected: Some(p), ..white(&loud).clone() }.outlier(), outlier, "{p}");
+        }
         let wider = white(&loud).pooled.unwrap();
         assert!((wider.farthest.unwrap().ratio / 1.6 - 1.0).abs() < 0.05 && wider.spread > 0.1, "{wider:?}");
         assert!(wider.next_upper / wider.next_lower > 2.0 * n.next_upper / n.next_lower);

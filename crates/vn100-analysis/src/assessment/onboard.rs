@@ -134,3 +134,27 @@ pub(super) fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
     RegisterContents { register, fields }.value().ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_that_covers_all_refreshes_leaves_no_uncertainty() {
+        let uncertainty = |length| Onboard::uncertainty_of(BoxcarWindow { length, decimation: 20.0 });
+        assert_eq!((uncertainty(20), uncertainty(4)), (0.0, Onboard::UNCERTAINTY));
+    }
+
+    #[test]
+    fn a_low_pass_shows_between_short_windows_that_are_close() {
+        let shows = |length, decimation| Onboard::low_pass_of(BoxcarWindow { length, decimation }, 200.0).is_some();
+        for (length, decimation) in [(4, 4.0), (4, 6.5), (7, 2.0), (8, 8.0), (159, 159.0)] {
+            assert!(shows(length, decimation), "{length} of {decimation} refreshes");
+        }
+        for (length, decimation, why) in
+            [(4, 7.0, "forgotten between"), (8, 7.0, "the windows overlap"), (160, 160.0, "too long to show it")]
+        {
+            assert!(!shows(length, decimation), "{length} of {decimation} refreshes: {why}");
+        }
+    }
+}

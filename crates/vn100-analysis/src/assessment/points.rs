@@ -59,14 +59,11 @@ mod tests {
     use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 
     use super::*;
-    use crate::{Assessment, AveragingTimes, Settings, accumulate::analysis::Analysis};
+    use crate::{Assessment, AveragingTimes, Settings, Snapshot, accumulate::analysis::Analysis};
     use vn100_protocol::{VNYMR, stream::Batch};
 
     /// White noise of a linear congruential generator on every channel, as many samples.
-    fn assessed(
-        samples: usize,
-        times: AveragingTimes,
-    ) -> (Vec<OctaveSum>, Vec<OctaveAssessment>, Vec<OctaveAssessment>) {
+    fn snapshot(samples: usize, times: AveragingTimes) -> Snapshot {
         let settings =
             Settings { estimator: Estimator::Full, averaging_times: times, rate_hz: Some(40.0), ..Settings::default() };
         let mut analysis = Analysis::new(settings);
@@ -78,7 +75,14 @@ mod tests {
         let counts = (0..samples * VNYMR.channels.len()).map(|_| next()).collect();
         analysis.absorb(&Batch { layout: Some(std::sync::Arc::new(VNYMR.clone())), counts, ..Batch::default() });
         analysis.finish();
-        let snapshot = analysis.final_snapshot();
+        analysis.final_snapshot()
+    }
+
+    fn assessed(
+        samples: usize,
+        times: AveragingTimes,
+    ) -> (Vec<OctaveSum>, Vec<OctaveAssessment>, Vec<OctaveAssessment>) {
+        let snapshot = snapshot(samples, times);
         let assessment = Assessment::new(&snapshot, 0.95);
         let last = assessment.channels.last().unwrap();
         (snapshot.channels.last().unwrap().points.clone(), last.points.clone(), last.octaves.clone())
@@ -103,6 +107,24 @@ mod tests {
         // and between them they fall, as the theory of one kind of noise does
         let edf: Vec<f64> = points.iter().filter_map(|point| point.relative).map(|relative| relative.edf).collect();
         assert!(edf.windows(2).all(|pair| pair[1] < 1.02 * pair[0]), "{edf:?}");
+    }
+
+    #[test]
+    fn between_two_octaves_a_mixture_is_between_theirs() {
+        let snapshot = snapshot(4000, AveragingTimes::All);
+        let (channel, results) = snapshot.measured().last().unwrap();
+        let curve = OctaveVariances::new(channel, results, snapshot.shape_of(results));
+        let white = Assessment::new(&snapshot, 0.95).channels.pop().unwrap().octaves;
+        let mut mixed = white.clone();
+        let more = mixed.iter_mut().find(|octave| octave.m == 16).unwrap();
+        more.relative = Interval::new(1.0, 2.0 * more.relative.unwrap().edf, 0.95);
+        let points = |octaves: &[OctaveAssessment]| KnownEdf::default().points(results, &curve, octaves, 0.95);
+        for (mixed, white) in points(&mixed).into_iter().zip(points(&white)).filter(|(point, _)| point.m <= 64) {
+            let m = white.m as f64;
+            let expected = (m / 8.0).min(32.0 / m).max(1.0);
+            let found = mixed.relative.unwrap().edf / white.relative.unwrap().edf;
+            assert!((found / expected - 1.0).abs() < 1e-9, "m = {m}: {found} times, not {expected}");
+        }
     }
 
     #[test]

@@ -317,6 +317,8 @@ fn clock(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use imu_noise::LevelChange;
+
     use super::*;
     use crate::{Analysis, Settings};
     use vn100_protocol::VNYMR;
@@ -328,6 +330,19 @@ mod tests {
         assert_eq!(text, "gyro_x starts +4.00e-4 rad/s off, time constant about 51 s");
         let text = settling(channel, 4e-4, 409.6, false);
         assert_eq!(text, "gyro_x starts +4.00e-4 rad/s off and drifts to the end of the record");
+    }
+
+    #[test]
+    fn a_warm_up_is_excluded_from_the_first_sample_on() {
+        let shape = LevelShape::WarmUp { amplitude: 4e-4, time_constant_s: 51.2, skip_s: Some(200.0) };
+        let level_change = Some(LevelChange { shape, sigmas: 9.0, is_ramp: false });
+        let found = Disturbed { level_change, ..Disturbed::default() };
+        let mut snapshot = Analysis::new(Settings::default()).snapshot();
+        for (skipped_s, minutes) in [(0, 4.0), (45, 5.0)] {
+            snapshot.skipped = std::time::Duration::from_secs(skipped_s);
+            let warning = warm_up(&[(&VNYMR.channels[9], &found)], &snapshot).unwrap();
+            assert_eq!(warning.details.remedies().collect::<Vec<_>>(), [&Remedy::Skip(Some(minutes))]);
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use proptest::{collection::vec, prelude::*};
-use vn100_analysis::{Analysis, PieceStart, Settings, noise::Histogram};
+use vn100_analysis::{Analysis, PieceStart, Settings, WarningKind, noise::Histogram};
 use vn100_protocol::stream::{AbsentCell, Arrival, Batch, Mark, MarkKind};
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -142,4 +142,23 @@ proptest! {
             prop_assert!(first.iter().flatten().any(Option::is_none));
         }
     }
+}
+
+#[test]
+fn channels_that_most_rows_lack_are_named_by_themselves() {
+    let layout = Arc::new(VNYMR.clone());
+    let counts = vec![0; 8 * layout.channels.len()];
+    // of eight rows, five lack the first channel and four the second
+    let cells = [(0, 5), (1, 4)].map(|(channel, rows)| (0..rows).map(move |row| AbsentCell { row, channel }));
+    let mut absent: Vec<AbsentCell> = cells.into_iter().flatten().collect();
+    absent.sort_by_key(|cell| (cell.row, cell.channel));
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&Batch { layout: Some(layout), counts, absent, ..Batch::default() });
+    analysis.finish();
+    let warnings = analysis.snapshot().warnings;
+    let absent = warnings.iter().filter(|warning| warning.kind == WarningKind::AbsentValues);
+    let named: Vec<_> = absent.map(|warning| (warning.channels.join(" "), warning.details.to_string())).collect();
+    let [(most, why), (few, dropped)] = &named[..] else { panic!("{named:?}") };
+    assert_eq!((&**most, &**few), ("yaw", "pitch"));
+    assert!(why.starts_with("So few values") && dropped.starts_with("Each is a dropped sample"), "{named:?}");
 }

@@ -21,6 +21,19 @@ fn counters_tell_exactly_what_is_missing() {
 }
 
 #[test]
+fn a_mark_is_placed_behind_the_data_before_it_and_breaks_nothing() {
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+    for text in ["begun", "heater on", "door"] {
+        analysis.take_link_event(&LinkEvent { at_ns: 0, kind: LinkEventKind::Marked { text: text.into() } });
+        batches(&[Good(1); 80], 50).iter().for_each(|batch| analysis.absorb(batch));
+    }
+    let snapshot = analysis.snapshot();
+    let marks: Vec<_> = snapshot.marks.iter().map(|mark| (mark.at_s, mark.text.as_str())).collect();
+    assert_eq!(marks, [(0.0, "begun"), (2.0, "heater on"), (4.0, "door")]);
+    assert_eq!((snapshot.timing.samples, snapshot.timing.segments), (240, 1));
+}
+
+#[test]
 fn the_sensor_tells_its_rate() {
     let told = |fields: &str, settings: Settings| {
         let mut all = batches(&[Good(1), Good(2)], 10);
@@ -49,6 +62,16 @@ fn a_sensor_that_replies_and_sends_packets_is_not_said_to_send_nothing() {
     let warnings = analysis.snapshot().warnings;
     let told = warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines).unwrap().to_string();
     assert!(told.contains("548 binary packets, and no message that is measured"), "{told}");
+}
+
+#[test]
+fn bytes_without_any_line_are_named() {
+    let mut analysis = Analysis::new(Settings::default());
+    let tally = Tally { skipped_bytes: 4000, ..Tally::default() };
+    analysis.absorb(&Batch { link: StreamCounts { tally, ..StreamCounts::default() }, ..Batch::default() });
+    let warnings = analysis.snapshot().warnings;
+    let named = warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines);
+    assert_eq!(named.map(|warning| &*warning.headline), Some("4000 bytes without a valid line"));
 }
 
 #[test]

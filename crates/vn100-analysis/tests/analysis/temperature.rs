@@ -104,6 +104,9 @@ fn readings_between_the_rows_are_as_good_however_the_stream_is_cut() {
     assert!(coefficient.lower < 3e-3 && 3e-3 < coefficient.upper, "{coefficient:?}");
     // the attitude filter of this message takes the bias out
     assert_eq!(of(&measured, "gyro_x").coefficient, Err(WhyNoCoefficient::BiasNotInStream));
+    let freed = assessed(&batch, Some(Detrend::Temperature)).0.channels;
+    let is_freed = |channel: usize| freed[channel].octaves != measured.0.channels[channel].octaves;
+    assert_eq!([7, 9].map(is_freed), [true, false], "accel_y and gyro_x");
 
     let mut analysis = Analysis::new(settings(None));
     let width = VNYMR.channels.len();

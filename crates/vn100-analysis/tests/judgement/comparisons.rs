@@ -134,6 +134,13 @@ fn a_difference_of_means_has_no_probability_where_nothing_bounds_what_lies_betwe
     assert_eq!((kinds(&at_once), tests(&at_once)), (vec![], Err(Untested::SameTime)));
     let known = compared(&records);
     assert_eq!((kinds(&known), tests(&known)), (vec![], Ok(())));
+    // begun within the first, which ends after 100 s
+    let with_second = |skip_s| {
+        let settings = Settings { rate_hz: Some(40.0), skip: Duration::from_secs(skip_s), ..Settings::default() };
+        let second = Simulated { samples: 4000, seed: 2, settings, ..Simulated::default() }.record();
+        tests(&compared_as(&[short(1), second], |number| Some(number * 50_000_000_000), true))
+    };
+    assert_eq!((with_second(40), with_second(60)), (Err(Untested::SameTime), Ok(())));
     // the longer the time between, the further may flicker and walk have gone
     let error = |between_ns: i64| {
         let comparison = compared_as(&records, |number| Some(number * between_ns), true);
@@ -216,6 +223,8 @@ fn what_stands_between_two_records_is_a_caveat() {
     };
     let short = || Simulated { samples: 2000, ..Simulated::default() };
     assert_eq!(kinds_of(short(), Simulated { samples: 0, ..short() }), [CaveatKind::NoSamples]);
+    let one_mean = [short().record(), Simulated { samples: 0, ..short() }.record()];
+    assert_eq!(kinds(&compared_as(&one_mean, |_| None, false)), [CaveatKind::NoSamples], "no means differ");
     let assumed = Simulated { settings: Settings::default(), ..short() };
     assert_eq!(kinds_of(short(), assumed), [CaveatKind::RateAssumed]);
     let other_rate = Simulated { settings: at(30.0), ..short() };

@@ -4,6 +4,7 @@
 mod comparisons;
 mod filter_models;
 mod names;
+mod parameters;
 mod plans;
 mod sheets;
 mod simulated;

@@ -118,7 +118,13 @@ fn a_heading_is_worse_beyond_twice_pitch_and_roll() {
         "yaw" | "roll" => (0.0, 50.0),
         _ => still(channel),
     };
+    let about_twice: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
+        "yaw" => (0.0, 64.0),
+        "pitch" | "roll" => (0.0, 30.0),
+        _ => still(channel),
+    };
     assert_eq!((named_with(yaw, &VNYMR), named_with(pitch, &VNYMR)), ("yaw".into(), String::new()));
+    assert_eq!(named_with(about_twice, &VNYMR), "", "within the intervals");
     // nothing says that a magnetometer makes the heading
     let of_angles = |channel: &&Channel| channel.quantity != Quantity::MagneticField;
     let channels: Vec<Channel> = VNYMR.channels.iter().filter(of_angles).cloned().collect();

@@ -1,6 +1,7 @@
 //! What arrival times are warned of.
 
 use imu_noise::{Arrivals, NominalRate, Refusal, TimebaseSummary};
+use vn100_protocol::{Layout, VNYMR, stream::RejectedRow};
 
 use super::*;
 
@@ -91,6 +92,43 @@ fn rejected_packets_are_warned_of() {
     };
     assert_eq!(warned(0), None);
     assert_eq!(warned(3).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
+}
+
+#[test]
+fn rejected_rows_are_warned_of_with_their_reasons() {
+    let warned = |numbers, damaged| {
+        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+        let mut rows = RejectedRowCounts::default();
+        rows.add(RejectedRow::Number, numbers);
+        snapshot.link.rejected_rows = Some(rows);
+        snapshot.link.tally.rejected.checksum = numbers + damaged;
+        let mut advice = Advice::default();
+        advice.on_lines(&snapshot, &StreamFindings::default());
+        let rejected = advice.warnings.into_iter().filter(|warning| warning.kind == WarningKind::RejectedLines);
+        rejected.map(|warning| warning.headline).collect::<Vec<_>>()
+    };
+    let rows = "2 of 2 lines rejected (number 2)";
+    assert_eq!((warned(0, 0), warned(2, 0)), (vec![], vec![rows.to_owned()]));
+    let damaged = "1 of 1 line rejected: checksum mismatch or malformed";
+    assert_eq!(warned(0, 1), [damaged]);
+}
+
+#[test]
+fn packets_that_are_neither_measured_nor_rejected_nor_repeated_are_of_another_form() {
+    let warned = |packets| {
+        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+        snapshot.layout = Some(std::sync::Arc::new(Layout { message: BINARY.into(), ..VNYMR.clone() }));
+        let tally = &mut snapshot.link.tally;
+        tally.packets = packets;
+        let measured = &mut tally.measured_packets;
+        (measured.samples, measured.rejected, measured.repeated) = (10, 3, 2);
+        let mut advice = Advice::default();
+        advice.on_lines(&snapshot, &StreamFindings::default());
+        let other = advice.warnings.into_iter().find(|warning| warning.kind == WarningKind::OtherMessages);
+        other.map(|warning| warning.headline)
+    };
+    assert_eq!(warned(15), None);
+    assert_eq!(warned(17).as_deref(), Some("2 binary packets of another form excluded, BINARY measured"));
 }
 
 #[test]
