@@ -166,7 +166,7 @@ impl Accumulators {
         let Self { channels, temperature, recent, column, .. } = self;
         for (index, channel) in channels.iter_mut().enumerate() {
             column.clear();
-            column.extend(counts.chunks_exact(width).map(|row| row[index]));
+            column.extend(counts.get(index..).unwrap_or_default().iter().step_by(width));
             let mut from = 0;
             for row in rows.lacking(index).chain([rows.len()]) {
                 let (run, first) = (&mut column[from..row], first_index + from as u64);

@@ -74,10 +74,11 @@ impl Magnitude {
     pub(crate) fn push(&mut self, counts: &[i32], width: usize, column: &mut Vec<i32>) {
         let Self { factors, factor, .. } = *self;
         column.clear();
-        column.extend(counts.chunks_exact(width).map(|row| {
-            let [x, y, z] = [0, 1, 2].map(|axis| factors[axis] * f64::from(row[self.first + axis]));
-            // rounds correctly, because no magnitude is negative; one beyond the range of a count
-            // saturates
+        // each begins with the three axes
+        column.extend(counts.get(self.first..).unwrap_or_default().chunks(width).map(|axes| {
+            let axes: [i32; 3] = axes.first_chunk().copied().unwrap_or_default();
+            let [x, y, z] = [0, 1, 2].map(|axis| factors[axis] * f64::from(axes[axis]));
+            // rounded, as none is negative; magnitudes beyond the range of a count saturate
             (factor * (x * x + y * y + z * z).sqrt() + 0.5) as i32
         }));
         self.moments.push(column);
