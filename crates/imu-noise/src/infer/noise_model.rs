@@ -27,7 +27,7 @@ pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
 pub use least_half_width::least_half_width;
-pub(crate) use least_squares::non_negative;
+pub(crate) use least_squares::NonNegative;
 use model::Model;
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::narrow_bands::NarrowBand;
-use super::noise_model::non_negative;
+use super::noise_model::NonNegative;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
 
@@ -130,12 +130,18 @@ fn fit(bins: &[Bin], columns: &[Vec<f64>]) -> Option<f64> {
     let mean = bins.iter().map(|bin| bin.points * bin.power).sum::<f64>() / total;
     let mut expected = vec![mean; bins.len()];
     let mut parameters = Vec::new();
+    let mut least_squares = NonNegative::default();
+    let (mut weights, mut weighted, mut target) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
-        let weights: Vec<f64> = bins.iter().zip(&expected).map(|(bin, e)| bin.points.sqrt() / e).collect();
-        let weighted = |column: &Vec<f64>| column.iter().zip(&weights).map(|(c, weight)| c * weight).collect();
-        let columns_weighted: Vec<Vec<f64>> = columns.iter().map(weighted).collect();
-        let target: Vec<f64> = bins.iter().zip(&weights).map(|(bin, weight)| bin.power * weight).collect();
-        parameters = non_negative(&columns_weighted, &target, &parameters);
+        weights.clear();
+        weights.extend(bins.iter().zip(&expected).map(|(bin, e)| bin.points.sqrt() / e));
+        weighted.clear();
+        for column in columns {
+            weighted.extend(column.iter().zip(&weights).map(|(c, weight)| c * weight));
+        }
+        target.clear();
+        target.extend(bins.iter().zip(&weights).map(|(bin, weight)| bin.power * weight));
+        parameters = least_squares.solve(&weighted, &target, &parameters).to_vec();
         for (i, expected) in expected.iter_mut().enumerate() {
             *expected = columns.iter().zip(&parameters).map(|(column, parameter)| column[i] * parameter).sum();
         }

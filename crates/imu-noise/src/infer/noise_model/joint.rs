@@ -1,6 +1,6 @@
 //! How the octaves of a record vary together, by pairs of noise components.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{array, collections::HashMap, sync::Arc};
 
 use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
@@ -27,8 +27,8 @@ const CONTINUOUS_LEVEL: u32 = 4;
 /// κ_q), where V_pa is what component p contributes to octave a.
 #[derive(Clone, Debug)]
 pub(super) struct JointMeans {
-    /// By a and b <= a.
-    means: Vec<Means>,
+    /// By p and q, and by a and b <= a.
+    means: [[Vec<f64>; MOST_COMPONENTS]; MOST_COMPONENTS],
     coherences: Coherences,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct JointMeans {
 pub(super) const MOST_COMPONENTS: usize = 4;
 
 /// By p and q, symmetric; 0 for components that there are not.
-pub(super) type Means = [[f64; MOST_COMPONENTS]; MOST_COMPONENTS];
+type Means = [[f64; MOST_COMPONENTS]; MOST_COMPONENTS];
 
 /// Between short octaves of this level and octaves by this many levels longer. They do not depend
 /// on the length of the record.
@@ -48,7 +48,7 @@ impl JointMeans {
         let scale = noise.iter().map(|component| component.scale).max().unwrap_or(1);
         let last_own = CONTINUOUS_LEVEL.saturating_add(scale.max(1).ilog2());
         let mut coherences = known.map(|known| known.coherences.clone()).unwrap_or_default();
-        let mut means = Vec::with_capacity(octaves.len() * (octaves.len() + 1) / 2);
+        let mut means: Vec<Means> = Vec::with_capacity(octaves.len() * (octaves.len() + 1) / 2);
         // Cross terms hardly depend on the stride: sparse windows represent all overlaps.
         let sparse = match shape.estimator {
             Estimator::Full => RecordShape { estimator: Estimator::Strided, ..*shape },
@@ -77,12 +77,13 @@ impl JointMeans {
             }
             means.push(Self::of_one_octave(long, shape, &rho));
         }
-        Self { means, coherences }
+        let of = |p: usize, q: usize| means.iter().map(|means| means[p][q]).collect();
+        Self { means: array::from_fn(|p| array::from_fn(|q| of(p, q))), coherences }
     }
 
-    /// For octaves `a` >= `b`.
-    pub(super) fn means(&self, a: usize, b: usize) -> &Means {
-        &self.means[a * (a + 1) / 2 + b]
+    /// Of the first `N` components, for octave `a` and every one up to it.
+    pub(super) fn up_to<const N: usize>(&self, a: usize) -> [[&[f64]; N]; N] {
+        array::from_fn(|p| array::from_fn(|q| &self.means[p][q][a * (a + 1) / 2..][..=a]))
     }
 
     fn of_one_octave(octave: &Octave, shape: &RecordShape, rho: &[Vec<f64>]) -> Means {
@@ -237,9 +238,9 @@ mod tests {
                 for b in 0..=a {
                     for p in 0..laws.len() {
                         for q in 0..laws.len() {
-                            let found = joint.means(a, b)[p][q];
+                            let found = joint.up_to::<3>(a)[p][q][b];
                             let expected = by_definition(&shape, octaves[a].m, octaves[b].m, laws[p], laws[q]);
-                            let scale = (joint.means(a, a)[p][p] * joint.means(b, b)[q][q]).sqrt();
+                            let scale = (joint.up_to::<3>(a)[p][p][a] * joint.up_to::<3>(b)[q][q][b]).sqrt();
                             let error = (found - expected).abs() / scale;
                             assert!(error < 0.02, "{shape:?} {a} {b} {p} {q}: {found}, not {expected}, {error}");
                         }
@@ -261,7 +262,8 @@ mod tests {
         };
         let octaves: Vec<Octave> = (0..24).map(|k| Octave::whole(1 << k, shape.windows(1 << k))).collect();
         let joint = JointMeans::new(&octaves, &shape, &noise, None);
-        let correlation = |a, b| joint.means(a, b)[0][0] / (joint.means(a, a)[0][0] * joint.means(b, b)[0][0]).sqrt();
+        let mean = |a, b| joint.up_to::<1>(a)[0][0][b];
+        let correlation = |a, b| mean(a, b) / (mean(a, a) * mean(b, b)).sqrt();
         for a in 1..octaves.len() {
             assert!((0.5..0.85).contains(&correlation(a, a - 1)), "{a}: {}", correlation(a, a - 1));
         }

@@ -1,12 +1,11 @@
 //! Expected octave variances and their covariance, as functions of the noise parameters; and the
 //! slope of the regression line over the record as one more statistic.
 
-use std::sync::Arc;
+use std::{array, sync::Arc};
 
 use super::{
     covariance::Covariance,
     joint::{Component, JointMeans, MOST_COMPONENTS},
-    least_squares::dot,
     slope::Slope,
 };
 use crate::accumulate::record::{Octave, RecordShape};
@@ -148,13 +147,10 @@ impl Model {
         self.basis.iter().zip(parameters).map(|(column, parameter)| parameter * column[i]).sum()
     }
 
-    pub(super) fn covariance(&self, parameters: &[f64]) -> Covariance {
-        self.covariance_of(parameters, parameters)
-    }
-
     /// 2 E²/variance. A ramp moves with the slope of the noise, which is taken from `upper_bounds`.
     pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
-        let covariance = self.covariance_of(parameters, upper_bounds);
+        let mut covariance = Covariance::default();
+        self.covariance(parameters, upper_bounds, &mut covariance);
         (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance.variance(a)).collect()
     }
 
@@ -170,9 +166,9 @@ impl Model {
     }
 
     /// The parameters of the terms, with the white noise or walk that other noise is to the slope.
-    fn of_slope(&self, parameters: &[f64]) -> Vec<f64> {
-        let mut noise = parameters[..self.noise].to_vec();
-        let Some(slope) = &self.slope else { return noise };
+    fn of_slope(&self, slope: &Slope, parameters: &[f64]) -> [f64; MOST_COMPONENTS] {
+        let mut noise = [0.0; MOST_COMPONENTS];
+        noise[..self.noise].copy_from_slice(&parameters[..self.noise]);
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
             if let BesideKind::GaussMarkov { time } = beside.kind {
                 noise[self.white] += parameter * slope.gauss_markov_variance(time) / slope.variances[self.white];
@@ -181,15 +177,38 @@ impl Model {
         noise
     }
 
-    /// The noise that moves the slope is that of `of_slope`.
-    fn covariance_of(&self, parameters: &[f64], of_slope: &[f64]) -> Covariance {
-        let terms = self.noise;
-        // by octave and term: root of what it adds to the variance there
-        let mut roots = vec![[0.0; MOST_COMPONENTS]; self.octaves];
-        for (p, (column, parameter)) in self.basis[..terms].iter().zip(parameters).enumerate() {
-            for (a, value) in column[..self.octaves].iter().enumerate() {
-                roots[a][p] = value * parameter;
+    /// Into `covariance`, that of the statistics at `parameters`. The noise that moves the slope is
+    /// that of `of_slope`.
+    pub(super) fn covariance(&self, parameters: &[f64], of_slope: &[f64], covariance: &mut Covariance) {
+        covariance.resize(self.statistics());
+        match self.noise {
+            1 => self.add_noise::<1>(parameters, covariance),
+            2 => self.add_noise::<2>(parameters, covariance),
+            3 => self.add_noise::<3>(parameters, covariance),
+            _ => self.add_noise::<MOST_COMPONENTS>(parameters, covariance),
+        }
+        for (beside, &parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            let BesideKind::Line { noise, spread } = &beside.kind else { continue };
+            // The power P of a line in noise of density S has the variance 4 P S/n.
+            let factor = 4.0 * parameter * noise;
+            for (a, (value, spread)) in beside.variances.iter().zip(spread).enumerate() {
+                let row = covariance.row_mut(a);
+                row.iter_mut().zip(&beside.variances[..=a]).for_each(|(row, other)| *row += factor * value * other);
+                row[a] += (parameter * spread).powi(2);
             }
+        }
+        if let Some(slope) = &self.slope {
+            let noise = self.of_slope(slope, of_slope);
+            slope.add_covariance(parameters[self.noise], &noise[..self.noise], covariance);
+        }
+    }
+
+    /// Of the octaves, in the noise of all `N` terms and what is like them.
+    fn add_noise<const N: usize>(&self, parameters: &[f64], covariance: &mut Covariance) {
+        // by octave and term: root of what it adds to the variance there
+        let (roots, mut rows) = covariance.octaves(self.octaves);
+        for (p, (column, parameter)) in self.basis[..N].iter().zip(parameters).enumerate() {
+            roots.iter_mut().zip(column).for_each(|(roots, value)| roots[p] = value * parameter);
         }
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
             for (a, value) in beside.variances.iter().enumerate() {
@@ -202,31 +221,21 @@ impl Model {
             }
         }
         roots.iter_mut().flatten().for_each(|variance| *variance = variance.max(0.0).sqrt());
-        let mut covariance = Covariance::new(self.statistics());
         for (a, roots_a) in roots.iter().enumerate() {
-            let row = covariance.row(a);
-            for (b, roots_b) in roots[..=a].iter().enumerate() {
-                let products: [f64; MOST_COMPONENTS] = std::array::from_fn(|p| roots_a[p] * roots_b[p]);
-                let means = self.joint.means(a, b);
-                let sum: f64 =
-                    means.iter().zip(&products).map(|(means, product)| product * dot(means, &products)).sum();
-                row[b] = 2.0 * sum + self.tails / (self.factors[a] * self.factors[b]);
+            let means = self.joint.up_to::<N>(a);
+            let (row, behind) = rows.split_at_mut(a + 1);
+            rows = behind;
+            let tails = self.tails / self.factors[a];
+            for (b, ((row, roots_b), factor)) in row.iter_mut().zip(&*roots).zip(&self.factors).enumerate() {
+                let products: [f64; N] = array::from_fn(|p| roots_a[p] * roots_b[p]);
+                let mut sum = 0.0;
+                for (means, product) in means.iter().zip(&products) {
+                    let of: f64 = means.iter().zip(&products).map(|(means, other)| means[b] * other).sum();
+                    sum += product * of;
+                }
+                *row = 2.0 * sum + tails / factor;
             }
         }
-        for (beside, &parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
-            let BesideKind::Line { noise, spread } = &beside.kind else { continue };
-            // The power P of a line in noise of density S has the variance 4 P S/n.
-            let factor = 4.0 * parameter * noise;
-            for (a, (value, spread)) in beside.variances.iter().zip(spread).enumerate() {
-                let row = covariance.row(a);
-                row.iter_mut().zip(&beside.variances[..=a]).for_each(|(row, other)| *row += factor * value * other);
-                row[a] += (parameter * spread).powi(2);
-            }
-        }
-        if let Some(slope) = &self.slope {
-            slope.add_covariance(parameters[self.noise], &self.of_slope(of_slope), &mut covariance);
-        }
-        covariance
     }
 
     /// The term of noise that octave `a` of a Gauss-Markov process is most like.

@@ -1,9 +1,10 @@
 //! Generalised least squares with a covariance that depends on the parameters, and score tests.
 
-use core::ops::Range;
+use core::{cell::RefCell, ops::Range};
 
 use super::{
-    least_squares::{Cholesky, dot, non_negative},
+    covariance::Covariance,
+    least_squares::{Cholesky, NonNegative, dot},
     model::Model,
 };
 
@@ -14,22 +15,41 @@ pub(super) struct Regression<'a> {
     model: &'a Model,
     values: &'a [f64],
     used: Vec<usize>,
+    space: RefCell<Space>,
 }
 
-#[derive(Clone)]
+/// Memory to work in, so that no step of a fit allocates any.
+#[derive(Default)]
+struct Space {
+    covariance: Covariance,
+    /// By statistic in use.
+    expected: Vec<f64>,
+    sigma: Vec<f64>,
+    cholesky: Cholesky,
+    /// By statistic in use, residual and derivatives, before and behind the whitening.
+    rows: Vec<f64>,
+    sums: Vec<f64>,
+    target: Vec<f64>,
+    columns: Vec<f64>,
+    least_squares: NonNegative,
+}
+
+#[derive(Clone, Default)]
 pub(super) struct Solution {
     pub(super) parameters: Vec<f64>,
     pub(super) chi2: f64,
     /// Independent and with variance 1.
     residuals: Vec<f64>,
-    derivatives: Vec<Vec<f64>>,
+    /// By parameter, as many as residuals.
+    derivatives: Vec<f64>,
 }
 
 impl<'a> Regression<'a> {
     /// `values`: the statistics of `model`; `octaves` have a part in the fit, and the slope if
     /// there is one.
     pub(super) fn new(model: &'a Model, values: &'a [f64], octaves: Range<usize>) -> Self {
-        Self { model, values, used: octaves.chain(model.octaves..model.statistics()).collect() }
+        let used = octaves.chain(model.octaves..model.statistics()).collect();
+        Self { model, values, used, space: RefCell::default() }
     }
 
     pub(super) fn statistics(&self) -> usize {
@@ -61,87 +81,109 @@ impl<'a> Regression<'a> {
 
     /// Relative least squares of the octaves with equal weights.
     fn start(&self, without: Option<usize>) -> Vec<f64> {
-        let columns: Vec<Vec<f64>> = self
-            .model
-            .basis
-            .iter()
-            .enumerate()
-            .map(|(term, column)| {
-                let value = |&i: &usize| if Some(term) == without { 0.0 } else { column[i] / self.values[i] };
-                self.used.iter().filter(|i| **i < self.model.octaves).map(value).collect()
-            })
-            .collect();
-        let ones = vec![1.0; columns.first().map_or(0, Vec::len)];
-        non_negative(&columns, &ones, &[])
+        let Space { columns, target, least_squares, .. } = &mut *self.space.borrow_mut();
+        columns.clear();
+        let octaves = || self.used.iter().filter(|i| **i < self.model.octaves);
+        for (term, column) in self.model.basis.iter().enumerate() {
+            let value = |&i: &usize| if Some(term) == without { 0.0 } else { column[i] / self.values[i] };
+            columns.extend(octaves().map(value));
+        }
+        target.clear();
+        target.extend(octaves().map(|_| 1.0));
+        if target.is_empty() {
+            return vec![0.0; self.model.basis.len()];
+        }
+        least_squares.solve(columns, target, &[]).to_vec()
     }
 
-    fn solve(&self, mut parameters: Vec<f64>, held: Option<usize>) -> Option<Solution> {
-        for round in 0.. {
-            let mut solution = self.evaluate(parameters)?;
+    fn solve(&self, parameters: Vec<f64>, held: Option<usize>) -> Option<Solution> {
+        let space = &mut *self.space.borrow_mut();
+        let mut solution = Solution { parameters, ..Solution::default() };
+        for round in 0..=ROUNDS {
+            self.evaluate_in(space, &mut solution)?;
             if round == ROUNDS {
-                return Some(solution);
+                break;
             }
-            let mut target = solution.residuals.clone();
-            for (term, (derivative, parameter)) in solution.derivatives.iter().zip(&solution.parameters).enumerate() {
+            let Space { target, columns, least_squares, .. } = &mut *space;
+            let Solution { parameters, residuals, derivatives, .. } = &mut solution;
+            let statistics = residuals.len();
+            target.clone_from(residuals);
+            let by_term = || derivatives.chunks_exact(statistics).enumerate();
+            for ((term, derivative), parameter) in by_term().zip(&*parameters) {
                 if Some(term) != held {
                     target.iter_mut().zip(derivative).for_each(|(t, d)| *t += d * parameter);
                 }
             }
-            let mut columns = solution.derivatives.clone();
+            columns.clone_from(derivatives);
             if let Some(held) = held {
-                columns[held].fill(0.0);
+                columns[held * statistics..][..statistics].fill(0.0);
             }
-            let mut next = non_negative(&columns, &target, &solution.parameters);
-            if let Some(held) = held {
-                next[held] = solution.parameters[held];
-            }
+            let next = least_squares.solve(columns, target, parameters);
             // In standard deviations of the fit
-            let moved: f64 = (0..next.len())
-                .map(|term| {
-                    let step = (next[term] - solution.parameters[term]).abs();
-                    step * dot(&solution.derivatives[term], &solution.derivatives[term]).sqrt()
-                })
-                .fold(0.0, f64::max);
+            let step = |(term, derivative): (usize, &[f64])| match Some(term) == held {
+                true => 0.0,
+                false => (next[term] - parameters[term]).abs() * dot(derivative, derivative).sqrt(),
+            };
+            let moved = by_term().map(step).fold(0.0, f64::max);
             // Scores hardly depend on the parameters that are not held.
             if moved < if held.is_some() { 0.05 } else { 0.01 } {
-                solution.chi2 = dot(&solution.residuals, &solution.residuals);
-                return Some(solution);
+                break;
             }
-            parameters = next;
+            let value = held.map(|held| parameters[held]);
+            parameters.copy_from_slice(next);
+            if let Some((held, value)) = held.zip(value) {
+                parameters[held] = value;
+            }
         }
-        None
+        Some(solution)
     }
 
-    /// Residuals at `parameters`.
+    /// The residuals at `parameters`.
+    pub(super) fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
+        let mut solution = Solution { parameters, ..Solution::default() };
+        self.evaluate_in(&mut self.space.borrow_mut(), &mut solution)?;
+        Some(solution)
+    }
+
+    /// What belongs to the parameters of `solution`.
     ///
     /// A variance estimate V with ν degrees of freedom is skewed; (V/E)^(1/3) is nearly normal with
     /// mean 1 - 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at few
     /// degrees of freedom as well.
-    pub(super) fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
-        let covariance = self.model.covariance(&parameters);
-        let expected: Vec<f64> = self.used.iter().map(|&i| self.model.expected(&parameters, i)).collect();
+    fn evaluate_in(&self, space: &mut Space, solution: &mut Solution) -> Option<()> {
+        if self.used.is_empty() {
+            return None;
+        }
+        let Space { covariance, expected, sigma, cholesky, rows, sums, .. } = space;
+        let Solution { parameters, chi2, residuals, derivatives } = solution;
+        expected.clear();
+        expected.extend(self.used.iter().map(|&i| self.model.expected(parameters, i)));
         if expected.iter().any(|value| value.is_nan() || *value <= 0.0) {
             return None;
         }
-        let sigma: Vec<f64> = self.used.iter().map(|&i| covariance.variance(i).sqrt()).collect();
-        let cholesky = Cholesky::new(self.used.len(), |i, j| {
-            let correlation = covariance.between(self.used[i], self.used[j]) / (sigma[i] * sigma[j]);
+        self.model.covariance(parameters, parameters, covariance);
+        sigma.clear();
+        sigma.extend(self.used.iter().map(|&i| covariance.variance(i).sqrt()));
+        cholesky.factor(self.used.len(), |i, j| {
+            let correlation = covariance.row(self.used[i])[self.used[j]] / (sigma[i] * sigma[j]);
             if i == j { 1.0 + 1e-9 } else { correlation }
         })?;
-        // 2/(9ν), with ν = 2 E²/σ²
-        let spread: Vec<f64> = expected.iter().zip(&sigma).map(|(e, s)| (s / e).powi(2) / 9.0).collect();
-        let mut residuals: Vec<f64> = (0..self.used.len())
-            .map(|i| ((self.values[self.used[i]] / expected[i]).cbrt() - (1.0 - spread[i])) / spread[i].sqrt())
-            .collect();
-        cholesky.whiten(&mut residuals);
-        let derivatives = self.model.basis.iter().map(|column| {
-            let mut derivative: Vec<f64> = self.used.iter().zip(&sigma).map(|(&i, sigma)| column[i] / sigma).collect();
-            cholesky.whiten(&mut derivative);
-            derivative
-        });
-        let derivatives = derivatives.collect();
-        let chi2 = dot(&residuals, &residuals);
-        Some(Solution { parameters, chi2, residuals, derivatives })
+        rows.clear();
+        for ((&i, expected), sigma) in self.used.iter().zip(&*expected).zip(&*sigma) {
+            // 2/(9ν), with ν = 2 E²/σ²
+            let spread = (sigma / expected).powi(2) / 9.0;
+            rows.push(((self.values[i] / expected).cbrt() - (1.0 - spread)) / spread.sqrt());
+            rows.extend(self.model.basis.iter().map(|column| column[i] / sigma));
+        }
+        let columns = 1 + self.model.basis.len();
+        cholesky.whiten(rows, columns, sums);
+        let column = |c: usize| rows.chunks_exact(columns).map(move |row| row[c]);
+        residuals.clear();
+        residuals.extend(column(0));
+        derivatives.clear();
+        derivatives.extend((1..columns).flat_map(column));
+        *chi2 = dot(residuals, residuals);
+        Some(())
     }
 }
 
@@ -161,15 +203,16 @@ impl Solution {
 
     /// The derivative by `term`, less what those by the other positive parameters explain.
     fn own_direction(&self, term: usize) -> Option<Vec<f64>> {
-        let full = &self.derivatives[term];
+        let by_term = || self.derivatives.chunks_exact(self.residuals.len());
+        let full = by_term().nth(term)?;
         let mut others: Vec<Vec<f64>> = Vec::new();
-        for (other, derivative) in self.derivatives.iter().enumerate() {
-            if other != term && self.parameters[other] > 0.0 {
-                let rest = orthogonal(derivative.clone(), &others);
+        for (other, (derivative, parameter)) in by_term().zip(&self.parameters).enumerate() {
+            if other != term && *parameter > 0.0 {
+                let rest = orthogonal(derivative.to_vec(), &others);
                 others.push(rest);
             }
         }
-        let direction = orthogonal(full.clone(), &others);
+        let direction = orthogonal(full.to_vec(), &others);
         (dot(&direction, &direction) > 1e-12 * dot(full, full)).then_some(direction)
     }
 

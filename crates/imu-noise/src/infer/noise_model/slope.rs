@@ -3,7 +3,7 @@
 
 use core::f64::consts::PI;
 
-use super::{covariance::Covariance, least_squares::dot, term::Term};
+use super::{covariance::Covariance, joint::MOST_COMPONENTS, least_squares::dot, term::Term};
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
 
 /// Places in the record at which the covariance of a difference with the slope is taken.
@@ -24,8 +24,9 @@ pub(super) struct Slope {
     means: Vec<f64>,
     /// By octave, octave up to it, and parameter: covariance of the mean differences.
     mean_pairs: Vec<f64>,
-    /// By octave, place and parameter: covariance of a difference and the slope.
-    places: Vec<f64>,
+    /// By octave, and by parameter and those up to it: what the product of the two parameters adds
+    /// to the mean over the places of the squared covariance of a difference and the slope.
+    squares: Vec<f64>,
     /// By octave: the divisor c m² of a squared difference.
     divisors: Vec<f64>,
     deviation: Deviation,
@@ -55,7 +56,7 @@ impl Slope {
                     move |term: &Term| present(octave, *term).sqrt() * average.place_with_slope(place(i), n, *term);
                 noise.iter().map(of)
             };
-            (0..PLACES).flat_map(of).collect::<Vec<_>>()
+            mean_squares(&(0..PLACES).flat_map(of).collect::<Vec<_>>(), noise.len())
         };
         let mean_pairs = averages.iter().enumerate().flat_map(|(a, (octave, average))| {
             let of = move |(other_octave, other): &(&Octave, Average)| {
@@ -80,7 +81,7 @@ impl Slope {
             ramp_basis: octaves.iter().map(ramp).chain([1.0]).collect(),
             means: averages.iter().flat_map(with_slope).collect(),
             mean_pairs: mean_pairs.collect(),
-            places: averages.iter().flat_map(places).collect(),
+            squares: averages.iter().flat_map(places).collect(),
             divisors: octaves.iter().map(|octave| shape.deviation.divisor() * (octave.m as f64).powi(2)).collect(),
             deviation: shape.deviation,
             samples: n,
@@ -93,12 +94,15 @@ impl Slope {
         let terms = noise.len();
         let variance = dot(&self.variances, noise);
         let octaves = self.divisors.len();
-        let last = covariance.row(octaves);
-        for ((last, places), divisor) in
-            last.iter_mut().zip(self.places.chunks_exact(PLACES * terms)).zip(&self.divisors)
+        let last = covariance.row_mut(octaves);
+        let mut products = [0.0; MOST_COMPONENTS * (MOST_COMPONENTS + 1) / 2];
+        let pairs = (0..terms).flat_map(|p| (0..=p).map(move |q| (p, q)));
+        pairs.zip(&mut products).for_each(|((p, q), product)| *product = noise[p] * noise[q]);
+        let products = &products[..terms * (terms + 1) / 2];
+        for ((last, squares), divisor) in
+            last.iter_mut().zip(self.squares.chunks_exact(products.len())).zip(&self.divisors)
         {
-            let squares: f64 = places.chunks_exact(terms).map(|place| dot(place, noise).powi(2)).sum();
-            *last = 2.0 * squares / PLACES as f64 / divisor;
+            *last = 2.0 * dot(squares, products) / divisor;
         }
         last[octaves] = 2.0 * variance * variance + 4.0 * ramp * variance;
         if self.deviation == Deviation::Allan && ramp > 0.0 {
@@ -107,7 +111,11 @@ impl Slope {
             }
             let mut pairs = self.mean_pairs.chunks_exact(terms);
             for a in 0..octaves {
-                covariance.row(a).iter_mut().zip(&mut pairs).for_each(|(row, pair)| *row += ramp * dot(pair, noise));
+                covariance
+                    .row_mut(a)
+                    .iter_mut()
+                    .zip(&mut pairs)
+                    .for_each(|(row, pair)| *row += ramp * dot(pair, noise));
             }
         }
     }
@@ -121,6 +129,17 @@ impl Slope {
         let n = self.samples;
         (2.0 * time * slope_variance(Term::White, n)).min(2.0 / time * slope_variance(Term::RateRandomWalk, n))
     }
+}
+
+/// The mean over all places of the square of Σ parameter · `places`, as multiples of the products of
+/// each parameter with those up to it: none of it depends on the parameters.
+fn mean_squares(places: &[f64], terms: usize) -> Vec<f64> {
+    let count = (places.len() / terms) as f64;
+    let mean = |p: usize, q: usize| {
+        let products = places.chunks_exact(terms).map(|place| place[p] * place[q]);
+        products.sum::<f64>() / count * if p == q { 1.0 } else { 2.0 }
+    };
+    (0..terms).flat_map(|p| (0..=p).map(move |q| (p, q))).map(|(p, q)| mean(p, q)).collect()
 }
 
 /// Of the regression line over n samples, many, for amplitude 1: the double integral of the weights
