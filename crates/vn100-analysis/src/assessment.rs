@@ -16,7 +16,7 @@ mod white_budget;
 
 use imu_noise::{
     ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, RollOff, Term, counts_to_unit, edf,
+    RecordShape, RollOff, Term, counts_to_unit,
 };
 use vn100_protocol::Channel;
 
@@ -30,8 +30,11 @@ pub(crate) use rounding::is_rounded_away;
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
-    assessment::{noise::Models, points::KnownEdf},
-    in_parallel::in_parallel,
+    assessment::{
+        noise::Models,
+        points::{KnownEdf, KnownIntervals},
+    },
+    in_parallel::{both, in_parallel},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
 };
@@ -105,12 +108,13 @@ impl Assessment {
         let motion = Motion::of(snapshot);
         let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
-        let models = Models::of(snapshot, &curves);
         let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
-        let levels = LevelSearch::of(signals.filter(|_| motion.is_none()));
+        let (models, levels) =
+            both(|| Models::of(snapshot, &curves), || LevelSearch::of(signals.clone().filter(|_| motion.is_none())));
+        let intervals = KnownIntervals::new(confidence);
         let mut channels = in_parallel(snapshot.measured().zip(&curves), |((channel, results), curve)| {
             let levels = motion.is_none().then_some(&levels);
-            ChannelAssessment::new(channel, results, curve, snapshot, levels, confidence, &models)
+            ChannelAssessment::new(channel, results, curve, snapshot, levels, &intervals, &models)
         });
         let mut known_edf = KnownEdf::default();
         for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
@@ -142,7 +146,7 @@ impl ChannelAssessment {
         curve: &OctaveVariances,
         snapshot: &Snapshot,
         levels: Option<&LevelSearch>,
-        confidence: f64,
+        intervals: &KnownIntervals,
         models: &Models,
     ) -> Self {
         let onboard = Onboard::of(channel, results, snapshot);
@@ -153,12 +157,13 @@ impl ChannelAssessment {
             Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
         };
         let was_moved = levels.is_none();
-        let noise = noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, confidence, models);
+        let noise =
+            noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, intervals.confidence(), models);
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
-        let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, confidence);
+        let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
         let others: Vec<_> = results.other_octaves.iter().map(OctaveSum::octave).collect();
         let shape = RecordShape { deviation: curve.shape.deviation.other(), ..curve.shape };
-        let other_octaves = assess_octaves(&others, &shape, results, |_| None, confidence);
+        let other_octaves = assess_octaves(&others, &shape, results, |_| None, intervals);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
         Self { octaves, other_octaves, points: Vec::new(), noise, disturbed, normality, onboard }
     }
@@ -171,18 +176,17 @@ fn assess_octaves(
     shape: &RecordShape,
     results: &ChannelSnapshot,
     fitted: impl Fn(&Octave) -> Option<f64>,
-    confidence: f64,
+    intervals: &KnownIntervals,
 ) -> Vec<OctaveAssessment> {
     let mut last_law = None;
     let laws = results.noise_types.iter().copied().chain(std::iter::repeat(None));
     let assess = |(octave, law): (&Octave, Option<PowerLaw>)| {
         last_law = law.or(last_law);
-        let edf = fitted(octave).or_else(|| edf(octave, shape, last_law?));
-        OctaveAssessment {
-            m: octave.m,
-            alpha: law.map(PowerLaw::alpha),
-            relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
-        }
+        let relative = match fitted(octave) {
+            Some(edf) => intervals.with(edf),
+            None => last_law.and_then(|law| intervals.of(octave, shape, law)),
+        };
+        OctaveAssessment { m: octave.m, alpha: law.map(PowerLaw::alpha), relative }
     };
     octaves.iter().zip(laws).map(assess).collect()
 }

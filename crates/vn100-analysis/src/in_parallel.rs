@@ -13,10 +13,12 @@ use std::{
 /// # Panics
 /// With the panic of `work`, once all other items are done.
 pub fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    // no more threads than items
+    let most = items.size_hint().1.unwrap_or(usize::MAX).saturating_sub(1);
     let queue = Mutex::new(items.enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work_off = || std::iter::from_fn(next).map(|(place, item)| (place, work(item))).collect::<Vec<_>>();
-    let others = thread::available_parallelism().map_or(0, |cores| NonZero::get(cores) - 1);
+    let others = thread::available_parallelism().map_or(0, |cores| NonZero::get(cores) - 1).min(most);
     let mut done = thread::scope(|scope| {
         // where no further thread can be started, the work is done on this one
         let others: Vec<_> =
@@ -31,6 +33,20 @@ pub fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl
     done.into_iter().map(|(_, result)| result).collect()
 }
 
+/// The results of both, on two cores where there are two.
+pub(crate) fn both<A: Send, B: Send>(one: impl Fn() -> A + Sync, other: impl Fn() -> B + Sync) -> (A, B) {
+    enum Done<A, B> {
+        One(A),
+        Other(B),
+    }
+    let work = |is_one| if is_one { Done::One(one()) } else { Done::Other(other()) };
+    let mut done = in_parallel([true, false].into_iter(), work).into_iter();
+    match (done.next(), done.next()) {
+        (Some(Done::One(one)), Some(Done::Other(other))) => (one, other),
+        _ => (one(), other()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -39,5 +55,10 @@ mod tests {
     fn results_stand_in_the_order_of_the_items() {
         assert_eq!(in_parallel(0..1000_u32, |item| item * item), (0..1000).map(|item| item * item).collect::<Vec<_>>());
         assert_eq!(in_parallel(0..0_u32, |item| item), []);
+    }
+
+    #[test]
+    fn both_are_done() {
+        assert_eq!(both(|| 1, || "two"), (1, "two"));
     }
 }

@@ -226,19 +226,28 @@ impl Spectrum {
     /// a segment: so far the window takes at most 35 % of them. `None` before four segments are
     /// full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
-        let Powers { segment_samples, powers, .. } = self.powers().filter(|powers| powers.segments >= 4)?;
+        Some(self.powers().filter(|powers| powers.segments >= 4)?.autocovariances())
+    }
+}
+
+impl Powers {
+    /// From lag 0 to a quarter of a segment, but for the mean.
+    fn autocovariances(&self) -> Vec<f64> {
+        let Self { segment_samples, powers, .. } = self;
+        let samples = *segment_samples;
         // a power of two, so that a mask is the remainder
-        let last = segment_samples - 1;
-        let step = std::f64::consts::TAU / segment_samples as f64;
-        let cosines: Vec<_> = (0..segment_samples).map(|i| (step * i as f64).cos()).collect();
+        let (half, last) = (samples / 2, samples - 1);
+        let step = std::f64::consts::TAU / samples as f64;
+        let cosines: Vec<_> = (0..samples).map(|i| (step * i as f64).cos()).collect();
+        // cosines of points k and half - k are the same at even lags, and opposite at odd ones
+        let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
+        let [odd, even] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
         let covariance = |lag: usize| {
-            let both_sides = powers.iter().enumerate().skip(1).map(|(k, power)| {
-                let sides = if 2 * k == segment_samples { 1.0 } else { 2.0 };
-                sides * power * cosines[(lag * k) & last]
-            });
-            both_sides.sum::<f64>() / segment_samples as f64
+            let (pairs, sign) = if lag.is_multiple_of(2) { (&even, 1.0) } else { (&odd, -1.0) };
+            let products = (1..).zip(pairs).map(|(k, pair)| pair * cosines[(lag * k) & last]);
+            (2.0 * products.sum::<f64>() + sign * powers[half]) / samples as f64
         };
-        Some((0..=segment_samples / 4).map(covariance).collect())
+        (0..=samples / 4).map(covariance).collect()
     }
 }
 
@@ -261,5 +270,23 @@ impl SpectrumPlan {
 impl Default for SpectrumPlan {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn autocovariances_are_the_sums_over_all_points() {
+        let powers: Vec<f64> = (0..=16).map(|k| f64::from((k * k * 7) % 23) + 0.5).collect();
+        let found =
+            Powers { segment_samples: 32, segments: 4, averages: 3.0, powers: powers.clone() }.autocovariances();
+        assert_eq!(found.len(), 9);
+        for (lag, found) in found.iter().enumerate() {
+            let at = |k: usize| (std::f64::consts::TAU * (lag * k) as f64 / 32.0).cos();
+            let expected = (1..32).map(|k| powers[k.min(32 - k)] * at(k)).sum::<f64>() / 32.0;
+            assert!((found - expected).abs() < 1e-12, "{lag}: {found}, not {expected}");
+        }
     }
 }

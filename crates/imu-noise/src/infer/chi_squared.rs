@@ -16,18 +16,24 @@ pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
         // exact to all digits
         return (small > 0.0).then_some(small);
     }
-    // Each is too coarse, and the search wrong by 1e-9 near zero; Newton's steps do the rest.
+    // Each is too coarse, and the search wrong by 1e-9 near zero; Halley's steps do the rest.
     let mut x = match dof {
         _ if small < 1e-3 => small,
         _ if dof < 10.0 => chi_squared.inverse_cdf(p),
         _ => wilson_hilferty(p, dof),
     };
     for _ in 0..20 {
-        let next = x - (chi_squared.cdf(x) - p) / chi_squared.pdf(x);
+        let newton = (chi_squared.cdf(x) - p) / chi_squared.pdf(x);
+        // the logarithm of the density has this slope
+        let bent = 1.0 - newton * 0.5 * ((dof / 2.0 - 1.0) / x - 0.5);
+        let step = if bent > 0.5 { newton / bent } else { newton };
+        let next = x - step;
         if !(next > 0.0 && next.is_finite()) {
             break;
         }
-        let settled = (next / x - 1.0).abs() < 1e-13;
+        // The error of the next one is as the third power of this step, over the scale of the density.
+        let scale = x.min((2.0 * dof).sqrt());
+        let settled = (step / scale).abs().powi(3) * scale < 1e-15 * x || (step / x).abs() < 1e-13;
         x = next;
         if settled {
             break;

@@ -6,6 +6,8 @@
 
 use core::f64::consts::{PI, TAU};
 
+use multiversion::multiversion;
+
 /// Amplitudes of flicker noise and random walk over the white noise of a block mean, in variance.
 const FLICKER: [f64; 6] = [0.0, 0.05, 0.3, 2.0, 12.0, 70.0];
 const WALK: [f64; 5] = [0.0, 0.01, 0.08, 0.6, 4.0];
@@ -93,9 +95,9 @@ struct NoiseSpectrum {
     mean_variance: f64,
     /// Variance of the highest coefficient.
     last: f64,
-    /// By shape: the weighted square of its coefficients; of a cycle those of the cosine and of the
-    /// sine, whose product is 0.
-    squares: Vec<[f64; 2]>,
+    /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and of
+    /// the sine, whose product is 0; 0 where there is none.
+    over_squares: Vec<[f64; 2]>,
 }
 
 /// What the weighted coefficients of a series are by block: a shape's product with it is that of
@@ -144,10 +146,13 @@ impl LevelNoise {
         let symmetric = numbers.iter().filter(|k| **k % 2 == 0).count();
         let mut search = Self { blocks, cosines, symmetric, shapes: shapes(blocks), noises: Vec::new() };
         let mut sums = SumsBehind::new(&search);
-        let of_shape = |shaped: &Shaped| search.of_levels(&shaped.levels, &mut sums);
-        let coefficients: Vec<_> = search.shapes.iter().map(of_shape).collect();
-        let spectra = spectra(blocks, &numbers);
-        search.noises = spectra.iter().map(|variances| NoiseSpectrum::new(variances, &coefficients)).collect();
+        let of_shape = |shaped: &Shaped| {
+            let mut squares = search.of_levels(&shaped.levels, &mut sums);
+            squares.iter_mut().flatten().for_each(|coefficient| *coefficient *= *coefficient);
+            squares
+        };
+        let squares: Vec<_> = search.shapes.iter().map(of_shape).collect();
+        search.noises = noise_spectra(&spectra(blocks, &numbers), &squares);
         search
     }
 
@@ -193,6 +198,7 @@ impl LevelNoise {
     }
 
     /// By block, what the coefficients `weighted` are.
+    #[inline(always)]
     fn weigh(&self, weighted: &[f64], by_block: &mut Weighted) {
         let (of_symmetric, of_antisymmetric) = weighted.split_at(self.symmetric);
         by_block.each.resize(self.blocks, 0.0);
@@ -220,28 +226,8 @@ impl LevelNoise {
     pub(super) fn fits(&self, means: &[f64]) -> Vec<LevelFit> {
         let series = self.coefficients(means);
         let count = series.len() as f64;
-        // By noise: the profile likelihood is a falling function of the residual times the mean variance.
-        let mut without = f64::INFINITY;
-        let mut best = vec![(f64::INFINITY, 0, [0.0; 2], 0.0); self.shapes.len()];
-        let mut weighted = vec![0.0; series.len()];
-        let mut by_block = Weighted::default();
-        for (place, noise) in self.noises.iter().enumerate() {
-            for ((weighted, value), weight) in weighted.iter_mut().zip(&series).zip(&noise.weights) {
-                *weighted = value * weight;
-            }
-            let residual = dot(&weighted, &series);
-            without = without.min(residual * noise.mean_variance);
-            self.weigh(&weighted, &mut by_block);
-            for ((shaped, [first, second]), best) in self.shapes.iter().zip(&noise.squares).zip(&mut best) {
-                let [a, b] = shaped.products(&by_block);
-                let gain = a * a / first + b * b / second;
-                let with = (residual - gain) * noise.mean_variance;
-                if with < best.0 {
-                    *best = (with, place, [a / first, b / second], residual - gain);
-                }
-            }
-        }
-        let fit = |(shaped, (with, place, [a, b], residual)): (&Shaped, (f64, usize, [f64; 2], f64))| {
+        let (without, best) = likeliest(self, &series);
+        let fit = |(shaped, (with, place, [a, b], residual)): (&Shaped, Likeliest)| {
             let noise: &NoiseSpectrum = self.noises.get(place)?;
             let variance = residual / count;
             (with > 0.0 && without.is_finite() && variance > 0.0).then(|| LevelFit {
@@ -287,32 +273,57 @@ impl LevelNoise {
     }
 }
 
-impl NoiseSpectrum {
-    /// By shape its coefficients; of a cycle both.
-    fn new(variances: &[f64], shapes: &[[Vec<f64>; 2]]) -> Self {
+/// The residual of a shape times the mean variance in the noise that makes that smallest, the place
+/// of this noise, the multiples of the shape, and the residual.
+type Likeliest = (f64, usize, [f64; 2], f64);
+
+/// The residual of `series` without a shape, likewise, and that of every shape. The profile
+/// likelihood is a falling function of it.
+#[multiversion(targets("x86_64+avx2"))]
+fn likeliest(search: &LevelNoise, series: &[f64]) -> (f64, Vec<Likeliest>) {
+    let mut without = f64::INFINITY;
+    let mut best = vec![(f64::INFINITY, 0, [0.0; 2], 0.0); search.shapes.len()];
+    let mut weighted = vec![0.0; series.len()];
+    let mut by_block = Weighted::default();
+    for (place, noise) in search.noises.iter().enumerate() {
+        for ((weighted, value), weight) in weighted.iter_mut().zip(series).zip(&noise.weights) {
+            *weighted = value * weight;
+        }
+        let residual = dot(&weighted, series);
+        without = without.min(residual * noise.mean_variance);
+        search.weigh(&weighted, &mut by_block);
+        for ((shaped, [first, second]), best) in search.shapes.iter().zip(&noise.over_squares).zip(&mut best) {
+            let [a, b] = shaped.products(&by_block);
+            let multiples = [a * first, b * second];
+            let gain = a * multiples[0] + b * multiples[1];
+            let with = (residual - gain) * noise.mean_variance;
+            if with < best.0 {
+                *best = (with, place, multiples, residual - gain);
+            }
+        }
+    }
+    (without, best)
+}
+
+/// `shapes`: the squared coefficients of each; of a cycle of both.
+#[multiversion(targets("x86_64+avx2"))]
+fn noise_spectra(spectra: &[Vec<f64>], shapes: &[[Vec<f64>; 2]]) -> Vec<NoiseSpectrum> {
+    let of = |variances: &Vec<f64>| {
         let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
-        let mut weighted = vec![0.0; weights.len()];
-        let mut square = |values: &Vec<f64>| {
-            if values.is_empty() {
-                return f64::INFINITY;
-            }
-            for ((weighted, value), weight) in weighted.iter_mut().zip(values).zip(&weights) {
-                *weighted = value * weight;
-            }
-            dot(&weighted, values)
-        };
-        let squares = shapes.iter().map(|[first, second]| [square(first), square(second)]).collect();
-        Self {
-            squares,
+        let over = |squares: &Vec<f64>| if squares.is_empty() { 0.0 } else { 1.0 / dot(&weights, squares) };
+        NoiseSpectrum {
+            over_squares: shapes.iter().map(|[first, second]| [over(first), over(second)]).collect(),
             mean_variance: (variances.iter().map(|variance| variance.ln()).sum::<f64>() / variances.len() as f64).exp(),
             last: variances.iter().copied().fold(f64::INFINITY, f64::min),
             weights,
         }
-    }
+    };
+    spectra.iter().map(of).collect()
 }
 
 impl Shaped {
     /// With a series by block; of a cycle those of the cosine and of the sine.
+    #[inline(always)]
     fn products(&self, series: &Weighted) -> [f64; 2] {
         match &self.levels {
             Levels::Each(values) => [dot(values, &series.each), 0.0],
@@ -373,6 +384,7 @@ fn spectra(blocks: usize, numbers: &[usize]) -> Vec<Vec<f64>> {
 }
 
 /// In lanes of four, whatever the order of a plain sum.
+#[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (a, a_rest) = a.as_chunks::<4>();

@@ -213,26 +213,35 @@ impl BlockNoise {
         }
         let total = sums[blocks].1;
         let all_pairs: f64 = self.pairs.iter().sum();
-        let mut most: Option<ChangedBlocks> = None;
+        // The square of the standard errors of a stretch as numerator and denominator: quotients and
+        // roots of all stretches would take longer than everything else.
+        let mut most: Option<(usize, usize, f64, f64)> = None;
         // One from the start on is that of the rest behind it.
         for first in 1..blocks {
-            for behind in first + 1..=blocks {
-                let (windows, sum) = (sums[behind].0 - sums[first].0, sums[behind].1 - sums[first].1);
+            let (windows_before, sum_before) = sums[first];
+            for (behind, (windows, sum)) in sums.iter().enumerate().skip(first + 1) {
+                let (windows, sum) = (windows - windows_before, sum - sum_before);
                 let rest = self.windows - windows;
                 if windows.min(rest) < MIN_WINDOWS {
                     continue;
                 }
-                let change = sum / windows - (total - sum) / rest;
                 let edges = [Some(first - 1), (behind < blocks).then_some(behind - 1)].into_iter().flatten();
                 let (without, sum_of_pairs) =
                     edges.fold((0, all_pairs), |(count, sum), edge| (count + 1, sum - self.pairs[edge]));
-                let error = (self.variance(without, sum_of_pairs) * (1.0 / windows + 1.0 / rest)).sqrt();
-                let sigmas = change.abs() / error;
-                if most.is_none_or(|most| sigmas > most.sigmas) {
-                    most = Some(ChangedBlocks { first, behind, change, sigmas });
+                // change = sum/windows - (total - sum)/rest, and its variance 1/windows + 1/rest
+                let change = sum * self.windows - total * windows;
+                let variance = self.variance(without, sum_of_pairs) * windows * rest * self.windows;
+                let square = change * change;
+                if most.is_none_or(|(.., of, over)| square * over > of * variance) {
+                    most = Some((first, behind, square, variance));
                 }
             }
         }
+        let most = most.map(|(first, behind, square, variance)| {
+            let (windows, sum) = (sums[behind].0 - sums[first].0, sums[behind].1 - sums[first].1);
+            let change = sum / windows - (total - sum) / (self.windows - windows);
+            ChangedBlocks { first, behind, change, sigmas: (square / variance).sqrt() }
+        });
         let found = most.filter(|found| found.sigmas > threshold && found.change.abs() >= LEAST_CHANGE)?;
         Some(ChangedBlocks { first: self.places[found.first], behind: self.places[found.behind - 1] + 1, ..found })
     }

@@ -15,6 +15,8 @@ mod regression;
 mod slope;
 mod term;
 
+use core::cell::RefCell;
+
 use super::confidence::edf;
 use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
@@ -25,7 +27,7 @@ pub use curve_reading::{
 };
 pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
-use joint::Component;
+use joint::{Component, Phase, Phases, of_each};
 pub use least_half_width::least_half_width;
 pub(crate) use least_squares::NonNegative;
 use model::Model;
@@ -108,6 +110,35 @@ impl NoiseModel {
     }
 }
 
+/// The generalised covariance of the phase of a noise, with what was asked for at short lags: all
+/// pairs of octaves ask for the same ones, and each costs a logarithm.
+struct RememberedPhase {
+    law: PowerLaw,
+    /// By lag; no number where it was not asked for.
+    known: RefCell<Vec<f64>>,
+}
+
+impl RememberedPhase {
+    const LAGS: usize = 8192;
+
+    fn new(law: PowerLaw) -> Self {
+        Self { law, known: RefCell::new(vec![f64::NAN; Self::LAGS]) }
+    }
+
+    /// At an integer lag.
+    fn at(&self, lag: f64) -> f64 {
+        let lag = lag.abs();
+        let mut known = self.known.borrow_mut();
+        let Some(known) = known.get_mut(lag as usize).filter(|_| lag.fract() == 0.0) else {
+            return self.law.phase_covariance(lag);
+        };
+        if known.is_nan() {
+            *known = self.law.phase_covariance(lag);
+        }
+        *known
+    }
+}
+
 fn model(
     octaves: &[Octave],
     shape: &RecordShape,
@@ -116,21 +147,39 @@ fn model(
     known: Option<&Model>,
 ) -> Model {
     let averaged = StreamedWhite::new(window);
+    let remembered = RememberedPhase::new(PowerLaw::Flicker);
     let white = |lag: f64| averaged.phase_covariance(lag);
     let quantization = |lag: f64| PowerLaw::WhitePhase.phase_covariance(lag);
-    let flicker = |lag: f64| PowerLaw::Flicker.phase_covariance(lag);
+    let flicker = |lag: f64| remembered.at(lag);
     let walk = |lag: f64| PowerLaw::RandomWalk.phase_covariance(lag);
+    let (whites, quantizations, flickers, walks) =
+        (of_each(white), of_each(quantization), of_each(flicker), of_each(walk));
     let component = |term: &Term| -> Option<Component<'_>> {
-        let phase: &dyn Fn(f64) -> f64 = match term {
-            Term::Quantization => &quantization,
-            Term::White => &white,
-            Term::BiasInstability => &flicker,
-            Term::RateRandomWalk => &walk,
+        let (phase, phases): (Phase<'_>, Phases<'_>) = match term {
+            Term::Quantization => (&quantization, &quantizations),
+            Term::White => (&white, &whites),
+            Term::BiasInstability => (&flicker, &flickers),
+            Term::RateRandomWalk => (&walk, &walks),
             Term::RateRamp => return None,
         };
         let scale = if *term == Term::White { averaged.length() } else { 1 };
-        Some(Component { phase, meets_at_edges: *term == Term::Quantization, scale })
+        Some(Component { phase, phases, meets_at_edges: *term == Term::Quantization, scale })
     };
     let components: Vec<_> = noise.iter().filter_map(component).collect();
     Model::new(octaves, shape, &components, known)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_remembered_phase_is_the_phase() {
+        for law in [PowerLaw::White, PowerLaw::Flicker] {
+            let remembered = RememberedPhase::new(law);
+            for lag in [0.0, 3.0, -3.0, 3.0, 8191.0, 8192.0, -70_000.0, 2.5] {
+                assert_eq!(remembered.at(lag), law.phase_covariance(lag), "{law:?} {lag}");
+            }
+        }
+    }
 }

@@ -107,6 +107,7 @@ pub(crate) fn expected_variance(octave: &Octave, deviation: Deviation, phase: im
 
 /// Covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag`
 /// samples later.
+#[cfg(test)]
 pub(crate) fn difference_covariance(
     deviation: Deviation,
     m_a: f64,
@@ -114,17 +115,19 @@ pub(crate) fn difference_covariance(
     lag: f64,
     phase: impl Fn(f64) -> f64,
 ) -> f64 {
+    difference_pairs(deviation, m_a, m_b).iter().map(|(apart, weight)| weight * phase(lag + apart)).sum()
+}
+
+/// The covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag`
+/// samples later, is the sum of these weights times the covariances of the phase at `lag` and so
+/// much more.
+pub(crate) fn difference_pairs(deviation: Deviation, m_a: f64, m_b: f64) -> Vec<(f64, f64)> {
     let weights: &[f64] = match deviation {
         Deviation::Allan => &[1.0, -2.0, 1.0],
         Deviation::Hadamard => &[1.0, -3.0, 3.0, -1.0],
     };
-    let mut covariance = 0.0;
-    for (k, weight_a) in weights.iter().enumerate() {
-        for (l, weight_b) in weights.iter().enumerate() {
-            covariance += weight_a * weight_b * phase(lag + k as f64 * m_a - l as f64 * m_b);
-        }
-    }
-    covariance
+    let pair = |k: usize, l: usize| (k as f64 * m_a - l as f64 * m_b, weights[k] * weights[l]);
+    (0..weights.len()).flat_map(|k| (0..weights.len()).map(move |l| pair(k, l))).collect()
 }
 
 /// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by

@@ -1,8 +1,11 @@
 //! Degrees of freedom and kinds of noise at averaging factors that are no octave.
 
-use std::collections::HashMap;
+use std::{
+    collections::HashMap,
+    sync::{Mutex, PoisonError},
+};
 
-use imu_noise::{Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
+use imu_noise::{Deviation, Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
 
 use super::{LEAST_EDF, OctaveAssessment, OctaveVariances};
 use crate::snapshot::ChannelSnapshot;
@@ -51,6 +54,45 @@ impl KnownEdf {
         };
         let unknown = |sum: &OctaveSum| OctaveAssessment { m: sum.m, alpha: None, relative: None };
         results.points.iter().map(|sum| point(sum).unwrap_or_else(|| unknown(sum))).collect()
+    }
+}
+
+/// Deviation, samples of the channel, averaging factor and windows, and the kind of noise.
+type OctaveInNoise = (Deviation, u64, u64, u64, PowerLaw);
+
+/// Intervals of octaves in noise of one kind, at one level and of one estimator: most channels of a
+/// record ask for the same ones.
+#[derive(Debug)]
+pub(super) struct KnownIntervals {
+    confidence: f64,
+    known: Mutex<HashMap<OctaveInNoise, Option<Interval>>>,
+}
+
+impl KnownIntervals {
+    pub(super) fn new(confidence: f64) -> Self {
+        Self { confidence, known: Mutex::default() }
+    }
+
+    pub(super) const fn confidence(&self) -> f64 {
+        self.confidence
+    }
+
+    /// Of a deviation of 1; `None` below [`LEAST_EDF`] degrees of freedom.
+    pub(super) fn of(&self, octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<Interval> {
+        let key = (shape.deviation, shape.samples, octave.m, octave.terms, law);
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(interval) = known().get(&key) {
+            return *interval;
+        }
+        // without the lock: another thread may find the same
+        let interval = edf(octave, shape, law).and_then(|edf| self.with(edf));
+        known().insert(key, interval);
+        interval
+    }
+
+    /// With so many degrees of freedom.
+    pub(super) fn with(&self, edf: f64) -> Option<Interval> {
+        Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, self.confidence))
     }
 }
 
@@ -141,5 +183,25 @@ mod tests {
         let mut accumulator = ChannelAccumulator::new(Estimator::Full, Deviation::Allan);
         accumulator.push(&[1, 2, 3]);
         assert_eq!(accumulator.octaves().sum_at(1), None, "the runs were not kept");
+    }
+
+    #[test]
+    fn known_intervals_are_those_of_the_octave() {
+        let known = KnownIntervals::new(0.9);
+        let shape =
+            |deviation| RecordShape { samples: 5000, interval_s: 0.025, estimator: Estimator::Strided, deviation };
+        let octaves = [(16, 5000), (16, 4000), (2048, 5)].map(|(m, terms)| Octave::whole(m, terms));
+        for _ in 0..2 {
+            for shape in [Deviation::Allan, Deviation::Hadamard].map(shape) {
+                for octave in &octaves {
+                    for law in [PowerLaw::White, PowerLaw::RandomWalk] {
+                        let alone = edf(octave, &shape, law).filter(|edf| *edf >= LEAST_EDF);
+                        let expected = alone.and_then(|edf| Interval::new(1.0, edf, 0.9));
+                        assert_eq!(known.of(octave, &shape, law), expected, "{shape:?} {octave:?} {law:?}");
+                    }
+                }
+            }
+        }
+        assert_eq!(known.with(1.9), None);
     }
 }

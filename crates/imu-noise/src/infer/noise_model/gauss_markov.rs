@@ -3,7 +3,7 @@
 use super::{
     NoiseModel, Parameter, Status, Term,
     boxcar::StreamedWhite,
-    joint::Component,
+    joint::{Component, of_each},
     model::Model,
     regression::{Regression, Solution},
 };
@@ -115,8 +115,10 @@ impl NoiseModel {
         let averaged = StreamedWhite::new(self.window);
         let white = |lag: f64| averaged.phase_covariance(lag);
         let process = |lag: f64| phase_covariance(lag, time);
-        let component = |phase, scale| Component { phase, meets_at_edges: false, scale };
-        Model::new(octaves, &self.shape, &[component(&white, averaged.length()), component(&process, u64::MAX)], None)
+        let (whites, processes) = (of_each(white), of_each(process));
+        let white = Component { phase: &white, phases: &whites, meets_at_edges: false, scale: averaged.length() };
+        let process = Component { phase: &process, phases: &processes, meets_at_edges: false, scale: u64::MAX };
+        Model::new(octaves, &self.shape, &[white, process], None)
     }
 }
 

@@ -4,16 +4,27 @@ use std::{array, collections::HashMap, sync::Arc};
 
 use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
-use crate::infer::power_law::{difference_autocovariance, difference_covariance};
+use crate::infer::power_law::{difference_autocovariance, difference_pairs};
+
+/// Generalised covariance of the phase, at an integer lag.
+pub(super) type Phase<'a> = &'a dyn Fn(f64) -> f64;
+
+/// The same of many lags, in their place: as quick as the formula allows.
+pub(super) type Phases<'a> = &'a dyn Fn(&mut [f64]);
 
 pub(super) struct Component<'a> {
-    /// Generalised covariance of the phase, at integer lags.
-    pub(super) phase: &'a dyn Fn(f64) -> f64,
+    pub(super) phase: Phase<'a>,
+    pub(super) phases: Phases<'a>,
     /// Uncorrelated between samples of the phase: differences are alike only where their edges
     /// meet.
     pub(super) meets_at_edges: bool,
     /// Samples beyond which correlations depend on the ratio of averaging factors only.
     pub(super) scale: u64,
+}
+
+/// A formula of one lag for many of them.
+pub(super) fn of_each(phase: impl Fn(f64) -> f64) -> impl Fn(&mut [f64]) {
+    move |lags| lags.iter_mut().for_each(|lag| *lag = phase(*lag))
 }
 
 /// Where the sampled forms have become those of continuous noise as far as correlations go (0.4 %).
@@ -142,12 +153,20 @@ impl Coherence {
             |component: &Component<'_>, m| difference_autocovariance(shape.deviation, m, 0.0, component.phase);
         let norms: Vec<_> =
             noise.iter().map(|component| (variance(component, short_f) * variance(component, long_f)).sqrt()).collect();
-        let mut correlations = Vec::with_capacity(lags.len() * noise.len());
-        for lag in lags {
-            let lag = (lag * stride as i64) as f64;
-            for (component, norm) in noise.iter().zip(&norms) {
-                let covariance = difference_covariance(shape.deviation, short_f, long_f, lag, component.phase);
-                correlations.push(covariance / norm);
+        let pairs = difference_pairs(shape.deviation, short_f, long_f);
+        let at: Vec<f64> = lags
+            .iter()
+            .flat_map(|lag| pairs.iter().map(move |(apart, _)| (lag * stride as i64) as f64 + apart))
+            .collect();
+        let mut correlations = vec![0.0; lags.len() * noise.len()];
+        let mut phases = Vec::new();
+        for (p, (component, norm)) in noise.iter().zip(&norms).enumerate() {
+            phases.clone_from(&at);
+            (component.phases)(&mut phases);
+            let of_component = correlations[p..].iter_mut().step_by(noise.len());
+            for (correlation, phases) in of_component.zip(phases.chunks_exact(pairs.len())) {
+                let covariance: f64 = phases.iter().zip(&pairs).map(|(phase, (_, weight))| weight * phase).sum();
+                *correlation = covariance / norm;
             }
         }
         Self { components: noise.len(), bounds, correlations }
@@ -156,9 +175,11 @@ impl Coherence {
     fn means(&self, pairs: &Pairs) -> Means {
         let all = pairs.short * pairs.long;
         let mut means = Means::default();
-        let before: Vec<f64> = self.bounds.iter().map(|bound| pairs.before(*bound)).collect();
-        for (bounds, rho) in before.windows(2).zip(self.correlations.chunks(self.components)) {
-            let weight = (bounds[1] - bounds[0]) / all;
+        let mut bounds = self.bounds.iter().map(|bound| pairs.before(*bound));
+        let mut before = bounds.next().unwrap_or_default();
+        for (bound, rho) in bounds.zip(self.correlations.chunks(self.components)) {
+            let weight = (bound - before) / all;
+            before = bound;
             if weight == 0.0 {
                 continue;
             }
@@ -196,7 +217,7 @@ fn distances(order: i64, short: i64, long: i64, dense: bool) -> Vec<i64> {
 mod tests {
     use super::*;
     use crate::accumulate::record::Deviation;
-    use crate::infer::power_law::PowerLaw;
+    use crate::infer::power_law::{PowerLaw, difference_covariance};
 
     /// The mean over every pair of windows, one by one.
     fn by_definition(shape: &RecordShape, a: u64, b: u64, p: PowerLaw, q: PowerLaw) -> f64 {
@@ -219,8 +240,10 @@ mod tests {
     fn means_are_those_over_every_pair_of_windows() {
         let laws = [PowerLaw::White, PowerLaw::Flicker, PowerLaw::RandomWalk];
         let phases = laws.map(|law| move |lag: f64| law.phase_covariance(lag));
-        let noise: Vec<Component<'_>> =
-            phases.iter().map(|phase| Component { phase, meets_at_edges: false, scale: 1 }).collect();
+        let slices = phases.map(of_each);
+        let noise: Vec<Component<'_>> = (phases.iter().zip(&slices))
+            .map(|(phase, phases)| Component { phase, phases, meets_at_edges: false, scale: 1 })
+            .collect();
         for (samples, estimator, deviation) in [
             (70, Estimator::Strided, Deviation::Allan),
             (260, Estimator::Strided, Deviation::Allan),
@@ -253,7 +276,7 @@ mod tests {
     #[test]
     fn octaves_of_a_long_record_are_hardly_correlated_when_far_apart() {
         let flicker = |lag: f64| PowerLaw::Flicker.phase_covariance(lag);
-        let noise = [Component { phase: &flicker, meets_at_edges: false, scale: 1 }];
+        let noise = [Component { phase: &flicker, phases: &of_each(flicker), meets_at_edges: false, scale: 1 }];
         let shape = RecordShape {
             samples: 1 << 30,
             interval_s: 1.0,

@@ -1,17 +1,23 @@
 //! Small dense least squares: Cholesky factors, and non-negative solutions.
 
-/// Lower triangular factor L of a symmetric positive definite matrix, column by column: what is
-/// added to the sums of one column does not wait for another.
+/// Columns that are whitened at once: their sums do not wait for each other.
+pub(super) const AT_ONCE: usize = 8;
+
+/// Lower triangular factor L of a symmetric positive definite matrix.
 #[derive(Default)]
 pub(super) struct Cholesky {
     size: usize,
+    /// Column by column.
     factor: Vec<f64>,
+    /// 1 over each element of the diagonal.
+    inverse: Vec<f64>,
 }
 
 impl Cholesky {
     /// Of the matrix with `entry(i, j)` at row i and column j <= i; `None` unless positive definite.
     pub(super) fn factor(&mut self, size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<()> {
         self.size = size;
+        self.inverse.clear();
         self.factor.clear();
         self.factor.resize(size * size, 0.0);
         for j in 0..size {
@@ -22,9 +28,11 @@ impl Cholesky {
                 return None;
             }
             let diagonal = rest.sqrt();
+            let inverse = 1.0 / diagonal;
             column[j] = diagonal;
+            self.inverse.push(inverse);
             for (i, value) in column.iter_mut().enumerate().skip(j + 1) {
-                *value = (entry(i, j) - *value) / diagonal;
+                *value = (entry(i, j) - *value) * inverse;
             }
             for (k, sums) in (j + 1..).zip(behind.chunks_exact_mut(size)) {
                 let factor = column[k];
@@ -34,18 +42,15 @@ impl Cholesky {
         Some(())
     }
 
-    /// Solves L X = `rows` in place, with X and `rows` row by row; `sums` is memory to work in.
-    pub(super) fn whiten(&self, rows: &mut [f64], columns: usize, sums: &mut Vec<f64>) {
-        sums.clear();
-        sums.resize(rows.len(), 0.0);
-        for j in 0..self.size {
-            let factors = &self.factor[j * self.size..][j..self.size];
-            let row = &mut rows[j * columns..][..columns];
-            let (sums_of_row, sums_behind) = sums[j * columns..].split_at_mut(columns);
-            row.iter_mut().zip(sums_of_row).for_each(|(value, sum)| *value = (*value - *sum) / factors[0]);
-            for (factor, sums) in factors[1..].iter().zip(sums_behind.chunks_exact_mut(columns)) {
-                sums.iter_mut().zip(&*row).for_each(|(sum, value)| *sum += factor * value);
+    /// Solves L X = `rows` in place, with X and `rows` row by row.
+    pub(super) fn whiten(&self, rows: &mut [[f64; AT_ONCE]]) {
+        for (i, inverse) in self.inverse.iter().enumerate() {
+            let (known, rest) = rows.split_at_mut(i);
+            let mut sums = [0.0; AT_ONCE];
+            for (known, factor) in known.iter().zip(self.factor[i..].iter().step_by(self.size)) {
+                sums.iter_mut().zip(known).for_each(|(sum, value)| *sum += factor * value);
             }
+            rest[0].iter_mut().zip(sums).for_each(|(value, sum)| *value = (*value - sum) * inverse);
         }
     }
 }
@@ -253,11 +258,11 @@ mod tests {
         // a larger one before leaves nothing behind
         cholesky.factor(5, |i, j| f64::from(u8::from(i == j))).unwrap();
         cholesky.factor(3, |i, j| matrix[i][j]).unwrap();
-        let mut rows = matrix.concat();
-        cholesky.whiten(&mut rows, 3, &mut vec![7.0; 2]);
+        let mut rows = matrix.map(|row| std::array::from_fn(|j| row.get(j).copied().unwrap_or(0.0)));
+        cholesky.whiten(&mut rows);
         for i in 0..3 {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|row| rows[3 * row + i] * rows[3 * row + j]).sum();
+                let product: f64 = rows.iter().map(|row: &[f64; AT_ONCE]| row[i] * row[j]).sum();
                 assert!((product - matrix[i][j]).abs() < 1e-12);
             }
         }

@@ -228,10 +228,11 @@ impl Model {
             let tails = self.tails / self.factors[a];
             for (b, ((row, roots_b), factor)) in row.iter_mut().zip(&*roots).zip(&self.factors).enumerate() {
                 let products: [f64; N] = array::from_fn(|p| roots_a[p] * roots_b[p]);
+                // the matrix of the means is symmetric
                 let mut sum = 0.0;
-                for (means, product) in means.iter().zip(&products) {
-                    let of: f64 = means.iter().zip(&products).map(|(means, other)| means[b] * other).sum();
-                    sum += product * of;
+                for (p, (means, product)) in means.iter().zip(&products).enumerate() {
+                    let others: f64 = (0..p).map(|q| means[q][b] * products[q]).sum();
+                    sum += product * (means[p][b] * product + 2.0 * others);
                 }
                 *row = 2.0 * sum + tails / factor;
             }

@@ -4,7 +4,7 @@ use core::{cell::RefCell, ops::Range};
 
 use super::{
     covariance::Covariance,
-    least_squares::{Cholesky, NonNegative, dot},
+    least_squares::{AT_ONCE, Cholesky, NonNegative, dot},
     model::Model,
 };
 
@@ -24,11 +24,11 @@ struct Space {
     covariance: Covariance,
     /// By statistic in use.
     expected: Vec<f64>,
-    sigma: Vec<f64>,
+    /// 1 over the standard deviation.
+    inverse: Vec<f64>,
     cholesky: Cholesky,
-    /// By statistic in use, residual and derivatives, before and behind the whitening.
-    rows: Vec<f64>,
-    sums: Vec<f64>,
+    /// By statistic in use, some of residual and derivatives.
+    rows: Vec<[f64; AT_ONCE]>,
     target: Vec<f64>,
     columns: Vec<f64>,
     least_squares: NonNegative,
@@ -154,7 +154,7 @@ impl<'a> Regression<'a> {
         if self.used.is_empty() {
             return None;
         }
-        let Space { covariance, expected, sigma, cholesky, rows, sums, .. } = space;
+        let Space { covariance, expected, inverse, cholesky, rows, .. } = space;
         let Solution { parameters, chi2, residuals, derivatives } = solution;
         expected.clear();
         expected.extend(self.used.iter().map(|&i| self.model.expected(parameters, i)));
@@ -162,26 +162,36 @@ impl<'a> Regression<'a> {
             return None;
         }
         self.model.covariance(parameters, parameters, covariance);
-        sigma.clear();
-        sigma.extend(self.used.iter().map(|&i| covariance.variance(i).sqrt()));
+        inverse.clear();
+        inverse.extend(self.used.iter().map(|&i| 1.0 / covariance.variance(i).sqrt()));
         cholesky.factor(self.used.len(), |i, j| {
-            let correlation = covariance.row(self.used[i])[self.used[j]] / (sigma[i] * sigma[j]);
+            let correlation = covariance.row(self.used[i])[self.used[j]] * inverse[i] * inverse[j];
             if i == j { 1.0 + 1e-9 } else { correlation }
         })?;
-        rows.clear();
-        for ((&i, expected), sigma) in self.used.iter().zip(&*expected).zip(&*sigma) {
-            // 2/(9ν), with ν = 2 E²/σ²
-            let spread = (sigma / expected).powi(2) / 9.0;
-            rows.push(((self.values[i] / expected).cbrt() - (1.0 - spread)) / spread.sqrt());
-            rows.extend(self.model.basis.iter().map(|column| column[i] / sigma));
-        }
-        let columns = 1 + self.model.basis.len();
-        cholesky.whiten(rows, columns, sums);
-        let column = |c: usize| rows.chunks_exact(columns).map(move |row| row[c]);
-        residuals.clear();
-        residuals.extend(column(0));
+        // first of all the residuals themselves, as if they were a column of derivatives by σ
         derivatives.clear();
-        derivatives.extend((1..columns).flat_map(column));
+        for ((&i, expected), inverse) in self.used.iter().zip(&*expected).zip(&*inverse) {
+            // √(2/(9ν)), with ν = 2 E²/σ²
+            let spread = 1.0 / (3.0 * inverse * expected);
+            derivatives.push(((self.values[i] / expected).cbrt() - (1.0 - spread * spread)) / spread);
+        }
+        for column in &self.model.basis {
+            derivatives.extend(self.used.iter().zip(&*inverse).map(|(&i, inverse)| column[i] * inverse));
+        }
+        let statistics = self.used.len();
+        rows.clear();
+        rows.resize(statistics, [0.0; AT_ONCE]);
+        for columns in derivatives.chunks_mut(AT_ONCE * statistics) {
+            for (place, column) in columns.chunks_exact(statistics).enumerate() {
+                rows.iter_mut().zip(column).for_each(|(row, value)| row[place] = *value);
+            }
+            cholesky.whiten(rows);
+            for (place, column) in columns.chunks_exact_mut(statistics).enumerate() {
+                column.iter_mut().zip(&*rows).for_each(|(value, row)| *value = row[place]);
+            }
+        }
+        residuals.clear();
+        residuals.extend(derivatives.drain(..statistics));
         *chi2 = dot(residuals, residuals);
         Some(())
     }

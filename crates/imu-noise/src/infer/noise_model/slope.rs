@@ -257,4 +257,15 @@ mod tests {
         near(average.place_with_slope(0.5, n, Term::RateRandomWalk), 256.0 * 1.5 / n);
         near(average.covariance(&average, Term::RateRandomWalk), 256.0 * 256.0 / n);
     }
+
+    #[test]
+    fn squares_of_places_are_known_without_the_parameters() {
+        let places = [[1.0, 2.0, -3.0], [0.5, -1.0, 4.0], [2.0, 0.0, 1.0], [-1.0, 3.0, 0.25]];
+        let noise = [0.3, 2.0, 0.7];
+        let expected = places.iter().map(|place| dot(place, &noise).powi(2)).sum::<f64>() / 4.0;
+        let squares = mean_squares(&places.concat(), 3);
+        let pairs = (0..3).flat_map(|p| (0..=p).map(move |q| noise[p] * noise[q]));
+        let found: f64 = squares.iter().zip(pairs).map(|(square, pair)| square * pair).sum();
+        assert!((found / expected - 1.0).abs() < 1e-14, "{found}, not {expected}");
+    }
 }
