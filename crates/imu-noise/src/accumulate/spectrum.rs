@@ -238,7 +238,12 @@ impl Powers {
         // a power of two, so that a mask is the remainder
         let (half, last) = (samples / 2, samples - 1);
         let step = std::f64::consts::TAU / samples as f64;
-        let cosines: Vec<_> = (0..samples).map(|i| (step * i as f64).cos()).collect();
+        let quarter: Vec<f64> = (0..samples / 4).map(|i| (step * i as f64).cos()).chain([0.0]).collect();
+        let cosine = |i: usize| match i.min(samples - i) {
+            i if i <= samples / 4 => quarter[i],
+            i => -quarter[half - i],
+        };
+        let cosines: Vec<f64> = (0..samples).map(cosine).collect();
         // cosines of points k and half - k are the same at even lags, and opposite at odd ones
         let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
         let [odd, even] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());

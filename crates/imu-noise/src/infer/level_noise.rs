@@ -138,13 +138,13 @@ impl LevelNoise {
     /// For series of so many means, 16 or more.
     pub(super) fn new(blocks: usize) -> Self {
         // cos(πk(2i + 1)/2n) repeats after 4n
-        let table: Vec<f64> = (0..4 * blocks).map(|i| (PI * i as f64 / (2 * blocks) as f64).cos()).collect();
+        let table = cosine_table(blocks);
         let scale = (2.0 / blocks as f64).sqrt();
         let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();
         let cosine = |k: usize, i: usize| scale * table[k * (2 * i + 1) % (4 * blocks)];
         let cosines = (0..blocks.div_ceil(2)).map(|i| numbers.iter().map(|k| cosine(*k, i)).collect()).collect();
         let symmetric = numbers.iter().filter(|k| **k % 2 == 0).count();
-        let mut search = Self { blocks, cosines, symmetric, shapes: shapes(blocks), noises: Vec::new() };
+        let mut search = Self { blocks, cosines, symmetric, shapes: shapes(blocks, &table), noises: Vec::new() };
         let mut sums = SumsBehind::new(&search);
         let of_shape = |shaped: &Shaped| {
             let mut squares = search.of_levels(&shaped.levels, &mut sums);
@@ -333,7 +333,13 @@ impl Shaped {
     }
 }
 
-fn shapes(blocks: usize) -> Vec<Shaped> {
+/// cos(πi/2n) for a whole turn, n blocks.
+fn cosine_table(blocks: usize) -> Vec<f64> {
+    (0..4 * blocks).map(|i| (PI * i as f64 / (2 * blocks) as f64).cos()).collect()
+}
+
+/// `table`: that of cosines.
+fn shapes(blocks: usize, table: &[f64]) -> Vec<Shaped> {
     let each = |value: &dyn Fn(f64) -> f64| Levels::Each((0..blocks).map(|i| value(i as f64)).collect());
     let mut shapes = Vec::new();
     // means over blocks
@@ -346,13 +352,16 @@ fn shapes(blocks: usize) -> Vec<Shaped> {
         shapes.push(step(block as f64 + 0.5, 0.5));
         shapes.push(step(block as f64, 1.0));
     }
-    let mut cycles = FEWEST_CYCLES;
-    while cycles <= MOST_PER_BLOCK * blocks as f64 {
-        let frequency = cycles / blocks as f64;
-        let angles = (0..blocks.div_ceil(2)).map(|i| TAU * frequency * (i as f64 - 0.5 * (blocks - 1) as f64));
-        let levels = Levels::Cycle(angles.clone().map(f64::cos).collect(), angles.map(f64::sin).collect());
-        shapes.push(Shaped { shape: BlockShape::Cycle(frequency), levels });
-        cycles += CYCLE_SPACING;
+    // in whole spacings, so that the angles from the middle on are whole steps of the table
+    let cycles = |spacings: usize| CYCLE_SPACING * spacings as f64;
+    let fewest = (FEWEST_CYCLES / CYCLE_SPACING) as usize;
+    for spacings in (fewest..).take_while(|spacings| cycles(*spacings) <= MOST_PER_BLOCK * blocks as f64) {
+        let steps = (0..blocks.div_ceil(2)).map(|i| spacings * (blocks - 1 - 2 * i));
+        let cosine = steps.clone().map(|step| table[step % table.len()]).collect();
+        // before the middle; a quarter of a turn is n steps
+        let sine = steps.map(|step| -table[(step + 3 * blocks) % table.len()]).collect();
+        let shape = BlockShape::Cycle(cycles(spacings) / blocks as f64);
+        shapes.push(Shaped { shape, levels: Levels::Cycle(cosine, sine) });
     }
     shapes
 }
@@ -435,6 +444,23 @@ mod tests {
         };
         assert!((difference(9, 9) - (2.0 + 0.6 * 2.0 / 3.0)).abs() < 0.02, "{}", difference(9, 9));
         assert!((difference(9, 10) - (-1.0 + 0.6 / 6.0)).abs() < 0.02, "{}", difference(9, 10));
+    }
+
+    #[test]
+    fn cycles_are_sines_about_the_middle() {
+        for blocks in [16, 17, 70] {
+            let mut found = 0;
+            for Shaped { shape, levels } in shapes(blocks, &cosine_table(blocks)) {
+                let (BlockShape::Cycle(frequency), Levels::Cycle(cosine, sine)) = (shape, levels) else { continue };
+                for (i, (cosine, sine)) in cosine.iter().zip(&sine).enumerate() {
+                    let angle = TAU * frequency * (i as f64 - 0.5 * (blocks - 1) as f64);
+                    assert!((cosine - angle.cos()).abs() < 1e-12 && (sine - angle.sin()).abs() < 1e-12, "{blocks} {i}");
+                }
+                found += 1;
+            }
+            let most = (MOST_PER_BLOCK * blocks as f64 / CYCLE_SPACING) as usize;
+            assert_eq!(found, most - 3, "{blocks}");
+        }
     }
 
     #[test]

@@ -32,6 +32,18 @@ impl Powers {
         let mut end = 1;
         for k in LOWEST..=last {
             let side = points_on_a_side(k, most);
+            // as many on either side as before: one takes the place of another
+            if around.len() == 2 * side + 1 && end == k + side {
+                let (from, to) = (place(&around, self.power(k - side - 1)), place(&around, self.power(end)));
+                if from < to {
+                    around.copy_within(from + 1..to, from);
+                    around[to - 1] = self.power(end);
+                } else {
+                    around.copy_within(to..from, to + 1);
+                    around[to] = self.power(end);
+                }
+                end += 1;
+            }
             while end <= k + side {
                 let power = self.power(end);
                 around.insert(place(&around, power), power);

@@ -29,7 +29,7 @@ fn coefficients(
     why_none: impl Fn(usize, &Channel) -> Option<WhyNoCoefficient> + Sync,
 ) -> Coefficients {
     let axis = |place: usize| snapshot.temperature.as_ref().and_then(|temperature| temperature.axis(place));
-    let found = in_parallel(snapshot.layout_channels().iter().enumerate(), |(place, channel)| {
+    let of = |(place, channel): (usize, &Channel)| {
         let axis = axis(place)?;
         Some(match (why_none(place, channel), search) {
             (Some(why), _) => Err(why),
@@ -38,7 +38,10 @@ fn coefficients(
                 search.coefficient(axis, channel.in_unit(1.0), confidence).ok_or(WhyNoCoefficient::Constant)
             }
         })
-    });
+    };
+    let channels = snapshot.layout_channels().iter().enumerate();
+    // without a coefficient to be found there is no work to be shared
+    let found = if search.is_ok() { in_parallel(channels, of) } else { channels.map(of).collect() };
     let p = |found: &Option<Result<TemperatureCoefficient, _>>| Some(found.as_ref()?.as_ref().ok()?.p);
     let mut corrected = holm(&found.iter().filter_map(p).collect::<Vec<_>>()).into_iter();
     let proved = |found: &Option<Result<TemperatureCoefficient, WhyNoCoefficient>>| {

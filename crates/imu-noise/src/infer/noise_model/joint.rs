@@ -74,11 +74,7 @@ impl JointMeans {
                 let new = || Arc::new(Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise));
                 let coherence = coherences.entry((level, ratio)).or_insert_with(new);
                 let stride_ratio = sparse.stride(long.m) / sparse.stride(short.m);
-                let pairs = Pairs {
-                    short: sparse.windows(short.m) as f64,
-                    long: sparse.windows(long.m) as f64,
-                    stride_ratio: stride_ratio as f64,
-                };
+                let pairs = Pairs { short: sparse.windows(short.m), long: sparse.windows(long.m), stride_ratio };
                 let gaps = (shape.share_of_windows(long) * shape.share_of_windows(short)).sqrt();
                 means.push(coherence.means(&pairs).map(|row| row.map(|mean| mean / gaps)));
             }
@@ -112,19 +108,22 @@ impl JointMeans {
 
 /// Windows of two octaves at strides s and `stride_ratio` · s.
 struct Pairs {
-    short: f64,
-    long: f64,
-    stride_ratio: f64,
+    short: u64,
+    long: u64,
+    stride_ratio: u64,
 }
 
 impl Pairs {
     /// Pairs of windows where the short one starts less than `lag` strides s after the long one.
-    fn before(&self, lag: f64) -> f64 {
-        // Σ over long windows j of clamp(lag + ratio · j, 0, short)
-        let first = (-lag / self.stride_ratio).ceil().clamp(0.0, self.long);
-        let full = ((self.short - lag) / self.stride_ratio).ceil().clamp(first, self.long);
+    fn before(&self, lag: i64) -> f64 {
+        // Σ over long windows j of clamp(lag + ratio · j, 0, short); counts are below 2^63
+        let (short, long, ratio) = (self.short as i64, self.long as i64, self.stride_ratio as i64);
+        let first = (-lag.div_euclid(ratio)).clamp(0, long);
+        let full = (-(lag - short).div_euclid(ratio)).clamp(first, long);
+        let (first, full, lag) = (first as f64, full as f64, lag as f64);
         let partial = full - first;
-        partial * lag + self.stride_ratio * partial * (first + full - 1.0) / 2.0 + self.short * (self.long - full)
+        let rest = self.long as f64 - full;
+        partial * lag + self.stride_ratio as f64 * partial * (first + full - 1.0) / 2.0 + self.short as f64 * rest
     }
 }
 
@@ -134,7 +133,7 @@ struct Coherence {
     components: usize,
     /// In strides of the short octave, ascending: each set of correlations is for distances up to
     /// the next.
-    bounds: Vec<f64>,
+    bounds: Vec<i64>,
     /// By distance and component.
     correlations: Vec<f64>,
 }
@@ -146,18 +145,19 @@ impl Coherence {
         let dense = noise.iter().any(|component| component.meets_at_edges);
         let order = shape.deviation.order() as i64;
         let lags = distances(order, (short / stride) as i64, (long / stride) as i64, dense);
-        let between = lags.windows(2).map(|pair| (pair[0] + pair[1] + 1).div_euclid(2) as f64);
-        let (first, end) = (lags.first().map(|lag| *lag as f64), lags.last().map(|lag| *lag as f64 + 1.0));
+        let between = lags.windows(2).map(|pair| (pair[0] + pair[1] + 1).div_euclid(2));
+        let (first, end) = (lags.first().copied(), lags.last().map(|lag| lag + 1));
         let bounds = first.into_iter().chain(between).chain(end).collect();
         let variance =
             |component: &Component<'_>, m| difference_autocovariance(shape.deviation, m, 0.0, component.phase);
         let norms: Vec<_> =
             noise.iter().map(|component| (variance(component, short_f) * variance(component, long_f)).sqrt()).collect();
         let pairs = difference_pairs(shape.deviation, short_f, long_f);
-        let at: Vec<f64> = lags
-            .iter()
-            .flat_map(|lag| pairs.iter().map(move |(apart, _)| (lag * stride as i64) as f64 + apart))
-            .collect();
+        let mut at = Vec::with_capacity(lags.len() * pairs.len());
+        for lag in &lags {
+            let lag = (lag * stride as i64) as f64;
+            at.extend(pairs.iter().map(|(apart, _)| lag + apart));
+        }
         let mut correlations = vec![0.0; lags.len() * noise.len()];
         let mut phases = Vec::new();
         for (p, (component, norm)) in noise.iter().zip(&norms).enumerate() {
@@ -173,7 +173,7 @@ impl Coherence {
     }
 
     fn means(&self, pairs: &Pairs) -> Means {
-        let all = pairs.short * pairs.long;
+        let all = pairs.short as f64 * pairs.long as f64;
         let mut means = Means::default();
         let mut bounds = self.bounds.iter().map(|bound| pairs.before(*bound));
         let mut before = bounds.next().unwrap_or_default();
