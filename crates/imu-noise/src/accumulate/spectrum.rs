@@ -244,11 +244,11 @@ impl Powers {
             i => -quarter[half - i],
         };
         let cosines: Vec<f64> = (0..samples).map(cosine).collect();
-        // cosines of points k and half - k are the same at even lags, and opposite at odd ones
+        // cosines of points k and half - k are the same at even lags, and opposite at others
         let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
-        let [odd, even] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
+        let [opposite, same] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
         let covariance = |lag: usize| {
-            let (pairs, sign) = if lag.is_multiple_of(2) { (&even, 1.0) } else { (&odd, -1.0) };
+            let (pairs, sign) = if lag.is_multiple_of(2) { (&same, 1.0) } else { (&opposite, -1.0) };
             let products = (1..).zip(pairs).map(|(k, pair)| pair * cosines[(lag * k) & last]);
             (2.0 * products.sum::<f64>() + sign * powers[half]) / samples as f64
         };

@@ -95,8 +95,8 @@ struct NoiseSpectrum {
     mean_variance: f64,
     /// Variance of the highest coefficient.
     last: f64,
-    /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and of
-    /// the sine, whose product is 0; 0 where there is none.
+    /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and
+    /// of the sine, whose product is 0; 0 where there is none.
     over_squares: Vec<[f64; 2]>,
 }
 

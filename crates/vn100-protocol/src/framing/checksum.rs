@@ -105,8 +105,8 @@ pub(crate) fn crc16_by_products(bytes: &[u8]) -> u16 {
     };
     let (head, words) = bytes.as_rchunks::<8>();
     let Some((last, words)) = words.split_last() else { return crc16(bytes) };
-    // the remainder of a word is that of its product with the power of x that its place is worth, which the
-    // polynomial leaves sixteen bits of
+    // a word leaves the remainder of its product with the power of x at its place, of which the
+    // polynomial leaves sixteen bits
     let times = |word: u64, power: u64| _mm_clmulepi64_si128::<0>(of(word), of(power));
     let low = |product: __m128i| _mm_cvtsi128_si64(product) as u64;
     #[inline]
@@ -153,7 +153,8 @@ const fn shifted(crc: u16) -> u16 {
     if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ 0x1021 }
 }
 
-/// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from that of those before it.
+/// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from that of the bytes
+/// before it.
 #[inline]
 fn crc16_of_block<const LENGTH: usize>(crc: u16, block: &[u8; LENGTH]) -> u16 {
     let mut before = [0; LENGTH];

@@ -106,8 +106,8 @@ impl PacketHead {
         }
     }
 
-    /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and the
-    /// length of each. None where it begins otherwise, or with one that is not whole.
+    /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and
+    /// the length of each. None where it begins otherwise, or with one that is not whole.
     #[inline]
     pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> (&'a [u8], usize) {
         // before the first packet, none has this length
@@ -223,7 +223,8 @@ mod tests {
     use crate::{Decoder, Item, Options};
 
     proptest! {
-        /// Of every length: the CRC of the tables is that of the products, where the processor has these.
+        /// Of every length: the CRC of the tables is that of the products, where the processor
+        /// has them.
         #[test]
         fn packets_are_good_with_a_right_crc_alone(
             mut bytes in proptest::collection::vec(any::<u8>(), 7..MAX_PACKET - 2),

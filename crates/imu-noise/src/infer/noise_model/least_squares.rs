@@ -14,7 +14,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Of the matrix with `entry(i, j)` at row i and column j <= i; `None` unless positive definite.
+    /// Of the matrix with `entry(i, j)` at row i and column j <= i; `None` unless it is positive
+    /// definite.
     pub(super) fn factor(&mut self, size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<()> {
         self.size = size;
         self.inverse.clear();

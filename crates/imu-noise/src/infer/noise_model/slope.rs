@@ -131,8 +131,8 @@ impl Slope {
     }
 }
 
-/// The mean over all places of the square of Σ parameter · `places`, as multiples of the products of
-/// each parameter with those up to it: none of it depends on the parameters.
+/// The mean over all places of the square of Σ parameter · `places`, as multiples of the products
+/// of each parameter with those up to it: none of it depends on the parameters.
 fn mean_squares(places: &[f64], terms: usize) -> Vec<f64> {
     let count = (places.len() / terms) as f64;
     let mean = |p: usize, q: usize| {
