@@ -1,5 +1,5 @@
-//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O,
-//! clock or `std`.
+//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O and
+//! clock, and without the standard library but for the feature `std`.
 //!
 //! ```
 //! use vn100_protocol::{Decoder, Item, Options};
@@ -66,6 +66,11 @@
 //! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a
 //! magnitude beyond its limit is [`RejectReason::Range`]. Settings have the unit in their name. Old
 //! firmware prints fewer decimals: see [`PrintFormat`].
+//!
+//! # Features
+//!
+//! `std`, on by default, reads packets faster where the processor has what that takes, which is
+//! known at run time with the standard library alone. What is read is the same without it.
 //!
 //! # Where this reader departs from the maker's manual
 //!
