@@ -17,21 +17,20 @@ pub(crate) const LONG: usize = 512;
 /// Samples of a segment of records too short to average over long ones.
 pub(crate) const SHORT: usize = 128;
 
-/// Streaming power spectral density by the method of Welch (1967): Hann window, segments of 512
-/// samples less their mean, half overlapping, at absolute indices that are multiples of 256. A
-/// record with fewer than 8 such segments (2304 samples without a gap) has segments of 128 samples.
-/// A segment that misses samples, or that spans a break, is not used; the short segments within it
-/// are, where they are complete.
+/// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
+/// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
+/// record with fewer than 8 segments (2304 samples without gap). A segment that misses samples, or
+/// that a break parts, has no part but the short ones in it that do not.
 ///
-/// Beyond 32 768 samples, without the missing ones, the segments are thinned evenly: every second
-/// one up to twice that length, every fourth up to four times, and so on, each weighted by the
-/// number of segments that it stands for. So the cost grows with the logarithm of the length, and
-/// the [averages](Density::averages) stay above 120.
+/// Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second
+/// up to twice that length, every fourth up to four times, and so on, each with a weight of as many
+/// as it stands for. So the cost grows with the logarithm of the length, and the
+/// [averages](Density::averages) stay above 120.
 ///
-/// Transforms are in single precision: the error of a density is below 1e-5 of the largest density.
-/// Each is rounded once, to a multiple of 2^-12 counts², and depends on the samples of its segment
-/// alone: the sums are the same, bit by bit, for any division over calls and pieces, on processors
-/// with the same vector instructions.
+/// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
+/// once, to multiples of 2^-12 counts², and depends on the samples of its segment alone: the sums
+/// are the same bits in any division over calls and pieces, on processors with the same vector
+/// instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
@@ -156,32 +155,30 @@ impl SpectrumSums {
     }
 }
 
-/// Whether a density counts positive frequencies only, or negative ones as well.
+/// Which frequencies a density counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sides {
-    /// Positive frequencies only, as spectrum analysers show it: √2 times the two-sided amplitude
-    /// density, twice the power density. White noise has the power density 2 N².
+    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
+    /// its power. White noise has the power density 2 N².
     One,
-    /// Positive and negative frequencies (IEEE Std 952): for white noise the amplitude density is N
-    /// itself, the power density N².
+    /// Negative ones too (IEEE Std 952): the amplitude density is N itself, the power density N².
     Two,
 }
 
 /// A power spectral density at evenly spaced frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
-    /// The frequencies that the density counts.
+    /// Which frequencies it is spread over.
     pub sides: Sides,
-    /// Number of samples of a segment.
+    /// Samples of a segment.
     pub segment_samples: usize,
-    /// Number of segments that were transformed.
+    /// Segments transformed.
     pub segments: u64,
-    /// Number of independent segments with the same variance of the mean. Each point has about
-    /// twice as many degrees of freedom (the last point, at half the sampling rate, as many).
+    /// Independent segments that average as well. Each point has about twice as many degrees of
+    /// freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
-    /// Points from 1/(segment_samples·interval) to half the sampling rate. The window spreads a
-    /// peak over four points; the first point is low, because the mean of each segment was
-    /// subtracted.
+    /// From 1/(segment_samples·interval) to half the sampling rate. Windowing spreads a line over
+    /// four points; the first point is low, since each segment lost its mean.
     pub points: Vec<DensityPoint>,
 }
 
@@ -204,8 +201,8 @@ pub(crate) struct Powers {
 }
 
 impl Spectrum {
-    /// The density of a channel that is sampled every `interval_s` seconds, with `decimals` digits.
-    /// `None` before the first segment is complete, and where `interval_s` is not positive.
+    /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None`
+    /// before the first segment is full, and where `interval_s` is not positive.
     #[must_use]
     pub fn density(&self, sides: Sides, interval_s: f64, decimals: u8) -> Option<Density> {
         let Powers { segment_samples, segments, averages, powers } = self.powers()?;
@@ -244,11 +241,11 @@ impl Powers {
             i => -quarter[half - i],
         };
         let cosines: Vec<f64> = (0..samples).map(cosine).collect();
-        // cosines of points k and half - k are the same at even lags, and opposite at others
+        // cosines of points k and half - k are the same at even lags, and opposite at the others
         let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
-        let [opposite, same] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
+        let [differences, sums] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
         let covariance = |lag: usize| {
-            let (pairs, sign) = if lag.is_multiple_of(2) { (&same, 1.0) } else { (&opposite, -1.0) };
+            let (pairs, sign) = if lag.is_multiple_of(2) { (&sums, 1.0) } else { (&differences, -1.0) };
             let products = (1..).zip(pairs).map(|(k, pair)| pair * cosines[(lag * k) & last]);
             (2.0 * products.sum::<f64>() + sign * powers[half]) / samples as f64
         };
@@ -256,7 +253,7 @@ impl Powers {
     }
 }
 
-/// Windows and Fourier transforms, made once and shared by the channels: a clone is a reference.
+/// Window and Fourier transform, made once and shared by the channels: a copy is a reference.
 #[derive(Clone, Debug)]
 pub struct SpectrumPlan {
     long: Arc<Transform<LONG>>,
