@@ -211,10 +211,10 @@ impl Framer {
     }
 
     /// The packets at the head of `input` that are like the one before, as nearly all are, and that
-    /// no sentence completes, at most `most` of them; counts them.
+    /// no sentence completes, at most `most` of them; counts them. `None` for no packet.
     #[inline]
-    pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> PacketRun<'a> {
-        let (bytes, length) = self.packet_head.run(input, most);
+    pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> Option<PacketRun<'a>> {
+        let (bytes, length) = self.packet_head.run(input, most)?;
         let is_unclear = |at: &usize| {
             let packet = at - at % length;
             is_completed_by_sentence(&input[packet..], length, false) != Some(false)
@@ -224,13 +224,14 @@ impl Framer {
             Some(at) => &bytes[..at - at % length],
         };
         let run = PacketRun { bytes, length, offset: self.offset };
-        if !bytes.is_empty() {
-            self.advance(bytes.len());
-            self.tally.packet_bytes += bytes.len() as u64;
-            self.tally.packets += run.count() as u64;
-            self.line_end_of = LineEndOf::Nothing;
+        if bytes.is_empty() {
+            return None;
         }
-        run
+        self.advance(bytes.len());
+        self.tally.packet_bytes += bytes.len() as u64;
+        self.tally.packets += run.count() as u64;
+        self.line_end_of = LineEndOf::Nothing;
+        Some(run)
     }
 
     fn skip(&mut self, length: usize) {

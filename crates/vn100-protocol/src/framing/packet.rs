@@ -107,13 +107,14 @@ impl PacketHead {
     }
 
     /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and
-    /// the length of each. None where it begins otherwise, or with one that is not whole.
+    /// the length of each. `None` where it begins otherwise, or with one that is not whole.
     #[inline]
-    pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> (&'a [u8], usize) {
-        // before the first packet, none has this length
-        let length = if self.length > 0 { self.length } else { usize::MAX };
-        let packets = if self.is_of(input) { good_packets(self, input.chunks_exact(length).take(most)) } else { 0 };
-        (&input[..packets * length], length)
+    pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> Option<(&'a [u8], usize)> {
+        if self.length == 0 || !self.is_of(input) {
+            return None;
+        }
+        let packets = good_packets(self, input.chunks_exact(self.length).take(most));
+        (packets > 0).then(|| (&input[..packets * self.length], self.length))
     }
 
     #[inline]

@@ -171,8 +171,7 @@ const MOST_PACKETS: usize = 64;
 #[inline]
 fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl Sink) -> &'a [u8] {
     loop {
-        let run = framer.packet_run(rest, MOST_PACKETS);
-        if !run.bytes.is_empty() {
+        if let Some(run) = framer.packet_run(rest, MOST_PACKETS) {
             rest = &rest[run.bytes.len()..];
             sink.packets(run);
             continue;
@@ -197,7 +196,7 @@ impl Framer {
             self.tally.samples += 1;
             return (at + template::LENGTH, Some(Item::Sample(sample)));
         }
-        if let Some(packet) = self.packet_run(&input[at..], 1).packets().next() {
+        if let Some(packet) = self.packet_run(&input[at..], 1).and_then(|run| run.packets().next()) {
             return (at + packet.raw.len(), Some(Item::Packet(packet)));
         }
         let (consumed, item) = self.any_item(&input[at..], end_of_input);
