@@ -113,7 +113,7 @@ impl PacketHead {
         if self.length == 0 || !self.is_of(input) {
             return None;
         }
-        let packets = good_packets(self, input.chunks_exact(self.length).take(most));
+        let packets = valid_packets(self, input.chunks_exact(self.length).take(most));
         (packets > 0).then(|| (&input[..packets * self.length], self.length))
     }
 
@@ -125,20 +125,20 @@ impl PacketHead {
 
 /// How many of these begin alike, one after the other, and have a right CRC.
 #[multiversion(targets("x86_64+pclmulqdq+sse4.1+movbe"))]
-fn good_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
+fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
     #[target_cfg(not(target_feature = "pclmulqdq"))]
     use crc16 as crc;
     #[target_cfg(target_feature = "pclmulqdq")]
     use crc16_by_products as crc;
 
-    let mut good = 0;
+    let mut valid = 0;
     for packet in packets {
         if !(head.is_of(packet) && crc(&packet[1..]) == 0) {
             break;
         }
-        good += 1;
+        valid += 1;
     }
-    good
+    valid
 }
 
 const _: () = assert!(MAX_PACKET <= 8 * MAX_WORDS);
@@ -234,7 +234,7 @@ mod tests {
         ) {
             bytes.extend(crc16(&bytes[1..]).to_be_bytes());
             let head = PacketHead { bytes: 0, mask: 0, length: bytes.len() };
-            let good = |bytes: &[u8]| good_packets(&head, bytes.chunks_exact(bytes.len()).take(1));
+            let good = |bytes: &[u8]| valid_packets(&head, bytes.chunks_exact(bytes.len()).take(1));
             prop_assert_eq!(good(&bytes), 1);
             let at = 1 + at.index(bytes.len() - 1);
             bytes[at] ^= 1 << bit;
