@@ -4,7 +4,6 @@ pub(crate) mod aligned_sums;
 pub(crate) mod blocks;
 pub(crate) mod channel;
 pub(crate) mod counts;
-pub(crate) mod encoding;
 pub(crate) mod histogram;
 pub(crate) mod lag_one_sums;
 pub(crate) mod moments;

@@ -1,7 +1,7 @@
 //! The noise of inertial sensor channels, streaming and exact, from samples to conclusions: Allan
 //! and Hadamard deviation at octave averaging times with confidence intervals, a noise model with
-//! N, B and K and their intervals, verdicts against a data sheet, and the time base of a stream
-//! with its dropped samples; also moments, histogram, spectrum and unwrapped angles.
+//! N, B and K and their intervals, and verdicts against a data sheet; also moments, histogram,
+//! spectrum and unwrapped angles.
 //!
 //! ```
 //! use imu_noise::{ChannelCurve,
@@ -85,12 +85,10 @@ mod infer;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
-mod timebase;
 
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::channel::ChannelAccumulator;
 pub use accumulate::counts::counts_to_unit;
-pub use accumulate::encoding::{BadEncoding, ByteReader, Encoded, check as check_encoded, encode_hash};
 pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
 pub use accumulate::layout_of_sums;
 pub use accumulate::moments::Moments;
@@ -124,7 +122,3 @@ pub use infer::temperature::{
 };
 pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
-pub use timebase::{
-    Arrivals, ClockAfterOutage, CounterSummary, GapDetector, GapEvent, NominalRate, OtherCounter, Refusal,
-    TimebaseSummary,
-};

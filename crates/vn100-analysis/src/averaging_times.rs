@@ -2,7 +2,8 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, RecordShape, check_encoded};
+use imu_noise::{Deviation, RecordShape};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use thiserror::Error;
 
 /// The averaging times at which the deviation is given. The noise model is fitted to the octaves in
@@ -172,7 +173,7 @@ impl Encoded for AveragingTimes {
 
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (kind, list) = (u8::decode(input)?, Vec::<f64>::decode(input)?);
-        check_encoded((kind == 3 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
+        check((kind == 3 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
         [Self::Octave, Self::Decade, Self::All, Self::List(list)]
             .into_iter()
             .nth(kind.into())

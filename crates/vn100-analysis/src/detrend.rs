@@ -10,4 +10,4 @@ pub enum Detrend {
     Temperature,
 }
 
-imu_noise::encoded!(Detrend = Detrend::Line, Detrend::Temperature);
+state_bytes::encoded!(Detrend = Detrend::Line, Detrend::Temperature);

@@ -7,6 +7,8 @@
 
 /// The statistics whose results snapshots and assessments hold.
 pub use imu_noise as noise;
+/// The time base whose reports snapshots hold.
+pub use imu_timebase as timebase;
 /// The channels, quantities and batches that an analysis takes.
 pub use vn100_protocol as protocol;
 

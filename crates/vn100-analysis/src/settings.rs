@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use imu_noise::{BadEncoding, ByteReader, Deviation, Encoded, Estimator, check_encoded};
+use imu_noise::{Deviation, Estimator};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, detrend::Detrend, goal::Goal};
 
@@ -107,9 +108,7 @@ impl Settings {
             confidence: Encoded::decode(input)?,
             ..Self::default()
         };
-        check_encoded(
-            settings.rate_hz.is_none_or(|hz| hz > 0.0) && settings.confidence > 0.0 && settings.confidence < 1.0,
-        )?;
+        check(settings.rate_hz.is_none_or(|hz| hz > 0.0) && settings.confidence > 0.0 && settings.confidence < 1.0)?;
         Ok(settings)
     }
 }

@@ -3,9 +3,9 @@
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
-    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal,
-    TemperatureRemoval, TimebaseSummary,
+    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, TemperatureRemoval,
 };
+use imu_timebase::{Refusal, TimebaseSummary};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
@@ -427,18 +427,18 @@ pub struct RegisterChannel {
     pub results: ChannelSnapshot,
 }
 
-imu_noise::encoded!(PlaceMark { at_s, text });
-imu_noise::encoded!(Outages { times, down_ns, since_ns, closed_ns });
-imu_noise::encoded!(RateChange { after_samples, from_hz, to_hz });
-imu_noise::encoded!(FalseReport { reported_hz, arrival_hz });
-imu_noise::encoded!(FalseRate { samples, arrival_hz, device_hz });
-imu_noise::encoded!(
+state_bytes::encoded!(PlaceMark { at_s, text });
+state_bytes::encoded!(Outages { times, down_ns, since_ns, closed_ns });
+state_bytes::encoded!(RateChange { after_samples, from_hz, to_hz });
+state_bytes::encoded!(FalseReport { reported_hz, arrival_hz });
+state_bytes::encoded!(FalseRate { samples, arrival_hz, device_hz });
+state_bytes::encoded!(
     MissingFrom = MissingFrom::DeviceTime,
     MissingFrom::Counter,
     MissingFrom::Arrival,
     MissingFrom::RejectedRows
 );
-imu_noise::encoded!(
+state_bytes::encoded!(
     RateFrom = RateFrom::Option,
     RateFrom::DeviceTime,
     RateFrom::Device,

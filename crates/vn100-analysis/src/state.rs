@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-use imu_noise::{BadEncoding, ByteReader, Encoded};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use thiserror::Error;
 use vn100_protocol::Layout;
 
@@ -269,7 +269,7 @@ impl State {
         }
         let mut input = ByteReader::new(content);
         let recordings = BTreeMap::decode(&mut input)?;
-        imu_noise::check_encoded(input.left() == 0)?;
+        state_bytes::check(input.left() == 0)?;
         Ok(Self { recordings })
     }
 }
@@ -343,7 +343,7 @@ impl Recording {
     }
 }
 
-imu_noise::encoded!(Recording { started_ns, error, pieces } if |recording| {
+state_bytes::encoded!(Recording { started_ns, error, pieces } if |recording| {
     recording.pieces.windows(2).all(|pair| pair[0].end.index <= pair[1].start.index)
 });
 

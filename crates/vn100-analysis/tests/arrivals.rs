@@ -4,7 +4,8 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{Arrivals, ChannelAccumulator, Deviation, Estimator, NominalRate};
+use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use imu_timebase::{Arrivals, NominalRate};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, StreamCounts};

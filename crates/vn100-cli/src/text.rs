@@ -7,7 +7,7 @@ mod summary;
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Arrivals, TimebaseSummary};
+use vn100_analysis::timebase::{Arrivals, TimebaseSummary};
 use vn100_analysis::{Snapshot, SourceFacts};
 use vn100_protocol::stream::{AbsentValues, BagReport, CsvReport};
 use vn100_report::{

@@ -2,8 +2,8 @@
 
 use std::{error::Error, fmt, io, time::Duration};
 
-use vn100_analysis::noise::Refusal;
 use vn100_analysis::protocol::stream::MessageName;
+use vn100_analysis::timebase::Refusal;
 use vn100_analysis::{EndKind, RateChange};
 use vn100_capture::{OpenError, RecordError};
 

@@ -142,10 +142,10 @@ fn complete_with(block: Option<AlignedBlock>, complete: &mut impl FnMut(AlignedB
     }
 }
 
-crate::encoded!(AlignedBlock { number, sum, present, distances } if |block| {
+state_bytes::encoded!(AlignedBlock { number, sum, present, distances } if |block| {
     // more than a block has in any record, and little enough to be squared
     block.present <= BLOCK && block.distances.unsigned_abs() <= BLOCK * BLOCK && block.sum.unsigned_abs() <= 1 << 40
 });
-crate::encoded!(AlignedSums { block, piece, head, current, begun } if |sums| {
+state_bytes::encoded!(AlignedSums { block, piece, head, current, begun } if |sums| {
     sums.block.is_power_of_two() && sums.block <= BLOCK
 });

@@ -294,12 +294,12 @@ fn squares_about(window: &[i32], pivot: i32) -> i128 {
     deviations.map(|d| d * d).sum()
 }
 
-crate::encoded!(Spreads { windows, constant, logs, log_squares });
-crate::encoded!(BlockSums { squares, sum, count, min, max, spreads } if |sums| {
+state_bytes::encoded!(Spreads { windows, constant, logs, log_squares });
+state_bytes::encoded!(BlockSums { squares, sum, count, min, max, spreads } if |sums| {
     let most = I256::from(sums.count) * I256::from(sums.squares);
     sums.squares <= 1 << 120 && I256::from(sums.sum) * I256::from(sums.sum) <= most
 });
-crate::encoded!(Blocks { length_log2, sums } if |blocks| {
+state_bytes::encoded!(Blocks { length_log2, sums } if |blocks| {
     (WINDOW.ilog2()..56).contains(&blocks.length_log2) && blocks.sums.len() <= MAX_BLOCKS
 });
 

@@ -157,7 +157,7 @@ fn add_block(block: AlignedBlock, lag_one: &mut LagOneSums, trend: &mut Trend) {
     }
 }
 
-crate::encoded!(ChannelAccumulator { moments, histogram, octaves, aligned, lag_one, trend });
+state_bytes::encoded!(ChannelAccumulator { moments, histogram, octaves, aligned, lag_one, trend });
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::encoding::{BadEncoding, ByteReader, Encoded, check};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// The most bins of a histogram.
 pub const MAX_BINS: usize = 16_384;

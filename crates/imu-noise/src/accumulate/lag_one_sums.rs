@@ -257,14 +257,14 @@ impl LagOneSeries {
     }
 }
 
-crate::encoded!(LagOneSeries { count, pairs, sum, squares, products, ends, first, last } if |series| {
+state_bytes::encoded!(LagOneSeries { count, pairs, sum, squares, products, ends, first, last } if |series| {
     // as of any numbers (Cauchy, Schwarz), so that no reading overflows
     let most = I256::from(series.count) * I256::from(series.squares);
     let within = |sum: i128, times: i128| I256::from(sum) * I256::from(sum) <= most * times;
     series.squares >= 0 && series.pairs <= series.count && within(series.sum, 1) && within(series.ends, 4)
         && series.products.abs() <= series.squares
 });
-crate::encoded!(Level { series, first, last, in_first_row });
-crate::encoded!(LagOneSums { block, levels, parted } if |sums| {
+state_bytes::encoded!(Level { series, first, last, in_first_row });
+state_bytes::encoded!(LagOneSums { block, levels, parted } if |sums| {
     sums.block.is_power_of_two() && sums.block <= LONGEST && sums.levels.len() <= LONGEST.ilog2() as usize + 1
 });

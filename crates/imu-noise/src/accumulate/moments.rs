@@ -287,11 +287,11 @@ fn in_integers(block: &[i32]) -> PowerSums {
     sums
 }
 
-crate::encoded!(PowerSums { count, first, second, third, fourth } if |sums| {
+state_bytes::encoded!(PowerSums { count, first, second, third, fourth } if |sums| {
     // no sample is beyond 32 bits
     sums.first.unsigned_abs() <= u128::from(sums.count) << 31 && sums.second >= 0
 });
-crate::encoded!(Moments { sums, min, max });
+state_bytes::encoded!(Moments { sums, min, max });
 
 #[cfg(test)]
 mod tests;

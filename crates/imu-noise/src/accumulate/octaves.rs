@@ -6,13 +6,13 @@ mod gapped;
 mod overlapping;
 mod squares;
 
-use super::encoding::{BadEncoding, ByteReader, Encoded};
 use super::piece::{Piece, PieceNotAppended};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use gapped::Gapped;
 use overlapping::Overlapping;
 use squares::SquareSum;
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 /// Of the strided estimator, from there on where the stride grows with the averaging time.
 pub(crate) const WINDOWS_PER_TAU: usize = 16;

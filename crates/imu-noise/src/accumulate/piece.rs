@@ -97,6 +97,6 @@ impl fmt::Display for PieceNotAppended {
 
 impl std::error::Error for PieceNotAppended {}
 
-crate::encoded!(Piece { start, end, first_break } if |piece| {
+state_bytes::encoded!(Piece { start, end, first_break } if |piece| {
     piece.start <= piece.end && piece.first_break.is_none_or(|place| (piece.start..=piece.end).contains(&place))
 });

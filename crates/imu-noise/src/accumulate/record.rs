@@ -146,5 +146,5 @@ impl RecordShape {
     }
 }
 
-crate::encoded!(Estimator = Estimator::Strided, Estimator::Plain, Estimator::Full);
-crate::encoded!(Deviation = Deviation::Allan, Deviation::Hadamard);
+state_bytes::encoded!(Estimator = Estimator::Strided, Estimator::Plain, Estimator::Full);
+state_bytes::encoded!(Deviation = Deviation::Allan, Deviation::Hadamard);

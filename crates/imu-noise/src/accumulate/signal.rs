@@ -3,10 +3,10 @@
 use std::mem;
 
 use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
-use super::encoding::{BadEncoding, ByteReader, Encoded, check};
 use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// Spectrum, block statistics and disturbance windows of one channel.
 ///

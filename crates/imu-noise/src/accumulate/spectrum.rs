@@ -8,9 +8,9 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
-use super::encoding::{BadEncoding, ByteReader, Encoded};
 use power_sums::{SegmentPowerSums, Transform};
 use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 pub(crate) const LONG: usize = 512;
 
@@ -137,7 +137,7 @@ impl<T: Count> Spectrum<T> {
     }
 }
 
-crate::encoded!(SpectrumSums { long, short });
+state_bytes::encoded!(SpectrumSums { long, short });
 
 impl SpectrumSums {
     fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {

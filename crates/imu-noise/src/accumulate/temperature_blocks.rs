@@ -254,8 +254,8 @@ fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usiz
     }
 }
 
-crate::encoded!(Presence { samples, readings, temperature_counts, is_broken });
-crate::encoded!(TemperatureBlocks { axes, length_log2, blocks, sums, absent, span, begins_with_break } if |record| {
+state_bytes::encoded!(Presence { samples, readings, temperature_counts, is_broken });
+state_bytes::encoded!(TemperatureBlocks { axes, length_log2, blocks, sums, absent, span, begins_with_break } if |record| {
     let places = record.blocks.len().checked_mul(record.axes);
     let reach = (record.blocks.len() as u64) << record.length_log2.min(40);
     (SHORTEST_LOG2..=40).contains(&record.length_log2)

@@ -97,8 +97,8 @@ fn rounded_quotient(value: i128, divisor: i128) -> i128 {
     (2 * value + divisor).div_euclid(2 * divisor)
 }
 
-crate::encoded!(Grids = Grids::One, Grids::LastOf, Grids::Several);
-crate::encoded!(Trend { samples, places, squares, sums, products, blocks, grids } if |trend| {
+state_bytes::encoded!(Grids = Grids::One, Grids::LastOf, Grids::Several);
+state_bytes::encoded!(Trend { samples, places, squares, sums, products, blocks, grids } if |trend| {
     // so that no reading overflows
     let is_below = |sum: i128, bits: u32| sum.unsigned_abs() <= 1 << bits;
     is_below(trend.samples, 60) && is_below(trend.places, 90) && is_below(trend.sums, 90)

@@ -96,7 +96,7 @@ impl Unwrap {
     }
 }
 
-crate::encoded!(Unwrap { turn_counts, first, last } if |unwrap| {
+state_bytes::encoded!(Unwrap { turn_counts, first, last } if |unwrap| {
     let is_count = |end: &(i64, i64)| end.0.unsigned_abs() <= 1 << 32 && end.1.unsigned_abs() <= 1 << 40;
     (1..1 << 31).contains(&unwrap.turn_counts) && unwrap.first.iter().chain(&unwrap.last).all(is_count)
 });

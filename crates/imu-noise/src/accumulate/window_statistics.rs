@@ -258,16 +258,16 @@ fn lowest_of(bin: u16) -> f64 {
 /// Of any number below 2^75.
 const MOST_BINS: usize = 1 << 14;
 
-crate::encoded!(Window { number, sum, spread });
-crate::encoded!(Cell { number, highest, peaks });
-crate::encoded!(PeakWindows { first_window, last_window, peak });
-crate::encoded!(Magnitudes { first, frequencies, total, ends, highest, least } if |magnitudes| {
+state_bytes::encoded!(Window { number, sum, spread });
+state_bytes::encoded!(Cell { number, highest, peaks });
+state_bytes::encoded!(PeakWindows { first_window, last_window, peak });
+state_bytes::encoded!(Magnitudes { first, frequencies, total, ends, highest, least } if |magnitudes| {
     usize::from(magnitudes.first) + magnitudes.frequencies.len() <= MOST_BINS
         && magnitudes.ends.len() <= 2
         && magnitudes.highest.len() <= KEPT
         && magnitudes.ends.iter().all(|cell| cell.number <= 1 << 56)
 });
-crate::encoded!(WindowStatistics { changes, spreads, first, last, parted });
+state_bytes::encoded!(WindowStatistics { changes, spreads, first, last, parted });
 
 #[cfg(test)]
 mod tests {

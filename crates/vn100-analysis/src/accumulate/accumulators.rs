@@ -2,7 +2,8 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
+use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{

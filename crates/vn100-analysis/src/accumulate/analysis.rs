@@ -5,7 +5,7 @@ mod reading;
 
 use std::time::Duration;
 
-use imu_noise::{ClockAfterOutage, CounterSummary, GapDetector, TimebaseSummary};
+use imu_timebase::{ClockAfterOutage, CounterSummary, GapDetector, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 

@@ -1,9 +1,9 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
 use imu_noise::{
-    BadEncoding, ByteReader, ChannelAccumulator, ChannelSignal, Encoded, OctaveSum, Octaves, RecordShape, SpectrumPlan,
-    TemperatureRemoval, Unwrap, check_encoded,
+    ChannelAccumulator, ChannelSignal, OctaveSum, Octaves, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap,
 };
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::{Channel, Quantity};
 
 use super::piece::{NotAppended, PieceStart};
@@ -259,8 +259,8 @@ impl ChannelState {
             unwrap: Encoded::decode(input)?,
             restarted: Encoded::decode(input)?,
         };
-        check_encoded(state.stride.is_power_of_two())?;
-        check_encoded(state.unwrap.is_some() == turn_counts(channel).is_some())?;
+        check(state.stride.is_power_of_two())?;
+        check(state.unwrap.is_some() == turn_counts(channel).is_some())?;
         Ok(state)
     }
 }

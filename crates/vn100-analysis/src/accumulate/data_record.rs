@@ -2,7 +2,8 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, GapEvent, TimebaseSummary};
+use imu_timebase::{GapEvent, TimebaseSummary};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
@@ -362,7 +363,8 @@ impl DataRecord {
 
 #[cfg(test)]
 mod tests {
-    use imu_noise::{GapDetector, NominalRate, RecordShape, Refusal};
+    use imu_noise::RecordShape;
+    use imu_timebase::{GapDetector, NominalRate, Refusal};
     use vn100_protocol::{PrintFormat, VNYMR};
 
     use super::*;

@@ -1,7 +1,7 @@
 //! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
 //! are distinguished from two records of the same sensor.
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded, encode_hash};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check, encode_hash};
 
 /// The most hashes that are kept.
 const MOST: usize = 4096;
@@ -95,7 +95,7 @@ impl Encoded for Fingerprint {
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
         // with one zero more than a hash has bits no row is kept, not even one with the hash 0
-        check_encoded(zeros <= u64::BITS + 1 && length <= MOST)?;
+        check(zeros <= u64::BITS + 1 && length <= MOST)?;
         let mut hashes = Vec::new();
         for _ in 0..length {
             hashes.push(input.hash()?);

@@ -1,6 +1,6 @@
 //! The form in bytes of types of the protocol: layouts, and the counts of a stream.
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, check_encoded};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::stream::{MessageName, RejectedRow, RejectedRowCounts, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, PacketHeader, Quantity, RejectedCounts, Tally};
 
@@ -46,10 +46,10 @@ pub(crate) fn decode_layout(input: &mut ByteReader<'_>) -> Result<Layout, BadEnc
             refresh_hz: Encoded::decode(input)?,
             increment_step: Encoded::decode(input)?,
         };
-        check_encoded(channel.decimals <= 22 && channel.scale > 0.0)?;
+        check(channel.decimals <= 22 && channel.scale > 0.0)?;
         channels.push(channel);
     }
-    check_encoded(!channels.is_empty())?;
+    check(!channels.is_empty())?;
     Ok(Layout { message: message.into(), compensated, channels: channels.into() })
 }
 
@@ -111,9 +111,9 @@ pub(crate) fn decode_counts(input: &mut ByteReader<'_>) -> Result<StreamCounts, 
     for number in numbers(&mut counts) {
         *number = Encoded::decode(input)?;
     }
-    check_encoded(counts.foreign_samples <= counts.tally.samples && counts.echoes <= counts.tally.replies)?;
+    check(counts.foreign_samples <= counts.tally.samples && counts.echoes <= counts.tally.replies)?;
     let errors = Vec::<(u8, u64)>::decode(input)?;
-    check_encoded(errors.is_sorted_by(|one, other| one.0 != other.0) && errors.len() <= 14)?;
+    check(errors.is_sorted_by(|one, other| one.0 != other.0) && errors.len() <= 14)?;
     errors.into_iter().for_each(|(code, times)| counts.unsolicited_errors.add(DeviceError::from_code(code), times));
     counts.other_message = Option::<String>::decode(input)?.map(|name| MessageName::new(name.as_bytes()));
     counts.other_packet =

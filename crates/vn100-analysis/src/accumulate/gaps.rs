@@ -116,7 +116,7 @@ impl Gaps {
     }
 }
 
-imu_noise::encoded!(Gaps {
+state_bytes::encoded!(Gaps {
     missing, gaps, restarts, false_times, time_steps, by_rejected, pending_rejected, leading_rejected, from, detector_decides,
 } if |gaps| gaps.by_rejected <= gaps.missing);
 

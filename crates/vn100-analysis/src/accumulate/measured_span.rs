@@ -166,7 +166,7 @@ fn samples_in(time: Duration, rate_hz: f64) -> u64 {
     (time.as_secs_f64() * rate_hz - ROUNDING).ceil() as u64
 }
 
-imu_noise::encoded!(MeasuredSpan {
+state_bytes::encoded!(MeasuredSpan {
     skip, duration, start, index, places, samples, excluded, segments, in_segment, begins_anew,
 } if |span| span.start.index <= span.index);
 

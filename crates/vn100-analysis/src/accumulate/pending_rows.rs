@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_noise::{ClockAfterOutage, GapDetector, GapEvent};
+use imu_timebase::{ClockAfterOutage, GapDetector, GapEvent};
 use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::row_slice::RowSlice;

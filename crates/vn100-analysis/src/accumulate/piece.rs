@@ -52,7 +52,7 @@ pub enum NotAppended {
     ByArrival,
     /// The row counters of the piece do not continue those of the piece before.
     #[error(transparent)]
-    OtherCounter(#[from] imu_noise::OtherCounter),
+    OtherCounter(#[from] imu_timebase::OtherCounter),
     /// Only one of the two has row counters, so that it is not known what is missing in the other.
     #[error("one of the pieces has counters, the other has none: append pieces of one stream")]
     CounterInOne,
@@ -86,4 +86,4 @@ pub enum NotAppended {
     Sums(#[from] imu_noise::PieceNotAppended),
 }
 
-imu_noise::encoded!(PieceStart { index, places, samples });
+state_bytes::encoded!(PieceStart { index, places, samples });

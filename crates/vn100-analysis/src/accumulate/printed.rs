@@ -1,6 +1,6 @@
 //! How the sensor printed its numbers.
 
-use imu_noise::{BadEncoding, ByteReader, Encoded};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::PrintFormat;
 
 /// The formats of a stream: the format before its first row, and each change of it.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use imu_noise::{BadEncoding, ByteReader, Encoded};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, Quantity};
 
 use super::piece::NotAppended;

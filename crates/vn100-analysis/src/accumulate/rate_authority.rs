@@ -1,6 +1,7 @@
 //! Which source decides the sample rate, and what a change of the rate does.
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, GapDetector, NominalRate, Refusal, TimebaseSummary};
+use imu_timebase::{GapDetector, NominalRate, Refusal, TimebaseSummary};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
@@ -360,8 +361,8 @@ fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
 }
 
-imu_noise::encoded!(Rate { hz, from, by_few } if |rate| rate.hz > 0.0);
-imu_noise::encoded!(DatedChange { change, until, excluded });
+state_bytes::encoded!(Rate { hz, from, by_few } if |rate| rate.hz > 0.0);
+state_bytes::encoded!(DatedChange { change, until, excluded });
 
 impl RateAuthority {
     /// The form in bytes, without the list of rates of the sensor, which its message determines.

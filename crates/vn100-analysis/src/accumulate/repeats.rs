@@ -1,6 +1,6 @@
 //! Repeated rows: a recording played in a loop, or rows stored twice.
 
-use imu_noise::{BadEncoding, ByteReader, Encoded, encode_hash};
+use state_bytes::{BadEncoding, ByteReader, Encoded, encode_hash};
 
 /// The number of rows by which the beginning of the record is recognised.
 const BEGINNING: usize = 16;

@@ -42,7 +42,7 @@ impl Saturation {
     }
 }
 
-imu_noise::encoded!(Saturation { samples, by_axis, first_at, last_at });
+state_bytes::encoded!(Saturation { samples, by_axis, first_at, last_at });
 
 #[cfg(test)]
 mod tests {

@@ -153,7 +153,7 @@ fn renamed(channel: &Channel) -> Channel {
     Channel { name: format!("{prefix}_{}", channel.name).into(), ..channel.clone() }
 }
 
-imu_noise::encoded!(SensorReplies { registers, before_break, two_serials, first_serial, imu } if |replies| {
+state_bytes::encoded!(SensorReplies { registers, before_break, two_serials, first_serial, imu } if |replies| {
     [0, VNIMU.channels.len()].contains(&replies.imu.len())
 });
 

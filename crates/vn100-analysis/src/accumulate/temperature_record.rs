@@ -1,9 +1,7 @@
 //! The axes of a sensor against its temperature, which the stream carries or which was polled.
 
-use imu_noise::{
-    BadEncoding, ByteReader, Encoded, NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch,
-    check_encoded,
-};
+use imu_noise::{NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 use crate::sensor::sensor_of;
@@ -134,7 +132,7 @@ impl TemperatureRecord {
         let of = if bool::decode(input)? { Self::polled } else { Self::of_stream };
         let record = of(layout).ok_or(BadEncoding::Contradictory)?;
         let blocks = TemperatureBlocks::decode(input)?;
-        check_encoded(blocks.axes() == record.blocks.axes())?;
+        check(blocks.axes() == record.blocks.axes())?;
         Ok(Self { blocks, ..record })
     }
 }

@@ -1,6 +1,7 @@
 //! What N is uncertain by, and the N of the sensor itself.
 
-use imu_noise::{Parameter, Status, TimebaseSummary};
+use imu_noise::{Parameter, Status};
+use imu_timebase::TimebaseSummary;
 
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};

@@ -12,8 +12,8 @@ mod stills;
 
 use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
-use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use vn100_analysis::timebase::TimebaseSummary;
 use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
 use vn100_driver::LinkState;
 use vn100_pipeline::{Playback, Speed};

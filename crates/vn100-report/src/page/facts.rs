@@ -2,11 +2,12 @@
 //! a value in each row.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::{Arrivals, Deviation, Estimator};
+use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::protocol::{
     AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
+use vn100_analysis::timebase::Arrivals;
 use vn100_analysis::{Detrend, MissingFrom, RateFrom, Snapshot};
 
 use super::{PageOptions, Program, caption::Captions};

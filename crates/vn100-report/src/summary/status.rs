@@ -1,8 +1,8 @@
 //! How far the record can be trusted: one line for each aspect, with what was found.
 
-use vn100_analysis::noise::TimebaseSummary;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
+use vn100_analysis::timebase::TimebaseSummary;
 use vn100_analysis::{MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
 
 use super::{AspectStatus, Notes};

@@ -15,11 +15,8 @@ use core::{mem, ops::Add};
 use multiversion::multiversion;
 
 use super::{gapped::Gapped, squares::SquareSum};
-use crate::accumulate::{
-    encoding::{BadEncoding, ByteReader, Encoded, check},
-    piece::Piece,
-    record::Deviation,
-};
+use crate::accumulate::{piece::Piece, record::Deviation};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
@@ -526,8 +523,8 @@ impl Encoded for Head {
     }
 }
 
-crate::encoded!(Level { sums, earlier, head, squares, gapped, terms });
-crate::encoded!(Cascade { deviation, windows_per_tau, keeps_terms, piece, levels } if |cascade| {
+state_bytes::encoded!(Level { sums, earlier, head, squares, gapped, terms });
+state_bytes::encoded!(Cascade { deviation, windows_per_tau, keeps_terms, piece, levels } if |cascade| {
     [1, MAX_LAG].contains(&cascade.windows_per_tau)
         && cascade.levels.len() <= MAX_LEVEL as usize + 1
         && (0..).zip(&cascade.levels).all(|(k, level)| cascade.has_room_for(k, level))

@@ -87,4 +87,4 @@ fn fixed(value: f64, bits: u32) -> f64 {
     (value * (1_u64 << bits) as f64).round()
 }
 
-crate::encoded!(Gapped { windows, shares, squares, terms } if |gapped| gapped.shares <= 1 << 120);
+state_bytes::encoded!(Gapped { windows, shares, squares, terms } if |gapped| gapped.shares <= 1 << 120);

@@ -6,11 +6,8 @@ use std::mem;
 use multiversion::multiversion;
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
-use crate::accumulate::{
-    encoding::{BadEncoding, ByteReader, Encoded, check},
-    piece::Piece,
-    record::Deviation,
-};
+use crate::accumulate::{piece::Piece, record::Deviation};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// Every octave visits the block at two more places of the record: long enough for the memory to
 /// stream.

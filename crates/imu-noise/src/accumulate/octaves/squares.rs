@@ -60,7 +60,7 @@ fn in_128_bits<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64
     })
 }
 
-crate::encoded!(SquareSum { terms, sum });
+state_bytes::encoded!(SquareSum { terms, sum });
 
 #[cfg(test)]
 mod tests {

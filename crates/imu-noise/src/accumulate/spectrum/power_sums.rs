@@ -5,7 +5,7 @@ use std::{fmt, iter, mem, sync::Arc};
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
 use super::{Count, Powers};
-use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded, check};
+use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// Bits of the fraction of summed powers.
 const FRACTION_BITS: u32 = 12;

@@ -3,7 +3,9 @@
 use std::{mem, ops::Range};
 
 use super::LONG;
-use crate::accumulate::{encoding::Encoded, piece::Piece};
+use state_bytes::Encoded;
+
+use crate::accumulate::piece::Piece;
 
 /// Segments begin at multiples of half their length.
 const STEP: u64 = LONG as u64 / 2;
@@ -255,11 +257,11 @@ fn stands_for(samples: u64) -> u64 {
     }
 }
 
-crate::encoded!(Segment { start, stands_for, is_early } if |segment| segment.stands_for.is_power_of_two());
-crate::encoded!(@[T: Encoded] Places<T> { first, values, missing } if |places| {
+state_bytes::encoded!(Segment { start, stands_for, is_early } if |segment| segment.stands_for.is_power_of_two());
+state_bytes::encoded!(@[T: Encoded] Places<T> { first, values, missing } if |places| {
     places.values.len() <= 2 * LONG && places.missing.iter().all(|missing| missing.start <= missing.end)
 });
-crate::encoded!(@[T: Encoded] Segments<T> { piece, samples, counts_missing, head, recent, open } if |segments| {
+state_bytes::encoded!(@[T: Encoded] Segments<T> { piece, samples, counts_missing, head, recent, open } if |segments| {
     // none begins in another step than one of the last two
     segments.open.len() <= 2 && segments.head.values.len() < LONG
 });

@@ -1,6 +1,7 @@
 //! Analyses of pieces: appended to each other, and as bytes.
 
-use imu_noise::{BadEncoding, ByteReader, CounterSummary, Encoded};
+use imu_timebase::CounterSummary;
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 use super::Analysis;
 use crate::{

@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
+use vn100_analysis::timebase::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot, SourceFacts};
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};

@@ -1,9 +1,26 @@
-//! Sums as bytes: little endian, each integer with as many bytes as its value needs. Reading gives
-//! exactly what was written, to the bit.
+//! Values as bytes: little endian, each integer with as many bytes as its value needs. Reading
+//! gives exactly what was written, to the bit.
 //!
-//! A [`ByteReader`] reads bytes of any origin: each value is checked against the range that sums
-//! have, each list against its greatest length, and no more memory is allocated than for the bytes
-//! that are left.
+//! A type is given its form by [`encoded!`], or implements [`Encoded`] itself. A [`ByteReader`]
+//! reads bytes of any origin: each value is checked against the range that sums have, each list
+//! against the bytes that are left, and no more memory is allocated than for those.
+//!
+//! ```
+//! use state_bytes::{ByteReader, Encoded};
+//!
+//! #[derive(Debug, PartialEq)]
+//! struct Mean {
+//!     count: u64,
+//!     sum: i128,
+//! }
+//! state_bytes::encoded!(Mean { count, sum } if |mean| mean.count > 0);
+//!
+//! let mut bytes = Vec::new();
+//! Mean { count: 2, sum: -7 }.encode(&mut bytes);
+//! assert_eq!(bytes, [2, 13]);
+//! assert_eq!(Mean::decode(&mut ByteReader::new(&bytes)), Ok(Mean { count: 2, sum: -7 }));
+//! assert!(Mean::decode(&mut ByteReader::new(&[0, 13])).is_err());
+//! ```
 
 use std::{collections::BTreeMap, fmt, ops::Range, time::Duration};
 
@@ -121,7 +138,7 @@ macro_rules! encoded {
             fn decode(input: &mut $crate::ByteReader<'_>) -> Result<Self, $crate::BadEncoding> {
                 $(let $field = $crate::Encoded::decode(input)?;)+
                 let decoded = Self { $($field),+ };
-                $(let $value = &decoded; $crate::check_encoded($holds)?;)?
+                $(let $value = &decoded; $crate::check($holds)?;)?
                 Ok(decoded)
             }
         }

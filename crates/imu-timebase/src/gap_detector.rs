@@ -19,7 +19,7 @@ use super::sample_counter::{CounterSummary, SampleCounter};
 ///
 /// ```
 /// use std::time::Duration;
-/// use imu_noise::{GapDetector, GapEvent, NominalRate};
+/// use imu_timebase::{GapDetector, GapEvent, NominalRate};
 ///
 /// let mut detector = GapDetector::new(&[10.0, 40.0, 100.0], None);
 /// for sample in (0..500).filter(|sample| !(300..305).contains(sample)) {

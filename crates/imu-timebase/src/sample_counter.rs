@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded, encode_hash};
+use state_bytes::{BadEncoding, ByteReader, Encoded, encode_hash};
 
 use thiserror::Error;
 

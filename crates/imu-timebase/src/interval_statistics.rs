@@ -95,4 +95,4 @@ impl IntervalStatistics {
     }
 }
 
-crate::encoded!(Arrivals { p50_us, p99_us, max_us, share_together, samples_together });
+state_bytes::encoded!(Arrivals { p50_us, p99_us, max_us, share_together, samples_together });

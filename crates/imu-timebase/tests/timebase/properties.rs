@@ -1,6 +1,6 @@
 //! Any bunching, any losses.
 
-use imu_noise::NominalRate;
+use imu_timebase::NominalRate;
 use proptest::prelude::*;
 
 use crate::link::{Link, gap, losing, place};

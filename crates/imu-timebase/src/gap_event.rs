@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::accumulate::encoding::{BadEncoding, ByteReader, Encoded};
+use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 use super::interval_statistics::Arrivals;
 
@@ -203,7 +203,7 @@ impl Encoded for Refusal {
     }
 }
 
-crate::encoded!(TimebaseSummary {
+state_bytes::encoded!(TimebaseSummary {
     samples,
     backwards,
     nominal,
