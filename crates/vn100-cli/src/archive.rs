@@ -20,6 +20,8 @@ use vn100_pipeline::{EndReason, Session, StartError};
 use vn100_report::{ArchiveDocument, Completion, archive_table, state_of_measured};
 
 use self::state_folder::StateFolder;
+use vn100_words::remedy_words;
+
 use crate::{
     args::{ArchiveArgs, FileArgs},
     exit::{HangUp, print, report, stop_on_interrupt, unless_closed},
@@ -29,7 +31,6 @@ use crate::{
     replay::{progress_bar, replay_spec, stored_bytes},
     result::{FAULT, measured},
     user_files::evaluation,
-    words::remedy_words,
 };
 
 pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {

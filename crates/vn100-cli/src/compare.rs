@@ -21,6 +21,8 @@ use vn100_report::{
     units::tests_by_channel,
 };
 
+use vn100_words::remedy_words;
+
 use crate::{
     args::CompareArgs,
     exit::{print, print_json, report, unless_closed},
@@ -28,7 +30,6 @@ use crate::{
     replay::{Outputs, measure_files},
     text::{fill, parameter_name, text},
     user_files::evaluation,
-    words::remedy_words,
 };
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {

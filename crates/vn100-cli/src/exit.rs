@@ -14,7 +14,7 @@ use vn100_report::{Completion, json_line, printable};
 
 use crate::view::give_back;
 
-pub(crate) use crate::words::about;
+pub(crate) use vn100_words::about;
 
 /// The exit code; 2 is also a wrong command line.
 pub(crate) fn code(completion: Completion) -> ExitCode {

@@ -8,11 +8,12 @@ use vn100_report::{
     glossary::{Explanation, explain as explained, glossary},
 };
 
+use vn100_words::remedy_words;
+
 use crate::{
     args::ExplainArgs,
     exit::{print, report},
     text::{fill, text},
-    words::remedy_words,
 };
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<Completion> {

@@ -20,6 +20,8 @@ use vn100_report::{
     Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Record, run_name, run_prefix, write_page,
 };
 
+use vn100_words::remedy_words;
+
 use crate::{
     args::ReportArgs,
     asked::{flag, length, measure_options},
@@ -29,7 +31,6 @@ use crate::{
     replay::{Outputs, measure_files},
     serve::PROGRAM,
     user_files::evaluation,
-    words::remedy_words,
 };
 use exports::Exports;
 

@@ -16,12 +16,13 @@ use vn100_capture::RecordingState;
 use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
 use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, PoolDocument, ProgressDocument};
 
+use vn100_words::remedy_words;
+
 use crate::{
     args::{Ndjson, OutputFormat},
     exit::{is_coloured, print, print_json, print_json_line, print_prepared, report, unless_closed},
     text,
     view::Shown,
-    words::{self, remedy_words},
 };
 
 /// A task of the measurement panicked.
@@ -49,9 +50,9 @@ async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, is_live: 
 }
 
 pub(crate) fn measured(result: SessionResult, is_live: bool) -> Measured {
-    let early = words::ended_early(&result);
+    let early = vn100_words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
-    let error = words::end(&facts.name, &end, &snapshot);
+    let error = vn100_words::end(&facts.name, &end, &snapshot);
     let (failed, cut_short) = match *end {
         EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
         _ => (None, error),

@@ -13,7 +13,7 @@ use vn100_pipeline::Session;
 use vn100_report::{Evaluation, Program, goals::Goals};
 use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
 
-use crate::{args::ServeArgs, asked::MeasureOptions, words};
+use crate::{args::ServeArgs, asked::MeasureOptions};
 
 /// What makes reports.
 pub(crate) const PROGRAM: Program<'static> =
@@ -84,7 +84,7 @@ impl Watched {
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),
             evaluation: Arc::clone(evaluation),
-            words: Words { remedy: words::remedy_words, end: words::end },
+            words: Words { remedy: vn100_words::remedy_words, end: vn100_words::end },
             asked: self.asked,
             program: PROGRAM,
             confidence: settings.confidence,

@@ -18,9 +18,10 @@ use vn100_report::{
     units::channel_values,
 };
 
-use crate::{args::Section, words::remedy_words};
+use crate::args::Section;
 pub(crate) use pool::write_pool;
 pub(crate) use summary::summary;
+use vn100_words::remedy_words;
 
 pub(crate) use noise::parameter_name;
 use noise::{write_filter_models, write_noise, write_verdicts};

@@ -1,15 +1,11 @@
 //! What happens in a session, why it ended, and what can be done, in the terms of the command line.
 
-mod ended;
-
 use std::time::Duration;
 
 use vn100_analysis::RateChange;
 use vn100_pipeline::{CommandRefusal, OutputLeft, RateEvent, SessionEvent, SetupError};
 use vn100_report::numbers::plain::time;
-
-use ended::chain;
-pub(crate) use ended::{about, end, ended_early, remedy_words};
+use vn100_words::chain;
 
 use crate::sensor::describe;
 
@@ -82,17 +78,9 @@ mod tests {
     use clap::Parser;
     use vn100_analysis::{Remedy, Setting};
 
+    use vn100_words::remedy_words;
+
     use crate::args::Args;
-
-    use super::*;
-
-    #[test]
-    fn a_source_is_named_once() {
-        let named = "cannot open /dev/ttyUSB0: there is no such port";
-        assert_eq!(about("/dev/ttyUSB0", named), named);
-        assert_eq!(about("/dev/ttyUSB", named), format!("/dev/ttyUSB: {named}"));
-        assert_eq!(about("-", "no bytes came"), "-: no bytes came");
-    }
 
     #[test]
     fn every_option_that_is_named_is_one() {

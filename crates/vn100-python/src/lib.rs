@@ -4,9 +4,6 @@
 mod analyzer;
 mod captures;
 mod deviations;
-#[path = "../../vn100-cli/src/words/ended.rs"]
-#[allow(dead_code, reason = "shared with the command line, which uses all of it")]
-mod ended;
 mod measured;
 mod options;
 mod rows;

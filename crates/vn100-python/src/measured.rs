@@ -11,7 +11,6 @@ use vn100_capture::OpenError;
 use vn100_pipeline::{EndReason, SessionResult, StartError};
 use vn100_report::{Asked, Completion, Document, Evaluation, Measured};
 
-use crate::ended;
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
@@ -23,9 +22,9 @@ pub(crate) fn evaluation(filter_models: bool) -> PyResult<Evaluation> {
 
 /// A replay that ended.
 pub(crate) fn of_session(result: SessionResult) -> Measured {
-    let early = ended::ended_early(&result);
+    let early = vn100_words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
-    facts.error = ended::end(&facts.name, &end, &snapshot);
+    facts.error = vn100_words::end(&facts.name, &end, &snapshot);
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
     if matches!(*end, EndReason::NotStarted(StartError::RateUnknown { .. })) {
         measured.completion = Completion::NotGiven;
@@ -51,6 +50,6 @@ pub(crate) fn failure(end: &EndReason, measured: &Measured) -> Option<PyErr> {
 
 /// The document `vn100.analysis/1`.
 pub(crate) fn document(measured: &Measured) -> PyResult<String> {
-    let document = Document::new(measured, true, ended::remedy_words);
+    let document = Document::new(measured, true, vn100_words::remedy_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

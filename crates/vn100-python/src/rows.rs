@@ -100,7 +100,7 @@ impl Rows {
 }
 
 fn failed(error: OpenError) -> PyErr {
-    let text = crate::ended::chain(&error);
+    let text = vn100_words::chain(&error);
     match &error {
         OpenError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             PyFileNotFoundError::new_err(text)

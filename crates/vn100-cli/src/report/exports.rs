@@ -16,13 +16,14 @@ use vn100_report::{
 };
 
 use super::{PROGRAM, print_written};
+use vn100_words::remedy_words;
+
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
     exit::report as complain,
     inputs::FileStream,
     log::takes_terminal,
     output::Output,
-    words::remedy_words,
 };
 
 pub(crate) struct Exports<'a> {

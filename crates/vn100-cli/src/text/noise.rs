@@ -23,7 +23,7 @@ use vn100_report::{
 };
 
 use super::{fill, row};
-use crate::words::remedy_words;
+use vn100_words::remedy_words;
 
 /// Name, short name and symbol: `Angle Random Walk (ARW) N`.
 pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {

@@ -13,8 +13,6 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
-use crate::words;
-
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reference {
     pub(crate) name: String,
@@ -61,7 +59,7 @@ impl Reference {
                 Ok(result) => {
                     let values = channel_values(&result.snapshot, &result.assessment);
                     let reference = Self::of(name.clone(), &values, result.snapshot.deviation);
-                    match words::end(&name, &result.end, &result.snapshot) {
+                    match vn100_words::end(&name, &result.end, &result.snapshot) {
                         Some(error) if result.snapshot.timing.samples == 0 => Err(error),
                         None if result.snapshot.timing.samples == 0 => Err(format!("{name}: no valid sample")),
                         _ => Ok(Arc::new(reference)),

@@ -10,11 +10,11 @@ use std::{
 };
 
 use super::{curve::AllanPlot, source::SourceView, state::ViewState};
-use crate::words::remedy_words;
 use vn100_analysis::Assessment;
 use vn100_report::{
     Document, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of, units::ChannelValues,
 };
+use vn100_words::remedy_words;
 
 /// Writes both; gives the message. The assessment shown may be of a record a twentieth shorter.
 pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {

@@ -20,7 +20,6 @@ use vn100_report::{
 };
 
 use super::{faults::Faults, reference::Reference};
-use crate::words;
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -247,7 +246,7 @@ fn phase(state: &SourceState) -> SourcePhase {
         Stage::Ended(end) => {
             let (name, snapshot) = (state.name(), &state.snapshot);
             let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
-            let error = words::end(name, end, snapshot);
+            let error = vn100_words::end(name, end, snapshot);
             let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
             SourcePhase::Ended(error.map(|error| printable(&error)))
         }

@@ -17,7 +17,7 @@ use super::{
     state::Panel,
     theme::Theme,
 };
-use crate::words::remedy_words;
+use vn100_words::remedy_words;
 
 /// What stands on top, as long as there is room for it.
 pub(crate) struct TopLines {

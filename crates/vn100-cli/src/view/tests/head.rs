@@ -13,13 +13,12 @@ use vn100_report::{
 };
 
 use super::{PLAIN, SIZES, damaged, drawn, fixture::short, measured, one, text};
-use crate::{
-    view::{
-        source::{SourceMonitor, SourceView},
-        state::{Panel, ViewState},
-        units::{convention, shown_unit},
-    },
-    words::remedy_words,
+use vn100_words::remedy_words;
+
+use crate::view::{
+    source::{SourceMonitor, SourceView},
+    state::{Panel, ViewState},
+    units::{convention, shown_unit},
 };
 
 fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {

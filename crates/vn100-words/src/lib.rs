@@ -1,5 +1,7 @@
-//! Why a result is not whole, and what can be done, in the terms of the command line. The Python
-//! package includes this file: its exceptions have the same words, and its options the same names.
+//! Why a result is not whole, and what can be done, in the terms of the command line: the one
+//! library that names options and commands. The program says these words in text, in the live view
+//! and in documents; the exceptions of the Python package have them too, since its options have the
+//! same names.
 
 use std::time::Duration;
 
@@ -9,13 +11,15 @@ use vn100_pipeline::{EndReason, NO_MEASUREMENT_AFTER, SessionResult, Shortfall, 
 use vn100_report::numbers::plain::{tau, time};
 
 /// The text, with the source it is about before it where it does not name that itself.
-pub(crate) fn about(name: &str, text: &str) -> String {
+#[must_use]
+pub fn about(name: &str, text: &str) -> String {
     let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
 /// Why the result of that source is not whole; `None` where it is.
-pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option<String> {
+#[must_use]
+pub fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
     match reason {
@@ -50,7 +54,8 @@ pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option
 
 /// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
 /// it is not.
-pub(crate) fn ended_early(result: &SessionResult) -> Option<(String, String)> {
+#[must_use]
+pub fn ended_early(result: &SessionResult) -> Option<(String, String)> {
     let when = match &result.shortfall {
         Some(shortfall) => shortfall_words(shortfall),
         None => format!("after {} of data", seconds(Duration::from_secs_f64(result.snapshot.timing.duration_s()))),
@@ -148,13 +153,15 @@ const fn bag_remedy(problem: &BagError) -> &'static str {
 }
 
 /// An error with all its causes.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+#[must_use]
+pub fn chain(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
 /// The option or the command.
-pub(crate) fn remedy_words(remedy: &Remedy) -> String {
+#[must_use]
+pub fn remedy_words(remedy: &Remedy) -> String {
     let setting = |setting: &Setting| match setting {
         Setting::Message(header) => format!("PORT --set-message {header}"),
         Setting::Window(refreshes) => format!("PORT --window {refreshes}"),
@@ -189,6 +196,14 @@ pub(crate) fn remedy_words(remedy: &Remedy) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_source_is_named_once() {
+        let named = "cannot open /dev/ttyUSB0: there is no such port";
+        assert_eq!(about("/dev/ttyUSB0", named), named);
+        assert_eq!(about("/dev/ttyUSB", named), format!("/dev/ttyUSB: {named}"));
+        assert_eq!(about("-", "no bytes came"), "-: no bytes came");
+    }
 
     #[test]
     fn a_shortfall_is_never_of_nothing() {
