@@ -18,6 +18,8 @@ use vn100_pipeline::{
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
+use vn100_view::{MessageQueue, SourceMonitor, View};
+
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
     asked::measure_options,
@@ -31,7 +33,6 @@ use crate::{
     serve::Watched,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
-    view::{self, MessageQueue, SourceMonitor, View},
     words,
 };
 
@@ -80,7 +81,7 @@ async fn attach_all(
     let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
     let watched = Watched::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.link.log);
-    let messages = (format.is_text() && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
+    let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings {
@@ -89,7 +90,7 @@ async fn attach_all(
         ..args.measure.settings()
     };
     if messages.is_some() {
-        settings.watch_every = view::FIRST_LOOKS;
+        settings.watch_every = vn100_view::FIRST_LOOKS;
     } else if format.lines().is_none() {
         // the status lines are not redrawn more often
         settings.watch_every = StatusLines::PERIOD;
@@ -136,8 +137,8 @@ async fn attach_all(
     if let Some(messages) = messages {
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
         // without a terminal only what is recorded is worth continuing for
-        let shown = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
-        unless_closed(writer.write_all(&shown))?;
+        let alone = || unrecorded.iter().for_each(CancellationToken::cancel);
+        unless_closed(writer.write_shown(view.until(all_of(sources), alone, report).await))?;
     } else {
         let mut written = Ok(());
         for source in sources {

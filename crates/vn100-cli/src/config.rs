@@ -11,8 +11,8 @@ use clap::ValueEnum;
 use serde::Deserialize;
 use vn100_report::parse_toml;
 
-use crate::view::{FirstUnits, ThemeChoice};
 use crate::{exit::report, user_files::read_text};
+use vn100_view::{FirstUnits, ThemeChoice};
 
 /// What the file holds; every key may be missing.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]

@@ -12,7 +12,7 @@ use serde::Serialize;
 use tokio_util::sync::CancellationToken;
 use vn100_report::{Completion, json_line, printable};
 
-use crate::view::give_back;
+use vn100_view::give_back;
 
 pub(crate) use vn100_words::about;
 

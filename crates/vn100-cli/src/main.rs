@@ -28,7 +28,6 @@ mod sim;
 mod status;
 mod text;
 mod user_files;
-mod view;
 mod words;
 
 use std::process::ExitCode;

@@ -23,6 +23,8 @@ use vn100_analysis::{Goal, Pool, Settings};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult, Speed};
 use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
+use vn100_view::{MessageQueue, SourceMonitor, View};
+
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs},
     asked::measure_options,
@@ -33,7 +35,6 @@ use crate::{
     samples::SampleWriter,
     serve::Watched,
     user_files::evaluation,
-    view::{self, MessageQueue, SourceMonitor, View},
     words,
 };
 
@@ -64,7 +65,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
 
 /// Replays in the view until the user quits it, and writes the results as any replay does.
 fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
-    if !args.serve.is_asked() && !view::is_there() {
+    if !args.serve.is_asked() && !vn100_view::is_there() {
         bail!(
             "--speed needs the live view, and that a terminal for input and output, or a page (--serve); without --speed the result is printed at once"
         );
@@ -79,7 +80,7 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Completion> {
     let files = &args.files;
     let watched = Watched::of(&args.serve)?;
-    let messages = (view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
+    let messages = (vn100_view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
     let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
     let has_view = messages.is_some();
@@ -108,8 +109,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         Some(messages) => {
             let all_stop = stop.clone();
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
-            let shown = view.until(all_of(results), || all_stop.cancel()).await?;
-            unless_closed(writer.write_all(&shown))?;
+            unless_closed(writer.write_shown(view.until(all_of(results), || all_stop.cancel(), report).await))?;
         }
         None => unless_closed(all_of(results).await?.iter().try_for_each(|measured| writer.write(measured)))?,
     }

@@ -18,11 +18,12 @@ use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured
 
 use vn100_words::remedy_words;
 
+use vn100_view::Shown;
+
 use crate::{
     args::{Ndjson, OutputFormat},
     exit::{is_coloured, print, print_json, print_json_line, print_prepared, report, unless_closed},
     text,
-    view::Shown,
 };
 
 /// A task of the measurement panicked.
@@ -129,13 +130,14 @@ impl ResultWriter {
 
     /// Writes the results that a view has shown; where its last screen stands for them, their
     /// errors alone.
-    pub(crate) fn write_all(&mut self, shown: &Shown<Vec<Measured>>) -> Result<()> {
-        shown.result.iter().try_for_each(|measured| match shown.is_screen_kept {
-            true => {
+    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<Measured>>>) -> Result<()> {
+        shown.screen.iter().try_for_each(|screen| print(screen))?;
+        shown.result?.iter().try_for_each(|measured| match shown.screen {
+            Some(_) => {
                 self.report(measured);
                 Ok(())
             }
-            false => self.write(measured),
+            None => self.write(measured),
         })
     }
 

@@ -10,10 +10,9 @@ use vn100_driver::{LinkState, Up};
 use vn100_pipeline::link_facts;
 use vn100_report::{health::link_word, numbers::plain::time, printable};
 
-use crate::{
-    exit::{about, report},
-    view::MessageQueue,
-};
+use vn100_view::MessageQueue;
+
+use crate::exit::{about, report};
 
 /// The lines of all sources. Where stderr is no terminal, only link events are written.
 #[derive(Clone)]
@@ -114,7 +113,7 @@ impl StatusLine {
                 self.name
             ));
         }
-        let state = link.map_or("reading".into(), link_name);
+        let state = link.map_or("reading".into(), |link| link_word(&link_facts(link)));
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
             Some(_) => "RECORDING FAILED  ".into(),
             None => format!("recorded {}  ", HumanBytes(recording.bytes)),
@@ -205,10 +204,6 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
         LinkState::Up(up) | LinkState::Silent(up) => Some(up),
         _ => None,
     }
-}
-
-pub(crate) fn link_name(state: &LinkState) -> String {
-    link_word(&link_facts(state))
 }
 
 fn counts(snapshot: &Snapshot) -> String {

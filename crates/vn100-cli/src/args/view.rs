@@ -7,10 +7,9 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 
-use crate::{
-    config::Config,
-    view::{Reference, ThemeChoice, ViewOptions},
-};
+use vn100_view::{Reference, ThemeChoice, ViewOptions};
+
+use crate::config::Config;
 
 /// How the live view looks; no document, report or exit code depends on it.
 #[derive(Debug, Clone, Default, clap::Args)]

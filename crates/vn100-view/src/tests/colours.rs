@@ -8,7 +8,7 @@ use ratatui::{
 use vn100_driver::LinkState;
 
 use super::{damaged, drawn, measured, one};
-use crate::view::{
+use crate::{
     source::SourceView,
     state::{Panel, ShownAxes, ViewState},
     theme::{Colours, Theme},

@@ -57,7 +57,7 @@ fn check_with(name: &str, state: &ViewState, sources: &[SourceView], theme: Them
         writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
         screens += &text(&drawn(state, sources, theme, size).0);
     }
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/tests/screens").join(format!("{name}.txt"));
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/tests/screens").join(format!("{name}.txt"));
     if env::var_os("VN100_WRITE_SCREENS").is_some() {
         fs::write(&file, &screens).unwrap();
     }

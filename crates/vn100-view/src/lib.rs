@@ -45,7 +45,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, Result, anyhow};
 use background::FromTerminal;
 use draw::{draw, is_too_small};
 use mouse::mouse;
@@ -59,26 +58,24 @@ use source::SourceView;
 use state::{Selection, ViewRequest, ViewState};
 use terminal::{Screen, give_back_line, leave_screen, next_event};
 use theme::Theme;
+use thiserror::Error;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 use vn100_pipeline::Command;
 use vn100_report::Evaluation;
 
-use crate::exit::{print, report};
-
-pub(crate) use messages::MessageQueue;
-use reference::PendingReference;
-pub(crate) use reference::Reference;
-pub(crate) use source::SourceMonitor;
-pub(crate) use terminal::{give_back, is_there};
-pub(crate) use theme::ThemeChoice;
-pub(crate) use units::FirstUnits;
+pub use messages::MessageQueue;
+pub use reference::{PendingReference, Reference};
+pub use source::SourceMonitor;
+pub use terminal::{give_back, is_there};
+pub use theme::ThemeChoice;
+pub use units::FirstUnits;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
 
 /// The view, as long as it is shown. The terminal is given back when this is dropped.
-pub(crate) struct View {
+pub struct View {
     close: CancellationToken,
     ended: oneshot::Receiver<Ended>,
     messages: MessageQueue,
@@ -86,18 +83,16 @@ pub(crate) struct View {
 
 impl View {
     /// Takes the terminal and shows the sources; `stop` is cancelled when the user quits.
-    pub(crate) fn show(
+    pub fn show(
         sources: Vec<SourceMonitor>,
         messages: MessageQueue,
         evaluation: Arc<Evaluation>,
         options: ViewOptions,
         stop: CancellationToken,
-    ) -> Result<Self> {
-        let signals = TerminalSignals::listen().context("cannot read the events of the terminal")?;
+    ) -> Result<Self, ViewError> {
+        let signals = TerminalSignals::listen().map_err(ViewError::Signals)?;
         let (theme, asks_background) = Theme::of_terminal(options.theme);
-        let screen = Screen::take(asks_background).map_err(|error| {
-            anyhow!("cannot draw on the terminal: {error}; pipe the output through `cat` for plain text")
-        })?;
+        let screen = Screen::take(asks_background).map_err(ViewError::Terminal)?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
@@ -111,22 +106,23 @@ impl View {
                 // the program may have left without waiting
                 let _ = sender.send(ended);
             })
-            .context("cannot start the thread of the live view")?;
+            .map_err(ViewError::Thread)?;
         Ok(Self { close, ended, messages })
     }
 
     /// Shows until `work` is done; then gives the terminal back, with the last screen where that
-    /// was asked for, and prints the queued messages. If the terminal disappears before, `alone` is
-    /// called, and the work continues.
-    pub(crate) async fn until<T>(
+    /// was asked for, and reports the queued messages. If the terminal disappears before, `alone`
+    /// is called, and the work continues.
+    pub async fn until<T>(
         mut self,
-        work: impl Future<Output = Result<T>>,
+        work: impl Future<Output = T>,
         alone: impl FnOnce(),
-    ) -> Result<Shown<T>> {
+        report: impl Fn(&str),
+    ) -> Shown<T> {
         tokio::pin!(work);
         let mut last = None;
-        let done = tokio::select! {
-            done = &mut work => {
+        let result = tokio::select! {
+            result = &mut work => {
                 self.close.cancel();
                 last = timeout(LEAVE_AFTER, &mut self.ended).await.ok();
                 let is_left = if last.is_none() {
@@ -141,7 +137,7 @@ impl View {
                 if !is_left {
                     let _ = spawn_blocking(leave_screen).await;
                 }
-                done
+                result
             }
             ended = &mut self.ended => {
                 match ended {
@@ -155,28 +151,44 @@ impl View {
         };
         let screen = if let Some(Ok(Ended::Closed(screen))) = last { screen } else { None };
         self.messages.take().iter().for_each(|message| report(message));
-        if let Some(screen) = &screen {
-            print(screen)?;
-        }
-        done.map(|result| Shown { result, is_screen_kept: screen.is_some() })
+        Shown { result, screen }
     }
 }
 
-/// What was shown until its end.
-pub(crate) struct Shown<T> {
-    pub(crate) result: T,
-    /// The last screen was left on the terminal, in place of the result.
-    pub(crate) is_screen_kept: bool,
+/// What came of the work behind a view that has ended.
+#[derive(Debug)]
+pub struct Shown<T> {
+    /// The result of the work.
+    pub result: T,
+    /// The last screen, where the user wants it left on the terminal in place of the result.
+    pub screen: Option<String>,
+}
+
+/// Why the view cannot be shown.
+#[derive(Debug, Error)]
+pub enum ViewError {
+    /// The signals of the terminal cannot be listened to.
+    #[error("cannot read the events of the terminal: {0}")]
+    Signals(#[source] io::Error),
+    /// The terminal refuses what a picture needs.
+    #[error("cannot draw on the terminal: {0}; pipe the output through `cat` for plain text")]
+    Terminal(#[source] io::Error),
+    /// The system gives no thread.
+    #[error("cannot start the thread of the live view: {0}")]
+    Thread(#[source] io::Error),
 }
 
 /// What is chosen before it is shown.
 #[derive(Debug, Default)]
-pub(crate) struct ViewOptions {
-    pub(crate) theme: ThemeChoice,
-    pub(crate) units: FirstUnits,
-    pub(crate) reference: Option<PendingReference>,
+pub struct ViewOptions {
+    /// Colours.
+    pub theme: ThemeChoice,
+    /// The units that are shown first.
+    pub units: FirstUnits,
+    /// An earlier record, drawn below the curves once it is measured.
+    pub reference: Option<PendingReference>,
     /// The address of the live page.
-    pub(crate) page: Option<String>,
+    pub page: Option<String>,
 }
 
 const FAULT: &str = "internal error: the live view has ended; the measurement continues, Ctrl-C ends it";
@@ -228,10 +240,10 @@ impl TerminalSignals {
 /// At most fifteen screens a second.
 const FRAME: Duration = Duration::from_millis(67);
 
-/// How often new results are read: numbers that change faster cannot be read by people. At first
-/// there is little to read, and more of it each time.
+/// How often new results are read: numbers that change faster cannot be read by people.
 const LOOK: Duration = Duration::from_millis(500);
-pub(crate) const FIRST_LOOKS: Duration = Duration::from_millis(250);
+/// The same in the first three seconds, when there is little to read and more of it each time.
+pub const FIRST_LOOKS: Duration = Duration::from_millis(250);
 const FIRST: Duration = Duration::from_secs(3);
 
 fn look_period(elapsed: Duration) -> Duration {

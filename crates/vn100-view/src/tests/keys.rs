@@ -5,7 +5,7 @@ use vn100_analysis::Assessment;
 use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
-use crate::view::{
+use crate::{
     keys::KEYS,
     mouse::mouse,
     source::SourceView,

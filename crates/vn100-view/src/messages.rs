@@ -12,7 +12,7 @@ const MOST_MESSAGES: usize = 100;
 
 /// What would be written to the terminal: shown in the view, and written when that is over.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct MessageQueue {
+pub struct MessageQueue {
     messages: Arc<Mutex<Messages>>,
 }
 
@@ -25,7 +25,8 @@ struct Messages {
 }
 
 impl MessageQueue {
-    pub(crate) fn push(&self, message: String) {
+    /// Appends a message.
+    pub fn push(&self, message: String) {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         if messages.all.len() == MOST_MESSAGES {
             messages.all.pop_front();
@@ -46,7 +47,9 @@ impl MessageQueue {
         if seen { None } else { messages.all.back().map(|message| printable(message)) }
     }
 
-    pub(crate) fn take(&self) -> Vec<String> {
+    /// All that are kept, the oldest first; none is left.
+    #[must_use]
+    pub fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         let last = messages.last.take();
         messages.all.drain(..).chain(last).collect()

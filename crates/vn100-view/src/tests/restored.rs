@@ -15,7 +15,7 @@ use rustix::{
     termios::{Termios, tcgetattr},
 };
 
-use crate::view::terminal::Screen;
+use crate::terminal::Screen;
 
 fn modes(line: &File) -> String {
     let Termios { input_modes, output_modes, control_modes, local_modes, .. } = tcgetattr(line).unwrap();
@@ -43,7 +43,7 @@ fn a_panic_is_reported_on_a_terminal_as_it_was_before() {
     let line = OpenOptions::new().read(true).write(true).open(name).unwrap();
     let before = modes(&line);
     let end = || Stdio::from(line.try_clone().unwrap());
-    let test = "view::tests::restored::panics_with_the_terminal_in_hand";
+    let test = "tests::restored::panics_with_the_terminal_in_hand";
     let mut child = Command::new(env::current_exe().unwrap())
         .args(["--exact", test, "--ignored", "--nocapture"])
         .env("RUST_BACKTRACE", "0")

@@ -13,8 +13,9 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
+/// The curves of an earlier record.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Reference {
+pub struct Reference {
     pub(crate) name: String,
     channels: Vec<ReferenceChannel>,
     pub(crate) deviation: Deviation,
@@ -29,7 +30,7 @@ struct ReferenceChannel {
 }
 
 /// The reference, once it is measured; or why it is not.
-pub(crate) type PendingReference = oneshot::Receiver<Result<Arc<Reference>, String>>;
+pub type PendingReference = oneshot::Receiver<Result<Arc<Reference>, String>>;
 
 impl Reference {
     pub(super) fn of(name: String, values: &[ChannelValues], deviation: Deviation) -> Self {
@@ -48,7 +49,8 @@ impl Reference {
     }
 
     /// Measures a file by these settings, to its own end.
-    pub(crate) fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
+    #[must_use]
+    pub fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
         let settings =
             Settings { duration: None, until: Vec::new(), recent: false, other_deviation: false, ..settings };
         let spec = ReplaySpec { settings, stop: stop.child_token(), ..ReplaySpec::of(path) };

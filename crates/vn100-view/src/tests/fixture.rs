@@ -14,7 +14,7 @@ use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
 use vn100_report::{Asked, Evaluation};
 
-use crate::view::source::{SourcePhase, SourceView};
+use crate::source::{SourcePhase, SourceView};
 
 const SAMPLES: usize = 20_000;
 

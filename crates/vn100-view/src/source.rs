@@ -150,7 +150,7 @@ impl SourceView {
 
 /// A source of the view. Reading its state delays no other task.
 #[derive(Debug)]
-pub(crate) struct SourceMonitor {
+pub struct SourceMonitor {
     state: watch::Receiver<SourceState>,
     commands: mpsc::Sender<Command>,
     /// When the measurement began, or began anew, since the command did.
@@ -162,7 +162,7 @@ pub(crate) struct SourceMonitor {
 
 impl SourceMonitor {
     /// Of a session that ends by these goals.
-    pub(crate) fn of(session: &Session, goals: Goals) -> Self {
+    pub fn of(session: &Session, goals: Goals) -> Self {
         let (state, commands) = (session.state.clone(), session.commands.clone());
         let now = state.borrow().clone();
         let name = printable(now.name());

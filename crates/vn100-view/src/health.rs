@@ -11,10 +11,10 @@ use ratatui::{
 };
 use vn100_analysis::{Plan, PlaybackFacts, RateFrom};
 use vn100_driver::{LinkState, Up};
-use vn100_pipeline::{Playback, Speed, playback_facts};
+use vn100_pipeline::{Playback, Speed, link_facts, playback_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    health::{playback_word, rate_from_word, up_word},
+    health::{self, playback_word, rate_from_word, up_word},
     names::rejected_lines,
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
@@ -26,7 +26,6 @@ use super::{
     theme::Theme,
     warnings::{in_gaps, shortened},
 };
-use crate::status::link_name;
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 4] = [Detail::All, Detail::Some, Detail::Little, Detail::Least];
@@ -123,11 +122,11 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
         (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Up(up) => (format!("● {}", up_word(up.baud)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.error()),
-            LinkState::Down { was_up: true, .. } => (link_name(link), theme.error()),
+            LinkState::Down { was_up: true, .. } => (health::link_word(&link_facts(link)), theme.error()),
             LinkState::Opening | LinkState::Probing { .. } | LinkState::Down { .. } => {
-                (link_name(link), theme.warning())
+                (health::link_word(&link_facts(link)), theme.warning())
             }
-            _ => (link_name(link), Style::new()),
+            _ => (health::link_word(&link_facts(link)), Style::new()),
         },
     }
 }

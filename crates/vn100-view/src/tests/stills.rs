@@ -26,7 +26,7 @@ use vn100_report::{Asked, Evaluation};
 use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
-use crate::view::{
+use crate::{
     source::{SourcePhase, SourceView},
     state::{Panel, ShownAxes, ViewState},
     theme::{Colours, Theme},

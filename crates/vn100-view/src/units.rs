@@ -29,7 +29,7 @@ impl ShownUnit {
 
 /// The units that are shown first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum FirstUnits {
+pub enum FirstUnits {
     /// Those of data sheets: deg/s, mg
     #[default]
     Datasheet,

@@ -38,7 +38,8 @@ pub(crate) struct Screen {
 }
 
 /// Whether standard input and output are a terminal that can be drawn on.
-pub(crate) fn is_there() -> bool {
+#[must_use]
+pub fn is_there() -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb
 }
@@ -146,7 +147,7 @@ fn enter() -> io::Result<()> {
 /// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
 /// Output that it does not take soon, as when its other end is not read, is left for
 /// [`leave_screen`]: the modes of its line are restored in any case.
-pub(crate) fn give_back() -> bool {
+pub fn give_back() -> bool {
     if !is_raw_mode_enabled().unwrap_or(false) {
         return true;
     }

@@ -15,7 +15,7 @@ use super::background::Background;
 
 /// What the user chose.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum ThemeChoice {
+pub enum ThemeChoice {
     /// As the background of the terminal is, and what colours it shows
     #[default]
     Auto,
