@@ -1,15 +1,16 @@
 //! The facts of a record that the conclusions of a report rest on.
 
-use vn100_analysis::noise::{
-    FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, SpectralLine, Status, Term, Verdict,
-};
+use vn100_analysis::noise::{FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::protocol::BINARY;
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
 };
 
-use crate::measured::Record;
-use crate::{names::sentence, units::ChannelValues};
+use crate::{
+    measured::Record,
+    names::sentence,
+    units::{ChannelValues, SignalValues},
+};
 
 #[derive(Debug, Clone)]
 pub(crate) struct Findings {
@@ -184,20 +185,6 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
     SENSORS.into_iter().filter_map(of).collect()
 }
 
-/// Lines near enough to have one cause, as in the warnings: what turns is never quite steady.
-pub(crate) fn shakes(lines: &[SpectralLine]) -> Vec<(f64, f64)> {
-    const APART: f64 = 1.03;
-    let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
-    let together = |lines: &[SpectralLine]| {
-        let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
-        let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
-        (weighted / share, share)
-    };
-    let mut shakes: Vec<(f64, f64)> = lines.chunk_by(near).map(together).collect();
-    shakes.sort_by(|a, b| b.1.total_cmp(&a.1));
-    shakes
-}
-
 fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let parameter = |term| channel.noise.as_ref().and_then(|noise| noise.parameter(term));
     let known = channel.octaves.iter().filter(|point| point.is_known());
@@ -218,7 +205,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
         quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),
         first_tau_s: channel.octaves.first().map(|point| point.tau_s),
         known_to_s: known.map(|point| point.tau_s).reduce(f64::max),
-        lines: disturbed.map_or_else(Vec::new, |disturbed| shakes(&disturbed.lines)),
+        lines: channel.signal.as_ref().map_or_else(Vec::new, SignalValues::vibrations),
         disturbances: disturbed.map_or(0, |disturbed| disturbed.disturbances.len()),
         steps: change.is_some_and(|change| matches!(change.shape, LevelShape::Step { .. })),
         cycles: change.is_some_and(|change| matches!(change.shape, LevelShape::Cycle { .. })),

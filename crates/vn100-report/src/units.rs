@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{
-    Block, Density, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, Term, conventions,
-    counts_to_unit,
+    Block, Density, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine, Term,
+    conventions, counts_to_unit,
 };
 use vn100_analysis::protocol::{Channel, Quantity};
 use vn100_analysis::{
@@ -82,6 +82,25 @@ pub struct SignalValues {
     pub disturbed: Disturbed,
     /// Whether the values are normally distributed; `None` where that was not assessed.
     pub normality: Option<Result<Normality, NotJudged>>,
+}
+
+impl SignalValues {
+    /// The vibrations of the channel, the strongest first: frequency in hertz, and share of the
+    /// short-term variance, from 0 to 1. Spectral lines within 3 % of their neighbour are one
+    /// vibration, as in the warnings: what turns is never quite steady.
+    #[must_use]
+    pub fn vibrations(&self) -> Vec<(f64, f64)> {
+        const APART: f64 = 1.03;
+        let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
+        let together = |lines: &[SpectralLine]| {
+            let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
+            let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
+            (weighted / share, share)
+        };
+        let mut vibrations: Vec<(f64, f64)> = self.disturbed.lines.chunk_by(near).map(together).collect();
+        vibrations.sort_by(|a, b| b.1.total_cmp(&a.1));
+        vibrations
+    }
 }
 
 /// One of the consecutive blocks of a record.

@@ -5,14 +5,14 @@
 
 use thiserror::Error;
 use vn100_analysis::LongTauValidity;
-use vn100_analysis::noise::{Parameter, Sensor, Status, Term};
+use vn100_analysis::noise::{Sensor, Status, Term};
+use vn100_analysis::protocol::Quantity;
 
 use super::ros2::IMU_TOPIC;
 use crate::{
-    findings::{AxisFindings, Findings, SensorFindings},
     measured::Record,
     printable,
-    units::si_unit,
+    units::{ChannelValues, si_unit},
 };
 
 /// The time in seconds over which Kalibr integrates, where the user does not give one.
@@ -67,19 +67,21 @@ impl KalibrYaml {
             "{} samples of {message} at {} Hz; upper bounds at a confidence of {}",
             snapshot.timing.samples, snapshot.timing.rate_hz, record.measured.assessment.confidence
         ));
-        let findings = Findings::of(record);
-        if findings.motion.is_some() {
+        if record.measured.assessment.motion.is_some() {
             yaml.was_moved = true;
             yaml.comment("no values: the sensor was moved in this record, which shows none of its noise");
             return yaml;
         }
         yaml.comment("continuous-time densities of the noisiest axis, as measured in this stream at this rate");
         yaml.comment(&format!("random walk: the larger of K and 1.15 B/sqrt({span_s} s)"));
-        if findings.compensated.is_none() {
+        if snapshot.layout.as_ref().is_none_or(|layout| layout.compensated.is_none()) {
             yaml.comment("whether the rates are bias-compensated is unknown; if they are, B and K are too small");
         }
-        for (sensor, name) in [(Sensor::Accelerometer, "accelerometer"), (Sensor::Gyroscope, "gyroscope")] {
-            yaml.sensor(findings.sensor(sensor), (sensor, name), span_s);
+        for (quantity, sensor, name) in [
+            (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
+            (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
+        ] {
+            yaml.sensor(&axes(record, quantity), (sensor, name), span_s);
         }
         // Kalibr reads no other type
         match record.measured.facts.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")) {
@@ -125,9 +127,9 @@ impl KalibrYaml {
         self.lines.push(format!("# {}", printable(text)));
     }
 
-    fn sensor(&mut self, found: Option<&SensorFindings>, (sensor, name): (Sensor, &str), span_s: f64) {
-        let axes = found.map_or(&[][..], |found| &found.axes);
-        let no_walk = found.and_then(|found| match found.long_taus {
+    fn sensor(&mut self, axes: &[&ChannelValues], (sensor, name): (Sensor, &str), span_s: f64) {
+        let first = axes.first().and_then(|axis| axis.noise.as_ref());
+        let no_walk = first.and_then(|noise| match noise.long_taus {
             LongTauValidity::Sensor => None,
             LongTauValidity::Compensated => {
                 Some("B and K are not measurable in a bias-compensated message; record an uncompensated one")
@@ -137,7 +139,7 @@ impl KalibrYaml {
             }
             LongTauValidity::Surroundings | LongTauValidity::Motion => Some("B and K are not the sensor's"),
         });
-        let absent = found.is_none().then_some("not in this capture");
+        let absent = first.is_none().then_some("not in this capture");
         let unknown = "neither an estimate nor an upper bound; the record is too short";
         let key = format!("{name}_noise_density");
         self.value(&key, si_unit(sensor, Term::White), noisiest(axes, density), absent.unwrap_or(unknown));
@@ -163,32 +165,40 @@ impl KalibrYaml {
     }
 }
 
+/// The axes of a sensor in the stream, none where its noise is not assessed; what was read from a
+/// register between the samples has no noise parameters.
+fn axes<'a>(record: &'a Record<'_>, quantity: Quantity) -> Vec<&'a ChannelValues> {
+    let streamed = record.channels.iter().take(record.measured.assessment.channels.len());
+    let axes: Vec<_> = streamed.filter(|channel| channel.quantity == quantity).collect();
+    if axes.first().is_some_and(|axis| axis.noise.is_some()) { axes } else { Vec::new() }
+}
+
 /// The largest value of the axes; an axis without a value is named.
-fn noisiest(axes: &[AxisFindings], of: impl Fn(&AxisFindings) -> Option<Value>) -> Option<Value> {
+fn noisiest(axes: &[&ChannelValues], of: impl Fn(&ChannelValues) -> Option<Value>) -> Option<Value> {
     let unknown: Vec<&str> = axes.iter().filter(|axis| of(axis).is_none()).map(|axis| axis.name.as_str()).collect();
-    let known = axes.iter().filter_map(of).max_by(|a, b| a.value.total_cmp(&b.value))?;
+    let known = axes.iter().filter_map(|axis| of(axis)).max_by(|a, b| a.value.total_cmp(&b.value))?;
     let except = if unknown.is_empty() { String::new() } else { format!("; not known: {}", unknown.join(", ")) };
     Some(Value { label: known.label + &except, ..known })
 }
 
-/// The estimate, or else the upper bound, and whether it is the first.
-fn known(parameter: Option<Parameter>) -> Option<(f64, bool)> {
-    let parameter = parameter?;
+/// The estimate of a parameter, or else its upper bound, and whether it is the first.
+fn known(axis: &ChannelValues, term: Term) -> Option<(f64, bool)> {
+    let parameter = axis.noise.as_ref()?.parameter(term)?;
     let estimate = parameter.value.filter(|_| parameter.status == Status::Estimated);
     estimate.map(|value| (value, true)).or_else(|| Some((parameter.upper?, false)))
 }
 
-fn density(axis: &AxisFindings) -> Option<Value> {
-    let (value, is_estimated) = known(axis.white)?;
+fn density(axis: &ChannelValues) -> Option<Value> {
+    let (value, is_estimated) = known(axis, Term::White)?;
     let status = if is_estimated { "estimated" } else { "upper bound, N is not estimated" };
     Some(Value { value, is_estimated, label: format!("N of {}: {status}", axis.name) })
 }
 
 /// Bias instability that was not detected says nothing beside a K that was.
-fn random_walk(axis: &AxisFindings, span_s: f64) -> Option<Value> {
-    let walk = known(axis.random_walk);
-    let flicker =
-        known(axis.bias_instability).map(|(b, is_estimated)| (WALK_OF_FLICKER * b / span_s.sqrt(), is_estimated));
+fn random_walk(axis: &ChannelValues, span_s: f64) -> Option<Value> {
+    let walk = known(axis, Term::RateRandomWalk);
+    let flicker = known(axis, Term::BiasInstability);
+    let flicker = flicker.map(|(b, is_estimated)| (WALK_OF_FLICKER * b / span_s.sqrt(), is_estimated));
     let flicker = flicker.filter(|(_, is_estimated)| *is_estimated || !walk.is_some_and(|(_, estimated)| estimated));
     let by_flicker = match (walk, flicker) {
         (Some((walk, _)), Some((flicker, _))) => flicker > walk,

@@ -3,7 +3,7 @@
 use super::{
     Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, pretty_unit, solid,
 };
-use crate::{findings::shakes, units::ChannelValues};
+use crate::units::{ChannelValues, SignalValues};
 
 /// Logarithm of the ratio of frequencies of one line.
 const SAME: f64 = 0.03;
@@ -78,7 +78,7 @@ impl Peak {
 }
 
 fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {
-    let lines = channel.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
+    let lines = channel.signal.as_ref().map_or_else(Vec::new, SignalValues::vibrations);
     let peak = |(hz, _): (f64, f64)| {
         let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
         let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;

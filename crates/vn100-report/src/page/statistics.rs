@@ -11,11 +11,10 @@ use super::EARTH_RATE_RAD_S;
 use super::{caption::Captions, figures::grid, row, table};
 use crate::{
     figure::{Figure, Figures, id_of, pretty_unit},
-    findings::shakes,
     measured::Record,
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
-    units::{ChannelValues, NormValues},
+    units::{ChannelValues, NormValues, SignalValues},
 };
 
 /// A table for each sensor, and below it each channel over time and as a histogram.
@@ -208,7 +207,7 @@ fn loudest(channels: &[&ChannelValues]) -> Option<String> {
     if !is_sensor || known.len() < 2 || most.1 < MUCH * least.1 {
         return None;
     }
-    let lines = most.0.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
+    let lines = most.0.signal.as_ref().map_or_else(Vec::new, SignalValues::vibrations);
     let cause = lines.first().map_or_else(String::new, |(hz, share)| {
         format!(" A vibration at {hz:.1} Hz makes {:.0} % of its short-term variance.", 100.0 * share)
     });
