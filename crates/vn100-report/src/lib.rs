@@ -57,6 +57,6 @@ pub use page::live::{
     LiveStage, PagePart, PageSource, live_icon, live_page, live_script, live_style, now_part, result_parts,
     signal_part, sources_part,
 };
-pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
+pub use page::{PageOptions, Program, write_page};
 pub use printable::{json_line, printable};
 pub use toml_text::{TomlError, parse_toml};

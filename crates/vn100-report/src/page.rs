@@ -28,9 +28,6 @@ use crate::{
 };
 use caption::Captions;
 
-/// The rotation rate of the Earth, in rad/s (IERS Conventions, 2010).
-pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
-
 const STYLE: &str = include_str!("page/style.css");
 /// Makes figures and tables alive, on every page.
 const FIGURES_SCRIPT: &str = include_str!("page/figures.js");

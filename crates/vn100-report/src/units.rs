@@ -13,6 +13,9 @@ use vn100_analysis::{
 
 use crate::names::names_of;
 
+/// The rotation rate of the Earth, in rad/s (IERS Conventions, 2010).
+pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+
 /// The results of one channel in its own unit. `None` stands for what is not known.
 #[derive(Debug, Clone)]
 pub struct ChannelValues {
@@ -227,6 +230,25 @@ pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
     conventions(sensor, term).first().map_or("", |si| si.unit)
 }
 
+/// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`.
+#[must_use]
+pub fn pretty_unit(unit: &str) -> String {
+    let unit = match unit.strip_prefix('u') {
+        Some(rest) if rest.starts_with("g/") || rest == "g" || rest == "rad" => format!("µ{rest}"),
+        _ => unit.to_owned(),
+    };
+    let written = [
+        ("sqrt(Hz)", "√Hz"),
+        ("sqrt(h)", "√h"),
+        ("sqrt(s)", "√s"),
+        ("^1.5", "¹·⁵"),
+        ("^2", "²"),
+        ("^3", "³"),
+        ("deg", "°"),
+    ];
+    written.into_iter().fold(unit, |unit, (plain, pretty)| unit.replace(plain, pretty))
+}
+
 /// The decimals that resolve one count of 10^-`decimals` in a unit `scale` times as small.
 fn converted_decimals(decimals: u8, scale: f64) -> usize {
     // of a power of ten, no more for what its logarithm was rounded by
@@ -390,6 +412,20 @@ mod tests {
             (-1.5e12, 3, 9, "-1.500e12"),
         ] {
             assert_eq!(fitted(value, decimals, width), text);
+        }
+    }
+
+    #[test]
+    fn units_are_written_as_people_do() {
+        for (unit, pretty) in [
+            ("rad/s/sqrt(Hz)", "rad/s/√Hz"),
+            ("m/s^2", "m/s²"),
+            ("deg/h^1.5", "°/h¹·⁵"),
+            ("ug/sqrt(Hz)", "µg/√Hz"),
+            ("gauss", "gauss"),
+            ("urad", "µrad"),
+        ] {
+            assert_eq!(pretty_unit(unit), pretty);
         }
     }
 }

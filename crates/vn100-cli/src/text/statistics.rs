@@ -7,10 +7,9 @@ use imu_noise::{Estimator, STANDARD_GRAVITY_M_S2};
 use vn100_analysis::{Detrend, LEAST_EDF, Snapshot};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    EARTH_RATE_RAD_S,
     names::{NEUTRAL_SERIES, deviation_name, names_of},
     numbers::plain::short,
-    units::{BlockValues, ChannelValues, Point, fitted, norm_values},
+    units::{BlockValues, ChannelValues, EARTH_RATE_RAD_S, Point, fitted, norm_values},
 };
 
 use super::{COLUMN, fill};

@@ -12,11 +12,11 @@ use super::{
     Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value,
     axes::Scale,
     fitted_model::{FLAT, FittedModel},
-    pretty_unit, quiet, solid,
+    quiet, solid,
 };
 use crate::{
     names::deviation_name,
-    units::{ChannelValues, Point},
+    units::{ChannelValues, Point, pretty_unit},
 };
 
 /// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its

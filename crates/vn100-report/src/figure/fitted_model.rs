@@ -6,11 +6,11 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelNoise, letter};
 
-use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, pretty_unit, quiet, solid};
+use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, quiet, solid};
 use crate::{
     numbers::digits,
     summary::parameter_unit,
-    units::{ChannelValues, Point},
+    units::{ChannelValues, Point, pretty_unit},
 };
 
 /// √(2 ln 2/π): the flat part of a curve over its B.

@@ -9,13 +9,13 @@ use super::{
     Colour, Dash, Figure, LegendSample, Marker, Plot,
     allan::{axes, curve, id_of, in_unit, series},
     fitted_model::FLAT,
-    pretty_unit, quiet, solid,
+    quiet, solid,
 };
 use crate::{
     graphical::{GRAPHICAL, laboratory_unit, not_read},
     names::deviation_name,
     numbers::four_digits,
-    units::ChannelValues,
+    units::{ChannelValues, pretty_unit},
 };
 
 /// In deg/s or m/s². `None` for another quantity or deviation, and without any deviation.

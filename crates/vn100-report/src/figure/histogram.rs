@@ -3,10 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::{
-    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale,
-    pretty_unit, solid,
+    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale, solid,
 };
-use crate::units::{BarValues, ChannelValues};
+use crate::units::{BarValues, ChannelValues, pretty_unit};
 
 /// `None` without samples.
 pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {

@@ -1,10 +1,12 @@
 //! The last minutes of a channel: the range of the samples and their mean, up to now.
 
 use super::{
-    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale,
-    pretty_unit, solid,
+    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale, solid,
 };
-use crate::history::{History, HistoryColumn};
+use crate::{
+    history::{History, HistoryColumn},
+    units::pretty_unit,
+};
 
 /// `None` without a sample in the last minutes.
 pub(crate) fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {

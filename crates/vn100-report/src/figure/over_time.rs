@@ -3,9 +3,9 @@
 
 use super::{
     Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value, allan::id_of,
-    axes::Scale, pretty_unit, solid,
+    axes::Scale, solid,
 };
-use crate::units::{BlockValues, ChannelValues};
+use crate::units::{BlockValues, ChannelValues, pretty_unit};
 
 /// `None` without blocks.
 pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {

@@ -1,9 +1,7 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{
-    Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, pretty_unit, solid,
-};
-use crate::units::{ChannelValues, SignalValues};
+use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, solid};
+use crate::units::{ChannelValues, SignalValues, pretty_unit};
 
 /// Logarithm of the ratio of frequencies of one line.
 const SAME: f64 = 0.03;

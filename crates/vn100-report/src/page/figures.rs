@@ -6,11 +6,11 @@ use vn100_analysis::noise::Deviation;
 
 use super::{caption::Captions, table};
 use crate::{
-    figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale, pretty_unit},
+    figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
     measured::Record,
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
-    units::{ChannelValues, Point},
+    units::{ChannelValues, Point, pretty_unit},
 };
 
 /// The curves of each sensor, the first one large.

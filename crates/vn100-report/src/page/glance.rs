@@ -8,11 +8,11 @@ use vn100_analysis::protocol::{Quantity, Register};
 use super::caption::Captions;
 use crate::{
     document::source::RecordingDocument,
-    figure::pretty_unit,
     measured::Record,
     names::names_of,
     numbers::{NOTHING, duration, grouped, trimmed, with_powers},
     summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
+    units::pretty_unit,
 };
 
 /// Digits of a checksum that name a file beyond doubt for people.

@@ -13,13 +13,13 @@ use super::{
     parameters::{MOVED, long_taus_reason},
 };
 use crate::{
-    figure::{Figures, pretty_unit},
+    figure::Figures,
     glossary::{Explanation, explain},
     graphical::{GRAPHICAL, laboratory_unit, not_read},
     measured::Record,
     names::{grade_scheme, grade_text, in_unit, in_words, parameter_names},
     numbers::{NOTHING, digits, four_digits, trimmed, with_interval},
-    units::ChannelValues,
+    units::{ChannelValues, pretty_unit},
 };
 
 pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {

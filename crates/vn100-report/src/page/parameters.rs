@@ -13,14 +13,13 @@ use vn100_analysis::{
 use super::{caption::Captions, table};
 use crate::{
     codes::{Code, code_of_verdict},
-    figure::pretty_unit,
     graphical::{GRAPHICAL, laboratory_unit},
     measured::Record,
     names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, p_value, plain::digits_trimmed, trimmed, with_interval},
     summary::parameter_unit,
     temperature::{coefficient_parameter, lag_text, share_text},
-    units::ChannelValues,
+    units::{ChannelValues, pretty_unit},
 };
 
 /// What stands for the noise parameters of a sensor that was moved.

@@ -6,11 +6,11 @@ use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTes
 
 use super::{PageOptions, caption::Captions, figures::grid, glance::with_code, row, table};
 use crate::{
-    figure::{Figures, pretty_unit},
+    figure::Figures,
     measured::{Record, run_name},
     names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
-    units::tests_by_channel,
+    units::{pretty_unit, tests_by_channel},
 };
 
 pub(super) fn several(

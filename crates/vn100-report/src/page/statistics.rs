@@ -7,14 +7,13 @@ use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{Remedy, RemedyWords};
 
-use super::EARTH_RATE_RAD_S;
 use super::{caption::Captions, figures::grid, row, table};
 use crate::{
-    figure::{Figure, Figures, id_of, pretty_unit},
+    figure::{Figure, Figures, id_of},
     measured::Record,
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
-    units::{ChannelValues, NormValues, SignalValues},
+    units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, pretty_unit},
 };
 
 /// A table for each sensor, and below it each channel over time and as a histogram.

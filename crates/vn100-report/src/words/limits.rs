@@ -8,10 +8,10 @@ use vn100_analysis::{
 
 use super::listed;
 use crate::{
-    figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
     names::{in_unit, verdict_name},
     numbers::{digits, duration, trimmed, with_powers},
+    units::pretty_unit,
 };
 
 pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {

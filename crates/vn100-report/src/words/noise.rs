@@ -5,11 +5,10 @@ use vn100_analysis::{LongTauValidity, Motion, Remedy, RemedyWords};
 
 use super::listed;
 use crate::{
-    figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
     names::parameter_names,
     numbers::{digits, four_digits, trimmed, with_interval},
-    units::si_unit,
+    units::{pretty_unit, si_unit},
 };
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {

@@ -5,9 +5,9 @@ use vn100_analysis::{RateFrom, Timing, WarningKind};
 
 use super::listed;
 use crate::{
-    figure::pretty_unit,
     findings::{AxisFindings, Findings},
     numbers::{digits, grouped, trimmed},
+    units::pretty_unit,
 };
 
 pub(super) fn trust(findings: &Findings) -> Vec<String> {
