@@ -17,7 +17,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{
-    Completion, DEFAULT_KALIBR_SPAN_S, Figures, Measured, PageOptions, Record, run_name, run_prefix, write_page,
+    Completion, DEFAULT_KALIBR_SPAN_S, Measured, PageOptions, Record, figure::Figures, run_name, run_prefix, write_page,
 };
 
 use vn100_words::remedy_words;

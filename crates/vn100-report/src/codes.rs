@@ -69,7 +69,7 @@ const fn code(key: &'static str, code: &'static str, word: &'static str, meaning
 
 /// A verdict on a figure of a data sheet.
 #[must_use]
-pub(crate) fn code_of_verdict(verdict: Verdict) -> Code {
+pub fn code_of_verdict(verdict: Verdict) -> Code {
     let of = |name, word, meaning| code("verdict", name, word, meaning);
     match verdict {
         Verdict::Pass => {

@@ -1,7 +1,7 @@
 //! The figures of a report. Each is drawn once, for the page and for the files beside it, as SVG or
 //! as pixels, and keeps the numbers that it shows.
 //!
-//! SVG and pixels both come from one [`Drawing`] of lines, areas, symbols and texts. The pixels are
+//! SVG and pixels both come from one drawing of lines, areas, symbols and texts. The pixels are
 //! not made from the SVG, because a renderer of SVG with text has 28 packages and uses the fonts of
 //! the machine.
 
@@ -23,17 +23,17 @@ use thiserror::Error;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{SENSORS, axes_name};
 
-pub use allan::allan_in_unit;
-pub(crate) use axes::{PlotAxis, Scale, superscript};
-pub(crate) use drawing::Rectangle;
+pub use allan::{allan_in_unit, id_of};
+pub(crate) use axes::superscript;
+pub use axes::{PlotAxis, Scale};
+pub use drawing::Rectangle;
+pub use last_minutes::last_minutes;
 
 use crate::{measured::Record, names::names_of, units::ChannelValues};
-pub(crate) use allan::id_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
 use drawing::{Anchor, Colour, Dash, Drawing, Marker, Primitive, Stroke};
 use graphical::graphical;
 use histogram::histogram;
-pub(crate) use last_minutes::last_minutes;
 use over_time::{envelope, segments};
 use plot::{LegendSample, Plot, quiet, solid};
 use spectrum::spectrum;
@@ -41,15 +41,22 @@ use spectrum::spectrum;
 /// The figures of one record, or those of several together.
 #[derive(Debug, Clone, Default)]
 pub struct Figures {
-    /// The axes of each sensor together.
-    pub(crate) allan_sensors: Vec<Figure>,
-    pub(crate) allan_axes: Vec<Figure>,
-    /// With the lines that the graphical slope method draws.
-    pub(crate) graphical: Vec<Figure>,
-    pub(crate) times: Vec<Figure>,
-    pub(crate) histograms: Vec<Figure>,
-    pub(crate) spectra: Vec<Figure>,
-    pub(crate) segments: Vec<Figure>,
+    /// The deviation over the averaging time, one figure a sensor with the curves of all its axes.
+    pub allan_sensors: Vec<Figure>,
+    /// The deviation of one axis with its fitted model; of several records, their curves of it.
+    pub allan_axes: Vec<Figure>,
+    /// The Allan deviation of the y axis of gyroscope and accelerometer, with the lines of the
+    /// graphical slope method.
+    pub graphical: Vec<Figure>,
+    /// One channel over the time of the record: range and mean of each block.
+    pub times: Vec<Figure>,
+    /// The histogram of one channel beside the normal curve of its mean and deviation.
+    pub histograms: Vec<Figure>,
+    /// The amplitude spectral density, one figure a sensor, with its significant peaks.
+    pub spectra: Vec<Figure>,
+    /// The standard deviation in each segment of the record, one figure a sensor, and one of the
+    /// orientation.
+    pub segments: Vec<Figure>,
 }
 
 impl Figures {
@@ -71,8 +78,10 @@ impl Figures {
         all.named(prefix)
     }
 
-    /// Those that say something while the record is measured.
-    pub(crate) fn live(record: &Record<'_>, prefix: &str) -> Self {
+    /// The figures that say something while the record is measured: deviations, spectra and
+    /// segments. `prefix` makes their names unique on a page of several sources.
+    #[must_use]
+    pub fn live(record: &Record<'_>, prefix: &str) -> Self {
         Self::of_deviation_and_spectrum(record).named(prefix)
     }
 
@@ -170,38 +179,49 @@ pub struct Figure {
     pub id: String,
     /// Length of what `id` begins with in a report of several records.
     prefix: usize,
-    pub(crate) title: String,
+    /// What is plotted, in a few words: the caption.
+    pub title: String,
     /// What it shows, with the values that stand in its legend.
     pub(crate) description: String,
-    pub(crate) x: PlotAxis,
-    pub(crate) y: PlotAxis,
-    pub(crate) area: Rectangle,
-    pub(crate) series: Vec<PlottedSeries>,
+    /// The axis along.
+    pub x: PlotAxis,
+    /// The axis upwards.
+    pub y: PlotAxis,
+    /// The rectangle between the axes, in the coordinates of the SVG.
+    pub area: Rectangle,
+    /// The plotted numbers.
+    pub series: Vec<PlottedSeries>,
     /// Units to choose from, each with its value for 1 in that of `y`; empty where there is one.
-    pub(crate) units: Vec<(String, f64)>,
+    pub units: Vec<(String, f64)>,
     drawing: Drawing,
 }
 
 /// A series of values, as they can be read off a figure.
 #[derive(Debug, Clone)]
-pub(crate) struct PlottedSeries {
-    pub(crate) name: String,
-    pub(crate) values: Vec<Value>,
+pub struct PlottedSeries {
+    /// The name in the legend: a channel, a record, or what is plotted of it.
+    pub name: String,
+    /// The values, in the order of the x axis.
+    pub values: Vec<PlottedValue>,
 }
 
 impl PlottedSeries {
     pub(crate) fn of(name: &str, points: &[(f64, f64)]) -> Self {
-        let values = points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect();
+        let values = points.iter().map(|(x, y)| PlottedValue { x: *x, y: *y, reach: None }).collect();
         Self { name: name.into(), values }
     }
 }
 
+/// One value of a series, in the units of the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Value {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    /// How far it reaches: an interval, or smallest and largest.
-    pub(crate) reach: Option<(f64, f64)>,
+pub struct PlottedValue {
+    /// Along the x axis.
+    pub x: f64,
+    /// Along the y axis.
+    pub y: f64,
+    /// From where to where it reaches along the y axis: a confidence interval, or the smallest and
+    /// the largest sample. `None` where it has neither.
+    pub reach: Option<(f64, f64)>,
 }
 
 impl Figure {
@@ -212,7 +232,10 @@ impl Figure {
         self.id.get(self.prefix..).unwrap_or(&self.id)
     }
 
-    pub(crate) fn svg_element(&self) -> String {
+    /// The figure as an element `svg` of an HTML page, with a title and a description for screen
+    /// readers. A style sheet may give other colours to its classes.
+    #[must_use]
+    pub fn svg_element(&self) -> String {
         svg::element(&self.drawing, &self.id, [&self.title, &self.description], "")
     }
 

@@ -4,16 +4,17 @@ use vn100_analysis::noise::{NotRead, Sensor, Term};
 
 use crate::names::in_unit;
 
-/// The parameters that the graphical slope method reads, and how.
-pub(crate) const GRAPHICAL: [(Term, &str); 3] = [
+/// The parameters that the graphical slope method reads, and the rule by which it reads each.
+pub const GRAPHICAL: [(Term, &str); 3] = [
     (Term::White, "slope −½ at τ = 1 s"),
     (Term::BiasInstability, "minimum / 0.664"),
     (Term::RateRandomWalk, "slope +½ at τ = 3 s"),
 ];
 
-/// The unit, with its factor, in which laboratories report what they read off a curve; `None` for
-/// what they do not.
-pub(crate) fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static str, f64)> {
+/// The unit in which laboratories report what they read off a curve, and how many of these units
+/// are one SI unit; `None` for what they do not report.
+#[must_use]
+pub fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static str, f64)> {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
         (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
@@ -27,7 +28,8 @@ pub(crate) fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static st
 }
 
 /// Why the graphical slope method gives no value of that parameter, in words.
-pub(crate) fn not_read(term: Term, why: NotRead) -> &'static str {
+#[must_use]
+pub fn not_read(term: Term, why: NotRead) -> &'static str {
     match (why, term) {
         (NotRead::NoSlope, Term::White) => "not read: no slope −½ region",
         (NotRead::NoSlope, _) => "not read: no slope +½ region",

@@ -4,19 +4,19 @@
 //! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)
 //! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
 //! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON; [`write_page`]
-//! writes a page of HTML with the [`Figures`] of its [`Record`]s; [`CsvTable`], [`KalibrYaml`] and
-//! [`Ros2Messages`] are for other programs. Pure: no file is opened and no clock is read; what is
-//! written goes into a writer of the caller's.
+//! writes a page of HTML with the [`Figures`](figure::Figures) of its [`Record`]s; [`CsvTable`],
+//! [`KalibrYaml`] and [`Ros2Messages`] are for other programs. Pure: no file is opened and no clock
+//! is read; what is written goes into a writer of the caller's.
 
 mod codes;
 mod datasheet;
 mod document;
 mod export;
-mod figure;
+pub mod figure;
 mod findings;
 pub mod glossary;
 pub mod goals;
-mod graphical;
+pub mod graphical;
 pub mod health;
 mod history;
 mod measured;
@@ -30,7 +30,7 @@ mod toml_text;
 pub mod units;
 mod words;
 
-pub use codes::{Code, all_codes, code_of_missing, code_of_rate};
+pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,
@@ -50,7 +50,6 @@ pub use export::{
     samples::SampleTable,
     tables::CsvTable,
 };
-pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
 pub use history::{History, HistoryColumn};
 pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, run_name, run_prefix};
 pub use page::live::{
@@ -58,5 +57,5 @@ pub use page::live::{
     signal_part, sources_part,
 };
 pub use page::{PageOptions, Program, write_page};
-pub use printable::{json_line, printable};
+pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

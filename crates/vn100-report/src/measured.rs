@@ -306,8 +306,10 @@ fn why_absent(figure: &NoiseFigure, snapshot: &Snapshot, verdicts: Option<&Verdi
 pub struct Record<'a> {
     /// The result.
     pub measured: &'a Measured,
-    pub(crate) channels: Vec<ChannelValues>,
-    pub(crate) norms: Vec<NormValues>,
+    /// All channels: those of the stream in its order, then those read from registers.
+    pub channels: Vec<ChannelValues>,
+    /// The magnitude of the vector of each sensor that has three axes in the stream.
+    pub norms: Vec<NormValues>,
 }
 
 impl<'a> Record<'a> {
@@ -319,13 +321,16 @@ impl<'a> Record<'a> {
     }
 
     /// The verdicts on the data sheet's figures for `channel`; none without a sheet.
-    pub(crate) fn verdicts(&self, channel: &ChannelValues) -> &[FigureVerdict] {
+    #[must_use]
+    pub fn verdicts(&self, channel: &ChannelValues) -> &[FigureVerdict] {
         let place = self.channels.iter().position(|other| other.name == channel.name);
         let verdicts = self.measured.verdicts.as_ref().zip(place);
         verdicts.and_then(|(verdicts, place)| verdicts.channels.get(place)).map_or(&[][..], Vec::as_slice)
     }
 
-    pub(crate) fn of(&self, quantity: Quantity) -> Vec<&ChannelValues> {
+    /// The channels of that quantity, in the order of [`channels`](Self::channels).
+    #[must_use]
+    pub fn of(&self, quantity: Quantity) -> Vec<&ChannelValues> {
         self.channels.iter().filter(|channel| channel.quantity == quantity).collect()
     }
 }

@@ -101,7 +101,8 @@ pub const TERMS: [Term; 5] =
 
 /// The probability that noise without that parameter would show as much of it. White noise is in
 /// every record: that it may be absent is not tested.
-pub(crate) fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
+#[must_use]
+pub fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
     parameter.p.filter(|_| term != Term::White)
 }
 
@@ -297,8 +298,10 @@ pub fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
     in_unit(sensor, term, unit)
 }
 
-/// That unit and its factor; the SI unit where the parameter has no such unit.
-pub(crate) fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
+/// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
+/// the SI unit and 1 where the parameter is not given in such a unit.
+#[must_use]
+pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
     let all = conventions(sensor, term);
     let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
     convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))

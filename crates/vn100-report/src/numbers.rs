@@ -1,19 +1,23 @@
-//! Numbers for people: here for a page, with typographic signs; in [`plain`] for a terminal.
+//! Numbers for people: here for pages and figures, with typographic signs; in [`plain`] for a
+//! terminal.
 
 pub mod plain;
 
 use super::figure::superscript;
 
 /// The text for a number that is not known.
-pub(crate) const NOTHING: &str = "–";
+pub const NOTHING: &str = "–";
 
-/// To four digits, with a power of ten where there would be many zeros.
-pub(crate) fn four_digits(value: f64) -> String {
+/// The value to four significant digits, in the form of [`digits`].
+#[must_use]
+pub fn four_digits(value: f64) -> String {
     digits(value, 4)
 }
 
-/// To `count` digits.
-pub(crate) fn digits(value: f64, count: usize) -> String {
+/// The value to `count` significant digits, with a power of ten below a hundredth and from a
+/// hundred thousand on: `0.01235`, `1.263·10⁻⁴`; [`NOTHING`] for a value that is not finite.
+#[must_use]
+pub fn digits(value: f64, count: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { NOTHING.into() };
     }
@@ -30,7 +34,8 @@ pub(crate) fn digits(value: f64, count: usize) -> String {
 }
 
 /// The text of a terminal with its powers of ten as on a page: `5.92e-4` as `5.92·10⁻⁴`.
-pub(crate) fn with_powers(text: &str) -> String {
+#[must_use]
+pub fn with_powers(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('e') {
@@ -47,13 +52,15 @@ pub(crate) fn with_powers(text: &str) -> String {
     written + rest
 }
 
-/// A probability to two digits; one too small to matter as a bound.
-pub(crate) fn p_value(p: f64) -> String {
+/// A probability to two digits; below 10⁻⁹, which is too small to matter, as a bound.
+#[must_use]
+pub fn p_value(p: f64) -> String {
     if p < 1e-9 { "< 10⁻⁹".into() } else { digits(p, 2) }
 }
 
 /// A value with its interval, all to the same digit: `1.263·10⁻⁴ (1.246 to 1.281)`.
-pub(crate) fn with_interval(value: f64, lower: f64, upper: f64) -> String {
+#[must_use]
+pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
     let largest = value.abs().max(lower.abs()).max(upper.abs());
     if largest == 0.0 || !largest.is_finite() {
         return four_digits(value);
@@ -72,7 +79,8 @@ pub(crate) fn with_interval(value: f64, lower: f64, upper: f64) -> String {
 }
 
 /// A length of time, to three digits: `330.6 s`, `25 min`, `5.01 h`.
-pub(crate) fn duration(seconds: f64) -> String {
+#[must_use]
+pub fn duration(seconds: f64) -> String {
     match seconds {
         ..10.0 => format!("{} s", trimmed(seconds, 3)),
         ..600.0 => format!("{} s", trimmed(seconds, 1)),
@@ -82,15 +90,17 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// With at most so many decimals, no trailing zeros, and no sign before 0.
-pub(crate) fn trimmed(value: f64, decimals: usize) -> String {
+/// The value with at most so many decimals, without trailing zeros, and without a sign before 0.
+#[must_use]
+pub fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.replace('-', "−") }
 }
 
-/// A whole number in groups of three.
-pub(crate) fn grouped(count: u64) -> String {
+/// A whole number in groups of three, with a narrow space between them that no line is broken at.
+#[must_use]
+pub fn grouped(count: u64) -> String {
     in_threes(count, '\u{202f}')
 }
 

@@ -26,9 +26,11 @@ pub fn json_line(json: &str) -> String {
     text
 }
 
-/// Control characters, ends of lines and paragraphs, and what turns the direction of text
-/// (Unicode's property Bidi_Control): with these a name can look like another.
-pub(crate) fn steers_terminal(c: char) -> bool {
+/// Whether a character controls a terminal or the direction of text: control characters, ends of
+/// lines and paragraphs, and Unicode's property Bidi_Control. With these a name can look like
+/// another.
+#[must_use]
+pub fn steers_terminal(c: char) -> bool {
     c.is_control()
         || matches!(
             c,

@@ -2,10 +2,11 @@
 //! beside the data sheet, and what to do about problems. Faces lay it out.
 
 pub(crate) mod parameters;
-pub(crate) mod statistics;
+mod statistics;
 pub(crate) mod status;
 
-pub(crate) use parameters::parameter_unit;
+pub use parameters::parameter_unit;
+pub use statistics::mean_temperature;
 use vn100_analysis::{RateFrom, RemedyWords, Severity, SourceFacts, Timing};
 
 use crate::{
@@ -168,7 +169,7 @@ fn identity(measured: &Measured) -> Vec<String> {
     parts.push(format!("{} samples", grouped(timing.samples)));
     let started = recording.as_ref().and_then(|recording| RecordingDocument::new(recording).started);
     parts.extend(started.map(|started| format!("started {started}")));
-    parts.extend(statistics::temperature(snapshot));
+    parts.extend(mean_temperature(snapshot));
     parts
 }
 

@@ -14,9 +14,9 @@ use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
 use vn100_pipeline::{SourceState, Stage};
 use vn100_report::{
-    Document, Evaluation, Figures, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, PageSource, Record,
-    goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix, signal_part,
-    sources_part, write_page,
+    Document, Evaluation, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, PageSource, Record,
+    figure::Figures, goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix,
+    signal_part, sources_part, write_page,
 };
 
 use crate::{ReportSettings, ServedSource, Words};

@@ -12,7 +12,11 @@ use std::{
 use super::{curve::AllanPlot, source::SourceView, state::ViewState};
 use vn100_analysis::Assessment;
 use vn100_report::{
-    Document, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of, units::ChannelValues,
+    Document, Evaluation, Measured,
+    figure::{Figure, allan_in_unit},
+    json_line,
+    names::names_of,
+    units::ChannelValues,
 };
 use vn100_words::remedy_words;
 

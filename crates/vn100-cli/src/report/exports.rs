@@ -11,8 +11,9 @@ use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event};
 use vn100_report::{
-    Completion, CsvTable, Document, Figure, Figures, KalibrError, KalibrYaml, Record, Ros2Messages, json_line,
-    lot_table, printable,
+    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record, Ros2Messages,
+    figure::{Figure, Figures},
+    json_line, lot_table, printable,
 };
 
 use super::{PROGRAM, print_written};

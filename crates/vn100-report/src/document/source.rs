@@ -218,11 +218,16 @@ impl Bag {
 /// A recording, with its times in UTC.
 #[derive(Debug, Serialize)]
 pub struct RecordingDocument {
-    pub(crate) program: Option<String>,
-    pub(crate) started: Option<String>,
-    pub(crate) ended: Option<String>,
+    /// Name and version of the program that recorded; `None` where the recording does not say.
+    pub program: Option<String>,
+    /// When the recording began, in UTC to the millisecond (RFC 3339); `None` where it does not
+    /// say, or by a clock that was not set.
+    pub started: Option<String>,
+    /// When the recording ended, in the same form; also `None` before it was read to its end.
+    pub ended: Option<String>,
     complete: Option<bool>,
-    pub(crate) end_reason: Option<String>,
+    /// Why the recording ended, as it says itself; `None` before it was read to its end.
+    pub end_reason: Option<String>,
 }
 
 impl RecordingDocument {

@@ -9,7 +9,7 @@ use vn100_analysis::noise::{
 use vn100_analysis::protocol::Quantity;
 
 use super::{
-    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value,
+    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
     axes::Scale,
     fitted_model::{FLAT, FittedModel},
     quiet, solid,
@@ -321,12 +321,14 @@ fn connecting(index: usize) -> Stroke {
 
 pub(super) fn series(name: String, points: &[Point]) -> PlottedSeries {
     let value =
-        |point: &Point| Some(Value { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
+        |point: &Point| Some(PlottedValue { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
     PlottedSeries { name, values: points.iter().filter_map(value).collect() }
 }
 
-/// Letters, digits, `-` and `_` stay.
-pub(crate) fn id_of(name: &str) -> String {
+/// The name of a channel as it stands in [`Figure::id`]: ASCII letters, digits, `-` and `_` stay,
+/// any other character becomes `_`.
+#[must_use]
+pub fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }
 

@@ -2,12 +2,15 @@
 
 use super::drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke};
 
+/// The range of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scale {
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-    /// Logarithmic: both ends are positive.
-    pub(crate) log: bool,
+pub struct Scale {
+    /// The value at the left or lower end, in the unit of the axis.
+    pub from: f64,
+    /// The value at the right or upper end, in the unit of the axis.
+    pub to: f64,
+    /// Whether the scale is logarithmic: both ends are positive then.
+    pub log: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -138,12 +141,15 @@ pub(crate) fn superscript(number: i32) -> String {
     number.to_string().chars().map(raised).collect()
 }
 
+/// An axis of a figure.
 #[derive(Debug, Clone)]
-pub(crate) struct PlotAxis {
-    pub(crate) name: String,
-    /// Empty where it has none.
-    pub(crate) unit: String,
-    pub(crate) scale: Scale,
+pub struct PlotAxis {
+    /// The quantity along it, such as `frequency`.
+    pub name: String,
+    /// The unit of its values, as people write it; empty where it has none.
+    pub unit: String,
+    /// Where it begins and ends.
+    pub scale: Scale,
 }
 
 impl PlotAxis {

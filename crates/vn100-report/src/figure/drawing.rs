@@ -27,12 +27,17 @@ pub(crate) enum LayerKind {
     },
 }
 
+/// A part of a drawing, in its coordinates: from the left and from the top.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rectangle {
-    pub(crate) left: f64,
-    pub(crate) top: f64,
-    pub(crate) width: f64,
-    pub(crate) height: f64,
+pub struct Rectangle {
+    /// The left edge.
+    pub left: f64,
+    /// The upper edge.
+    pub top: f64,
+    /// The length of the upper and the lower edge.
+    pub width: f64,
+    /// The length of the left and the right edge.
+    pub height: f64,
 }
 
 impl Rectangle {

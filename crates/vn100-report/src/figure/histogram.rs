@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale, solid,
+    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale,
+    solid,
 };
 use crate::units::{BarValues, ChannelValues, pretty_unit};
 
@@ -50,7 +51,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
         let curve = plot.line(places.filter_map(|x| Some((x, expected(x)?))), solid(1, 1.8));
         plot.draw(1, vec![curve]);
     }
-    let values = counts.iter().enumerate().map(|(bar, count)| Value {
+    let values = counts.iter().enumerate().map(|(bar, count)| PlottedValue {
         x: edge(bar) + width / 2.0,
         y: *count as f64,
         reach: None,

@@ -1,15 +1,18 @@
 //! The last minutes of a channel: the range of the samples and their mean, up to now.
 
 use super::{
-    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Primitive, Value, allan::id_of, axes::Scale, solid,
+    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale,
+    solid,
 };
 use crate::{
     history::{History, HistoryColumn},
     units::pretty_unit,
 };
 
-/// `None` without a sample in the last minutes.
-pub(crate) fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
+/// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
+/// until the last one. `None` without a sample in these minutes.
+#[must_use]
+pub fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
     let History { columns, column_s } = history;
     let known = || columns.iter().flatten();
     known().next()?;
@@ -45,7 +48,7 @@ pub(crate) fn last_minutes(name: &str, unit: &str, history: &History) -> Option<
     plot.draw(0, marks);
     let value = |(place, column): (usize, &Option<HistoryColumn>)| {
         let column = (*column)?;
-        Some(Value { x: start(place) + column_s / 2.0, y: column.mean, reach: Some((column.min, column.max)) })
+        Some(PlottedValue { x: start(place) + column_s / 2.0, y: column.mean, reach: Some((column.min, column.max)) })
     };
     let values = columns.iter().enumerate().filter_map(value).collect();
     Some(plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values }]))

@@ -2,8 +2,8 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Primitive, Stroke, Value, allan::id_of,
-    axes::Scale, solid,
+    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
+    allan::id_of, axes::Scale, solid,
 };
 use crate::units::{BlockValues, ChannelValues, pretty_unit};
 
@@ -44,7 +44,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
         marks.push(plot.line(steps, solid(1, 1.6)));
     }
     plot.draw(0, marks);
-    let value = |block: &BlockValues| Value {
+    let value = |block: &BlockValues| PlottedValue {
         x: (start(block) + end(block)) / 2.0,
         y: block.mean,
         reach: Some((block.min, block.max)),

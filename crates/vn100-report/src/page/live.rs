@@ -20,7 +20,7 @@ use crate::{
         plain::{counted, digits_trimmed, grouped, ppm, tau, time},
         with_powers,
     },
-    summary::{Summary, statistics::temperature},
+    summary::{Summary, mean_temperature},
 };
 
 /// Columns of the last minutes: a narrow screen has no more.
@@ -158,7 +158,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         ("Link", (snapshot.outages.times > 0).then(|| snapshot.outages.to_string())),
         ("Recording", recorder),
         ("Replayed", progress),
-        ("Temperature, mean", temperature(snapshot)),
+        ("Temperature, mean", mean_temperature(snapshot)),
         ("Next octave", next.map(|next| format!("τ {} s {}", tau(next.tau_s), next.when()))),
     ];
     let goals = source.goals.texts(snapshot, source.assessment, source.elapsed);

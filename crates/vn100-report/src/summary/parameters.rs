@@ -182,8 +182,10 @@ fn minimum(axis: &Axis<'_>) -> Option<f64> {
     known.filter_map(|Point { deviation, .. }| *deviation).filter(|_| of_sensor).min_by(f64::total_cmp)
 }
 
-/// The unit of data sheets, and its value for 1 in SI units.
-pub(crate) fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
+/// The unit of a parameter in summaries, close to that of data sheets, and how many of these units
+/// are one SI unit.
+#[must_use]
+pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
     const DEG: f64 = 180.0 / std::f64::consts::PI;
     const MG: f64 = 1e3 / vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
     match (sensor, term) {

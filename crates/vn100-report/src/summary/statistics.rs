@@ -70,8 +70,10 @@ fn remark(quantity: Quantity, record: &Record<'_>) -> String {
     }
 }
 
-/// The mean temperature of the sensor, in the stream or asked for beside it.
-pub(crate) fn temperature(snapshot: &Snapshot) -> Option<String> {
+/// The mean temperature of the sensor as text, such as `24.3 °C`: of the samples, or else of what
+/// was read from a register between them; `None` where neither has it.
+#[must_use]
+pub fn mean_temperature(snapshot: &Snapshot) -> Option<String> {
     let channels = snapshot.layout_channels();
     let streamed = channels.iter().zip(&snapshot.channels);
     let polled = snapshot.register_channels.iter().map(|polled| (&polled.channel, &polled.results));
