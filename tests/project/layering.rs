@@ -24,6 +24,11 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     (
         "vn100-report",
         &["vn100-analysis"],
+        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
+    ),
+    (
+        "vn100-page",
+        &["vn100-analysis", "vn100-report"],
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (
@@ -47,7 +52,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-serve",
-        &["vn100-analysis", "vn100-pipeline", "vn100-report"],
+        &["vn100-analysis", "vn100-pipeline", "vn100-report", "vn100-page"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
     ),
     (
@@ -74,6 +79,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-analysis",
             "vn100-pipeline",
             "vn100-report",
+            "vn100-page",
             "vn100-serve",
             "vn100-words",
             "vn100-view",

@@ -126,8 +126,8 @@ fn retired_words_are_gone_from_messages() {
 /// The files that users read as they are: documents, the parts of the page, schemas, data sheets.
 fn shown_files() -> Vec<PathBuf> {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let report = root.join("crates/vn100-report");
-    let more = [root.join("replay-logs"), report.join("src/page"), report.join("schemas"), report.join("datasheets")];
+    let (report, page) = (root.join("crates/vn100-report"), root.join("crates/vn100-page"));
+    let more = [root.join("replay-logs"), page.join("assets"), report.join("schemas"), report.join("datasheets")];
     let more = more.iter().flat_map(|folder| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
     let is_text = |path: &PathBuf| {
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();

@@ -9,8 +9,9 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use vn100_analysis::Settings;
+use vn100_page::Program;
 use vn100_pipeline::Session;
-use vn100_report::{Evaluation, Program, goals::Goals};
+use vn100_report::{Evaluation, goals::Goals};
 use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
 
 use crate::{args::ServeArgs, asked::MeasureOptions};

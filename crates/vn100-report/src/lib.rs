@@ -1,19 +1,19 @@
-//! The results of a measurement as documents, pages, figures and files for other programs.
+//! The results of a measurement as documents, figures and files for other programs, and the
+//! numbers, names and units in which all faces give them.
 //!
 //! Everything is made from a [`Snapshot`](vn100_analysis::Snapshot), its
 //! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)
 //! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
-//! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON; [`write_page`]
-//! writes a page of HTML with the [`Figures`](figure::Figures) of its [`Record`]s; [`CsvTable`],
-//! [`KalibrYaml`] and [`Ros2Messages`] are for other programs. Pure: no file is opened and no clock
-//! is read; what is written goes into a writer of the caller's.
+//! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON;
+//! [`Figures`](figure::Figures) are drawn from a [`Record`], a result in the units of a report;
+//! [`CsvTable`], [`KalibrYaml`] and [`Ros2Messages`] are for other programs. Pure: no file is
+//! opened and no clock is read; what is written goes into a writer of the caller's.
 
 mod codes;
 mod datasheet;
 mod document;
 mod export;
 pub mod figure;
-mod findings;
 pub mod glossary;
 pub mod goals;
 pub mod graphical;
@@ -22,13 +22,11 @@ mod history;
 mod measured;
 pub mod names;
 pub mod numbers;
-mod page;
 mod printable;
 pub mod summary;
 pub mod temperature;
 mod toml_text;
 pub mod units;
-mod words;
 
 pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
@@ -52,10 +50,5 @@ pub use export::{
 };
 pub use history::{History, HistoryColumn};
 pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, run_name, run_prefix};
-pub use page::live::{
-    LiveStage, PagePart, PageSource, live_icon, live_page, live_script, live_style, now_part, result_parts,
-    signal_part, sources_part,
-};
-pub use page::{PageOptions, Program, write_page};
 pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

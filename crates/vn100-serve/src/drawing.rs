@@ -12,11 +12,13 @@ use std::{
 use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
+use vn100_page::{
+    LiveStage, PagePart, PageSource, live_page, now_part, result_parts, signal_part, sources_part, write_page,
+};
 use vn100_pipeline::{SourceState, Stage};
 use vn100_report::{
-    Document, Evaluation, LiveStage, Measured, MeasuredSource, MetricsForm, PagePart, PageSource, Record,
-    figure::Figures, goals::Goals, json_line, live_page, metrics_text, now_part, result_parts, run_name, run_prefix,
-    signal_part, sources_part, write_page,
+    Document, Evaluation, Measured, MeasuredSource, MetricsForm, Record, figure::Figures, goals::Goals, json_line,
+    metrics_text, run_name, run_prefix,
 };
 
 use crate::{ReportSettings, ServedSource, Words};

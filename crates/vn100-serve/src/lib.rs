@@ -37,8 +37,9 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{RemedyWords, Snapshot};
+use vn100_page::{PageOptions, Program};
 use vn100_pipeline::{EndReason, SourceState};
-use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, PageOptions, Program, goals::Goals};
+use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, goals::Goals};
 
 use app::App;
 use drawing::{Drawer, PageState};

@@ -12,7 +12,8 @@ use axum::{
     routing::get,
 };
 use sha2::{Digest, Sha256};
-use vn100_report::{MetricsForm, live_icon, live_script, live_style};
+use vn100_page::{live_icon, live_script, live_style};
+use vn100_report::MetricsForm;
 
 use crate::{
     app::App,

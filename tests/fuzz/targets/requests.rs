@@ -9,7 +9,8 @@ use std::{
     time::Duration,
 };
 
-use vn100_report::{Asked, Evaluation, Program};
+use vn100_page::Program;
+use vn100_report::{Asked, Evaluation};
 use vn100_serve::{ServeSpec, Server, Words};
 
 /// A test that waits for longer has failed.

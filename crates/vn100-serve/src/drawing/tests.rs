@@ -9,7 +9,8 @@ use vn100_analysis::{
     Analysis, Settings,
     protocol::{VNIMU, stream::Batch},
 };
-use vn100_report::{Asked, Program};
+use vn100_page::Program;
+use vn100_report::Asked;
 
 use super::*;
 use crate::events::{PageEvents, ShownParts};

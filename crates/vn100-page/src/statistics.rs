@@ -6,18 +6,22 @@ use maud::{Markup, html};
 use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{Remedy, RemedyWords};
-
-use super::{caption::Captions, figures::grid, row, table};
-use crate::{
+use vn100_report::{
+    Record,
     figure::{Figure, Figures, id_of},
-    measured::Record,
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
     units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, pretty_unit},
 };
 
+use crate::{
+    caption::Captions,
+    elements::{row, table},
+    figures::grid,
+};
+
 /// A table for each sensor, and below it each channel over time and as a histogram.
-pub(super) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
+pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
     let of_channel = |channel: &ChannelValues| {
         let ends = |figure: &&Figure, kind: &str| figure.id.ends_with(&format!("{kind}-{}", id_of(&channel.name)));
         let time = figures.times.iter().find(|figure| ends(figure, "time"));
@@ -44,7 +48,7 @@ pub(super) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
 }
 
 /// The tables alone.
-pub(super) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
+pub(crate) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
     html! {
         @for quantity in QUANTITIES {
             @let channels = record.of(quantity);

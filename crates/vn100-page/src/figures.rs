@@ -3,18 +3,18 @@
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use vn100_analysis::noise::Deviation;
-
-use super::{caption::Captions, table};
-use crate::{
+use vn100_report::{
+    Record,
     figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
-    measured::Record,
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
     units::{ChannelValues, Point, pretty_unit},
 };
 
+use crate::{caption::Captions, elements::table};
+
 /// The curves of each sensor, the first one large.
-pub(super) fn together(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
+pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
     let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
     let (first, others) = match &figures.allan_sensors[..] {
         [first, others @ ..] => (std::slice::from_ref(first), others),
@@ -34,7 +34,7 @@ pub(super) fn together(record: &Record<'_>, figures: &Figures, captions: &Captio
 }
 
 /// The curve of each axis with its model, and all numbers.
-pub(super) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
+pub(crate) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p {
             @if record.measured.snapshot.deviation == Deviation::Allan {
@@ -49,7 +49,7 @@ pub(super) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) 
     }
 }
 
-pub(super) fn spectrum(figures: &Figures, captions: &Captions) -> Markup {
+pub(crate) fn spectrum(figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p { "Amplitude density by Welch's method with a Hann window [5], one-sided: white noise lies at √2 N. Marked peaks are significant at p < 10⁻⁴; a peak may be the alias of one above half the sample rate." }
         (grid(&figures.spectra, captions))
@@ -58,7 +58,7 @@ pub(super) fn spectrum(figures: &Figures, captions: &Captions) -> Markup {
     }
 }
 
-pub(super) fn grid<'a>(figures: impl IntoIterator<Item = &'a Figure>, captions: &Captions) -> Markup {
+pub(crate) fn grid<'a>(figures: impl IntoIterator<Item = &'a Figure>, captions: &Captions) -> Markup {
     let mut figures = figures.into_iter().peekable();
     html! {
         @if figures.peek().is_none() { p.absent { "The record is too short for such a figure." } }
@@ -149,7 +149,7 @@ struct CurveReadout<'a> {
 }
 
 /// A JSON array that is safe in a script element.
-pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
+pub(crate) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
     let readings: Vec<FigureReadout<'_>> = figures.map(reading).collect();
     Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))
 }

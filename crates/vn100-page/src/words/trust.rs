@@ -2,13 +2,13 @@
 
 use vn100_analysis::noise::{Parameter, Status};
 use vn100_analysis::{RateFrom, Timing, WarningKind};
-
-use super::listed;
-use crate::{
-    findings::{AxisFindings, Findings},
+use vn100_report::{
     numbers::{digits, grouped, trimmed},
     units::pretty_unit,
 };
+
+use super::listed;
+use crate::findings::{AxisFindings, Findings};
 
 pub(super) fn trust(findings: &Findings) -> Vec<String> {
     let mut sentences = vec![moved(findings), time_base(findings), losses(findings)];

@@ -5,14 +5,14 @@ use vn100_analysis::{
     LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
     uncompensated_message,
 };
-
-use super::listed;
-use crate::{
-    findings::{AxisFindings, Findings, SensorFindings},
+use vn100_report::{
     names::{in_unit, verdict_name},
     numbers::{digits, duration, trimmed, with_powers},
     units::pretty_unit,
 };
+
+use super::listed;
+use crate::findings::{AxisFindings, Findings, SensorFindings};
 
 pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let Some(sheet) = &findings.datasheet else {

@@ -5,22 +5,25 @@ use std::{fmt::Write, time::Duration};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, SourceFacts};
-
-use super::{
-    FIGURES_SCRIPT, STYLE, caption::Captions, facts, figures, glance, parameters, statistics, text_of, warnings,
-};
-use crate::{
+use vn100_report::{
+    History, Record,
     figure::{Figure, Figures, last_minutes},
     goals::Goals,
     health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
-    history::History,
-    measured::Record,
     names::rejected_lines,
     numbers::{
         plain::{counted, digits_trimmed, grouped, ppm, tau, time},
         with_powers,
     },
     summary::{Summary, mean_temperature},
+};
+
+use crate::{
+    caption::Captions,
+    elements::{FIGURES_SCRIPT, STYLE, text_of},
+    facts, figures, glance, parameters,
+    report::warnings,
+    statistics,
 };
 
 /// Columns of the last minutes: a narrow screen has no more.
@@ -84,13 +87,13 @@ pub enum LiveStage<'a> {
 /// The style sheet, the same for all pages of one program.
 #[must_use]
 pub fn live_style() -> String {
-    format!("{STYLE}{}", include_str!("live.css"))
+    format!("{STYLE}{}", include_str!("../assets/live.css"))
 }
 
 /// The script that keeps the parts up to date, and makes the figures interactive.
 #[must_use]
 pub fn live_script() -> String {
-    format!("{FIGURES_SCRIPT}{}", include_str!("live.js"))
+    format!("{FIGURES_SCRIPT}{}", include_str!("../assets/live.js"))
 }
 
 /// What one word says of a source, and how grave it is.

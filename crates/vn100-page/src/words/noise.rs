@@ -2,14 +2,14 @@
 
 use vn100_analysis::noise::{Parameter, Sensor, Status, Term, conventions};
 use vn100_analysis::{LongTauValidity, Motion, Remedy, RemedyWords};
-
-use super::listed;
-use crate::{
-    findings::{AxisFindings, Findings, SensorFindings},
+use vn100_report::{
     names::parameter_names,
     numbers::{digits, four_digits, trimmed, with_interval},
     units::{pretty_unit, si_unit},
 };
+
+use super::listed;
+use crate::findings::{AxisFindings, Findings, SensorFindings};
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
     let mut sentences: Vec<String> = findings.sensors.iter().flat_map(of_sensor).collect();

@@ -9,14 +9,16 @@ use vn100_analysis::protocol::{
 };
 use vn100_analysis::timebase::Arrivals;
 use vn100_analysis::{Detrend, MissingFrom, RateFrom, Snapshot};
-
-use super::{PageOptions, Program, caption::Captions};
-use crate::{
-    document::source::RecordingDocument,
-    measured::Record,
+use vn100_report::{
+    Record, RecordingDocument,
     names::echoes,
     numbers::{duration, grouped, plain::time, trimmed},
-    printable::printable,
+    printable,
+};
+
+use crate::{
+    caption::Captions,
+    options::{PageOptions, Program},
 };
 
 /// What a user can write down in a file of conditions, by the names there.
@@ -45,7 +47,7 @@ const REGISTERS: [Register; 10] = [
     Register::IMU_FILTER,
 ];
 
-pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Captions) -> Markup {
+pub(crate) fn facts(record: &Record<'_>, options: PageOptions<'_>, captions: &Captions) -> Markup {
     let tables = [
         ("Capture", capture(record, options.program)),
         ("Sensor", sensor(record)),
@@ -208,7 +210,7 @@ fn conditions(record: &Record<'_>) -> Vec<Row> {
 }
 
 /// What the user said of places in the record, by the data time.
-pub(super) fn marks(snapshot: &Snapshot) -> Vec<Row> {
+pub(crate) fn marks(snapshot: &Snapshot) -> Vec<Row> {
     let marks = snapshot.marks.iter();
     marks.map(|mark| fact(&time(mark.at_s), printable(&mark.text))).collect()
 }
@@ -301,12 +303,12 @@ fn capitalised(text: &str) -> String {
 }
 
 /// The text for what is absent.
-pub(super) const NOT_RECORDED: &str = "not recorded";
+pub(crate) const NOT_RECORDED: &str = "not recorded";
 
-pub(super) type Row = (String, String);
+pub(crate) type Row = (String, String);
 
 /// What is not recorded stands in one line below the table.
-pub(super) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Markup {
+pub(crate) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Markup {
     let (absent, known): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|(_, value)| value == NOT_RECORDED);
     let absent: Vec<&str> = absent.iter().map(|(name, _)| name.as_str()).collect();
     html! {
@@ -322,11 +324,11 @@ pub(super) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Mark
     }
 }
 
-pub(super) fn fact(name: &str, value: impl Into<String>) -> Row {
+pub(crate) fn fact(name: &str, value: impl Into<String>) -> Row {
     (name.to_owned(), value.into())
 }
 
-pub(super) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
+pub(crate) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
     fact(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
 }
 
@@ -372,7 +374,7 @@ fn signatures(record: &Record<'_>) -> Vec<Row> {
     vec![fact("Operator", operator.unwrap_or_else(|| OPEN.into())), fact("Date", OPEN), fact("Approved by", OPEN)]
 }
 
-pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
+pub(crate) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
     let snapshot = &record.measured.snapshot;
     vec![
         fact(

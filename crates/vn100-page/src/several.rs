@@ -3,17 +3,24 @@
 use maud::{Markup, html};
 use vn100_analysis::noise::Spread;
 use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
-
-use super::{PageOptions, caption::Captions, figures::grid, glance::with_code, row, table};
-use crate::{
+use vn100_report::{
+    Record,
     figure::Figures,
-    measured::{Record, run_name},
     names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
+    run_name,
     units::{pretty_unit, tests_by_channel},
 };
 
-pub(super) fn several(
+use crate::{
+    caption::Captions,
+    elements::{row, table},
+    figures::grid,
+    glance::with_code,
+    options::PageOptions,
+};
+
+pub(crate) fn several(
     records: &[Record<'_>],
     together: &Figures,
     options: PageOptions<'_>,

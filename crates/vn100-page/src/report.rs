@@ -1,61 +1,30 @@
-//! The page: one HTML file that needs nothing else.
-
-mod caption;
-mod facts;
-mod figures;
-mod glance;
-mod lab;
-pub(crate) mod live;
-mod parameters;
-mod several;
-mod statistics;
+//! The report: one HTML file that needs nothing else.
 
 use std::io::{self, Write};
 
-use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::RemedyWords;
 use vn100_analysis::protocol::Register;
+use vn100_report::{
+    KalibrYaml, Record,
+    figure::Figures,
+    numbers::{duration, grouped, trimmed},
+    run_name, run_prefix,
+    summary::Summary,
+};
 
 use crate::{
-    export::kalibr::KalibrYaml,
-    figure::Figures,
+    caption::Captions,
+    elements::{FIGURES_SCRIPT, STYLE, text_of},
+    facts, figures,
     findings::Findings,
-    measured::{Record, run_name, run_prefix},
-    numbers::{duration, grouped, trimmed},
-    printable::steers_terminal,
-    summary::Summary,
+    glance, lab,
+    options::PageOptions,
+    parameters, several, statistics,
     words::conclusions,
 };
-use caption::Captions;
 
-const STYLE: &str = include_str!("page/style.css");
-/// Makes figures and tables alive, on every page.
-const FIGURES_SCRIPT: &str = include_str!("page/figures.js");
-const SCRIPT: &str = include_str!("page/script.js");
-
-/// The content of a page other than the results.
-#[derive(Debug, Clone, Copy)]
-pub struct PageOptions<'a> {
-    /// Two-sided level of the intervals of a comparison, 0 < p < 1.
-    pub confidence: f64,
-    /// The command line, as a user would repeat it.
-    pub asked: &'a str,
-    /// The words of a face for remedies.
-    pub words: RemedyWords,
-    /// The program that writes the page.
-    pub program: Program<'a>,
-    /// The time over which Kalibr integrates, in seconds.
-    pub kalibr_span_s: f64,
-}
-
-/// A program, by name and commit.
-#[derive(Debug, Clone, Copy)]
-pub struct Program<'a> {
-    /// Name and version, such as `vn100 1.0.0`.
-    pub name: &'a str,
-    /// The commit it was built from; `None` where that is not known.
-    pub commit: Option<&'a str>,
-}
+const SCRIPT: &str = include_str!("../assets/script.js");
 
 /// Writes the page of one capture, or of several. `figures` are those of the records, in the same
 /// order; `together` are the figures of all records together, which are empty for a single one.
@@ -112,15 +81,6 @@ pub fn write_page(
         }
     };
     out.write_all(text_of(page).as_bytes())
-}
-
-/// Names and notes may hold what steers a terminal, is an error in HTML, or makes them look like
-/// others.
-fn text_of(markup: Markup) -> String {
-    let text = markup.into_string();
-    let steers = |c: char| steers_terminal(c) && !matches!(c, '\n' | '\t');
-    // pages are large: most are not copied
-    if text.contains(steers) { text.replace(steers, "\u{fffd}") } else { text }
 }
 
 /// The style of what each sheet of paper names at its foot.
@@ -219,7 +179,7 @@ fn answers(findings: &Findings, words: RemedyWords) -> Markup {
     }
 }
 
-fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
+pub(crate) fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
     html! {
         @if record.measured.warnings().is_empty() { p { "None." } }
         @for warning in record.measured.warnings() {
@@ -240,23 +200,6 @@ fn filters(record: &Record<'_>, kalibr_span_s: f64) -> Markup {
         }
         pre { (KalibrYaml::of(record, kalibr_span_s).text()) }
     }
-}
-
-pub(super) fn table(caption: &Markup, class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
-    html! {
-        div.scroll {
-            table class=[class] {
-                (caption)
-                thead { tr { @for name in columns { th scope="col" { (name) } } } }
-                tbody { (rows) }
-            }
-        }
-    }
-}
-
-/// A row whose first cell names it.
-pub(super) fn row(name: impl Render, cells: impl IntoIterator<Item = String>) -> Markup {
-    html! { tr { th scope="row" { (name) } @for cell in cells { td { (cell) } } } }
 }
 
 const REFERENCES: [&str; 8] = [

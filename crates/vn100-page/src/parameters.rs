@@ -9,12 +9,9 @@ use vn100_analysis::{
     ChannelNoise, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS,
     StreamUnknown, letter,
 };
-
-use super::{caption::Captions, table};
-use crate::{
-    codes::{Code, code_of_verdict},
+use vn100_report::{
+    Code, Record, code_of_verdict,
     graphical::{GRAPHICAL, laboratory_unit},
-    measured::Record,
     names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, p_value, plain::digits_trimmed, trimmed, with_interval},
     summary::parameter_unit,
@@ -22,12 +19,14 @@ use crate::{
     units::{ChannelValues, pretty_unit},
 };
 
+use crate::{caption::Captions, elements::table};
+
 /// What stands for the noise parameters of a sensor that was moved.
-pub(super) const MOVED: &str = "Not given: the sensor was moved, and what the model fits is its motion. Record it at rest, or exclude the time in which it moved.";
+pub(crate) const MOVED: &str = "Not given: the sensor was moved, and what the model fits is its motion. Record it at rest, or exclude the time in which it moved.";
 
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
-pub(super) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
+pub(crate) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
     if record.measured.assessment.motion.is_some() {
         return html! { p { (MOVED) } };
     }
@@ -202,7 +201,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
     }
 }
 
-pub(super) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static str> {
+pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
         LongTauValidity::Sensor => None,
         LongTauValidity::Compensated => Some(
@@ -221,7 +220,7 @@ pub(super) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
     }
 }
 
-pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Captions) -> Markup {
+pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Captions) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {
         return html! {
             p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }

@@ -4,33 +4,32 @@
 use maud::{Markup, html};
 use vn100_analysis::Severity;
 use vn100_analysis::protocol::{Quantity, Register};
-
-use super::caption::Captions;
-use crate::{
-    document::source::RecordingDocument,
-    measured::Record,
+use vn100_report::{
+    Record, RecordingDocument,
     names::names_of,
     numbers::{NOTHING, duration, grouped, trimmed, with_powers},
     summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
     units::pretty_unit,
 };
 
+use crate::caption::Captions;
+
 /// Digits of a checksum that name a file beyond doubt for people.
 const SHORT_SHA256: usize = 12;
 
 /// What was measured, with what, when and by whom; what is not known is not there.
-pub(super) fn identity(record: &Record<'_>) -> Markup {
+pub(crate) fn identity(record: &Record<'_>) -> Markup {
     rows(identity_rows(record))
 }
 
 /// Names and values side by side; what is not known is not there.
-pub(super) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>) -> Markup {
+pub(crate) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>) -> Markup {
     html! {
         dl.identity { @for (name, value) in rows { @if let Some(value) = value { div { dt { (name) } dd { (value) } } } } }
     }
 }
 
-pub(super) fn identity_rows(record: &Record<'_>) -> [(&'static str, Option<String>); 12] {
+pub(crate) fn identity_rows(record: &Record<'_>) -> [(&'static str, Option<String>); 12] {
     let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
     let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
@@ -56,7 +55,7 @@ pub(super) fn identity_rows(record: &Record<'_>) -> [(&'static str, Option<Strin
 }
 
 /// How far the record can be trusted, and a tile for each sensor.
-pub(super) fn verdicts(summary: &Summary) -> Markup {
+pub(crate) fn verdicts(summary: &Summary) -> Markup {
     html! {
         section.verdicts-at-a-glance {
             ul.statuses { @for status in &summary.statuses { (status_line(status)) } }
@@ -79,7 +78,7 @@ fn status_line(status: &AspectStatus) -> Markup {
     }
 }
 
-pub(super) const fn severity_class(severity: Option<Severity>) -> &'static str {
+pub(crate) const fn severity_class(severity: Option<Severity>) -> &'static str {
     match severity {
         Some(Severity::Problem) => "problem",
         Some(Severity::Caution) => "caution",
@@ -149,7 +148,7 @@ fn as_written(cell: &str) -> String {
 }
 
 /// One table for each sensor: values, intervals, data sheet, verdict.
-pub(super) fn parameters(summary: &Summary, captions: &Captions) -> Markup {
+pub(crate) fn parameters(summary: &Summary, captions: &Captions) -> Markup {
     html! {
         @for table in &summary.sensors {
             div.scroll {
@@ -197,7 +196,7 @@ fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
 }
 
 /// The text with what stands between backticks as code.
-pub(super) fn with_code(text: &str) -> Markup {
+pub(crate) fn with_code(text: &str) -> Markup {
     html! {
         @for (place, part) in text.split('`').enumerate() {
             @if place % 2 == 1 { code { (part) } } @else { (with_whole_units(part)) }
@@ -206,7 +205,7 @@ pub(super) fn with_code(text: &str) -> Markup {
 }
 
 /// The text without line breaks within units such as °/√h, nor before them.
-pub(super) fn with_whole_units(text: &str) -> Markup {
+pub(crate) fn with_whole_units(text: &str) -> Markup {
     let text = text.replace(" °", "\u{a0}°");
     html! {
         @for (place, word) in text.split(' ').enumerate() {

@@ -5,24 +5,24 @@
 use maud::{Markup, html};
 use vn100_analysis::noise::{Deviation, Parameter, SlopeLine, Term};
 use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, letter};
-
-use super::{
-    caption::Captions,
-    figures::grid,
-    glance::{with_code, with_whole_units},
-    parameters::{MOVED, long_taus_reason},
-};
-use crate::{
+use vn100_report::{
+    Record,
     figure::Figures,
     glossary::{Explanation, explain},
     graphical::{GRAPHICAL, laboratory_unit, not_read},
-    measured::Record,
     names::{grade_scheme, grade_text, in_unit, in_words, parameter_names},
     numbers::{NOTHING, digits, four_digits, trimmed, with_interval},
     units::{ChannelValues, pretty_unit},
 };
 
-pub(super) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
+use crate::{
+    caption::Captions,
+    figures::grid,
+    glance::{with_code, with_whole_units},
+    parameters::{MOVED, long_taus_reason},
+};
+
+pub(crate) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
     let axes: Vec<(&ChannelValues, &ChannelNoise)> = SENSORS
         .into_iter()
         .filter_map(|(quantity, _)| record.of(quantity).into_iter().find(|channel| channel.name.ends_with("_y")))
@@ -147,7 +147,7 @@ fn deciding(noise: &ChannelNoise) -> String {
 }
 
 /// What the parameters and terms of a report mean, from the glossary.
-pub(super) fn background(words: RemedyWords) -> Markup {
+pub(crate) fn background(words: RemedyWords) -> Markup {
     let entry = |code: &str| explain(code).into_iter().next();
     let entries: Vec<(&str, Explanation)> = ["N", "B", "K", "allan", "edf", "confidence interval", "aliasing"]
         .into_iter()

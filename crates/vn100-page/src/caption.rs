@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 /// Counts the figures and tables of one page.
 #[derive(Debug, Default)]
-pub(super) struct Captions {
+pub(crate) struct Captions {
     figures: Cell<u32>,
     tables: Cell<u32>,
     /// On a page whose parts come and go no number stays the same.
@@ -14,17 +14,17 @@ pub(super) struct Captions {
 }
 
 impl Captions {
-    pub(super) fn without_numbers() -> Self {
+    pub(crate) fn without_numbers() -> Self {
         Self { without_numbers: true, ..Self::default() }
     }
 
     /// The caption of the next figure.
-    pub(super) fn figure(&self, text: &str) -> Markup {
+    pub(crate) fn figure(&self, text: &str) -> Markup {
         html! { figcaption { (self.number("Figure", &self.figures)) (text) } }
     }
 
     /// The caption of the next table.
-    pub(super) fn table(&self, text: &str) -> Markup {
+    pub(crate) fn table(&self, text: &str) -> Markup {
         html! { caption { (self.number("Table", &self.tables)) (text) } }
     }
 

@@ -5,9 +5,8 @@ use vn100_analysis::protocol::BINARY;
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
 };
-
-use crate::{
-    measured::Record,
+use vn100_report::{
+    Record,
     names::sentence,
     units::{ChannelValues, SignalValues},
 };

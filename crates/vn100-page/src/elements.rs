@@ -1,0 +1,36 @@
+//! What all pages are made of: their style sheet and script, tables, and text that is safe to show.
+
+use maud::{Markup, Render, html};
+use vn100_report::steers_terminal;
+
+/// The style sheet of all pages.
+pub(crate) const STYLE: &str = include_str!("../assets/style.css");
+/// Makes figures and tables alive, on every page.
+pub(crate) const FIGURES_SCRIPT: &str = include_str!("../assets/figures.js");
+
+/// The text of a page, with a replacement mark for each character of a name or note that steers a
+/// terminal, is an error in HTML, or makes one name look like another.
+pub(crate) fn text_of(markup: Markup) -> String {
+    let text = markup.into_string();
+    let steers = |c: char| steers_terminal(c) && !matches!(c, '\n' | '\t');
+    // pages are large: most are not copied
+    if text.contains(steers) { text.replace(steers, "\u{fffd}") } else { text }
+}
+
+/// A table with its caption, the names of its columns, and its rows.
+pub(crate) fn table(caption: &Markup, class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
+    html! {
+        div.scroll {
+            table class=[class] {
+                (caption)
+                thead { tr { @for name in columns { th scope="col" { (name) } } } }
+                tbody { (rows) }
+            }
+        }
+    }
+}
+
+/// A row whose first cell names it.
+pub(crate) fn row(name: impl Render, cells: impl IntoIterator<Item = String>) -> Markup {
+    html! { tr { th scope="row" { (name) } @for cell in cells { td { (cell) } } } }
+}
