@@ -5,8 +5,10 @@ mod disturbed;
 mod temperature;
 
 use std::{
+    fmt::Write as _,
     fs,
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 use serde_json::Value;

@@ -2,16 +2,27 @@
 
 use super::*;
 
-/// The uncompensated emulated record as a table of angular rates of any sensor, each changed by
-/// `change(row, axis, rate)`.
+/// The angular rates of three hours of the uncompensated emulated sensor.
+fn emulated_rates() -> &'static [[f64; 3]] {
+    static ROWS: OnceLock<Vec<[f64; 3]>> = OnceLock::new();
+    ROWS.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let file = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "3h"]);
+        let rates = |line: &str| {
+            let mut fields = line.split(',').skip(7);
+            [(); 3].map(|()| fields.next().unwrap().parse().unwrap())
+        };
+        fs::read_to_string(file).unwrap().lines().map(rates).collect()
+    })
+}
+
+/// Those as a table of any sensor, each changed by `change(row, axis, rate)`.
 fn rates(folder: &Path, change: &mut dyn FnMut(usize, usize, f64) -> f64) -> PathBuf {
-    let text = fs::read_to_string(capture(folder, "imu.vnymr", &["--message", "VNIMU", "--duration", "3h"])).unwrap();
     let mut table = String::from("t,wx,wy,wz\n");
-    for (row, line) in text.lines().enumerate() {
-        let fields: Vec<&str> = line.split(',').collect();
-        table += &format!("{}", row as f64 / 40.0);
-        for axis in 0..3 {
-            table += &format!(",{:.6}", change(row, axis, fields[7 + axis].parse().unwrap()));
+    for (row, rates) in emulated_rates().iter().enumerate() {
+        write!(table, "{}", row as f64 / 40.0).unwrap();
+        for (axis, rate) in rates.iter().enumerate() {
+            write!(table, ",{:.6}", change(row, axis, *rate)).unwrap();
         }
         table.push('\n');
     }
