@@ -215,10 +215,7 @@ impl Framer {
     #[inline]
     pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> Option<PacketRun<'a>> {
         let (bytes, length) = self.packet_head.run(input, most)?;
-        let is_unclear = |at: &usize| {
-            let packet = at - at % length;
-            is_completed_by_sentence(&input[packet..], length, false) != Some(false)
-        };
+        let is_unclear = |at: &usize| sentence_completes(&input[*at..], length - at % length, false) != Some(false);
         let bytes = match memchr_iter(b'$', bytes).find(is_unclear) {
             None => bytes,
             Some(at) => &bytes[..at - at % length],
@@ -277,14 +274,19 @@ fn classify(input: &[u8], end_of_input: bool) -> Start {
 /// sentence behind it: a CRC is right by chance once in 256 times where one byte is borrowed.
 /// `None` when that depends on bytes not yet received.
 fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> Option<bool> {
-    for at in memchr_iter(b'$', &input[..length]) {
-        match classify(&input[at..], end_of_input) {
-            Start::Incomplete => return None,
-            Start::Ends { length: sentence, checked: Ok(_), .. } if at + sentence > length => return Some(true),
-            Start::Ends { .. } => {}
-        }
+    let completed = memchr_iter(b'$', &input[..length])
+        .map(|at| sentence_completes(&input[at..], length - at, end_of_input))
+        .find(|completed| *completed != Some(false));
+    completed.unwrap_or(Some(false))
+}
+
+/// Whether the `$` at the head of `input` begins a good sentence that is longer than the `rest` of
+/// the packet it stands in. `None` when that depends on bytes not yet received.
+fn sentence_completes(input: &[u8], rest: usize, end_of_input: bool) -> Option<bool> {
+    match classify(input, end_of_input) {
+        Start::Incomplete => None,
+        Start::Ends { length, checked, .. } => Some(checked.is_ok() && length > rest),
     }
-    Some(false)
 }
 
 /// Checks a sentence by its `body` and the bytes behind its `*`.

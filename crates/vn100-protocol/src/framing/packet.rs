@@ -13,9 +13,9 @@ use core::{iter::Take, slice::ChunksExact};
 use multiversion::{multiversion, target::target_cfg};
 
 #[cfg(target_arch = "x86_64")]
-use crate::framing::checksum::crc16_by_products;
+use crate::framing::checksum::is_crc16_zero_by_products;
 use crate::{
-    framing::checksum::{MAX_WORDS, crc16},
+    framing::checksum::{MAX_PRODUCTS, crc16},
     packet::field::{GROUPS, PacketField},
 };
 
@@ -124,16 +124,16 @@ impl PacketHead {
 }
 
 /// How many of these begin alike, one after the other, and have a right CRC.
-#[multiversion(targets("x86_64+pclmulqdq+sse4.1+movbe"))]
+#[multiversion(targets("x86_64+pclmulqdq+sse4.1"))]
 fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
-    #[target_cfg(not(target_feature = "pclmulqdq"))]
-    use crc16 as crc;
     #[target_cfg(target_feature = "pclmulqdq")]
-    use crc16_by_products as crc;
+    use is_crc16_zero_by_products as is_crc16_zero;
+    #[target_cfg(not(target_feature = "pclmulqdq"))]
+    use is_crc16_zero_by_tables as is_crc16_zero;
 
     let mut valid = 0;
     for packet in packets {
-        if !(head.is_of(packet) && crc(&packet[1..]) == 0) {
+        if !(head.is_of(packet) && is_crc16_zero(&packet[1..])) {
             break;
         }
         valid += 1;
@@ -141,7 +141,12 @@ fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize
     valid
 }
 
-const _: () = assert!(MAX_PACKET <= 8 * MAX_WORDS);
+#[inline]
+fn is_crc16_zero_by_tables(bytes: &[u8]) -> bool {
+    crc16(bytes) == 0
+}
+
+const _: () = assert!(MAX_PACKET <= MAX_PRODUCTS);
 
 /// Classifies `input`, which begins with 0xFA.
 pub(crate) fn classify(input: &[u8]) -> PacketStart {

@@ -68,21 +68,16 @@ impl PacketReader {
         let is_measured = |form: &&PacketForm| packets.packets().next().is_some_and(|first| form.is_of(&first));
         let Some(form) = self.form.as_ref().filter(is_measured) else { return false };
         let (rows, times) = (counts.len(), device_ns.len());
-        let mut last = self.last_device_ns;
-        let mut is_plain = form.read_run(packets, counts);
-        for packet in packets.packets() {
-            let now = form.device_ns(&packet);
-            is_plain &= !is_repeated(last, now) && form.saturation(&packet) == 0;
-            device_ns.extend(now);
-            last = now;
-        }
+        let is_plain = form.read_run(packets, counts)
+            && form.read_device_times(packets, self.last_device_ns, device_ns)
+            && packets.packets().all(|packet| form.saturation(&packet) == 0);
         if !is_plain {
             counts.truncate(rows);
             device_ns.truncate(times);
             return false;
         }
         self.counts.samples += packets.count() as u64;
-        self.last_device_ns = last;
+        self.last_device_ns = device_ns[times..].last().copied();
         true
     }
 

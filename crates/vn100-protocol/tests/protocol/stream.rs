@@ -25,8 +25,16 @@ fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
             continue;
         };
         let text: String = tail.iter().map(|&byte| char::from(byte)).collect();
-        let digits: String = text.chars().take_while(|c| "0123456789ABCDEF".contains(*c)).take(5).collect();
-        let good = digits == format!("{:02X}", xor8(body)) || digits == format!("{:04X}", crc16(body));
+        // a letter in lower case is one where only that makes the checksum right
+        let digits_of = |set: &str| text.chars().take_while(|c| set.contains(*c)).take(5).collect::<String>();
+        let is_good = |digits: &str| {
+            let digits = digits.to_uppercase();
+            digits == format!("{:02X}", xor8(body)) || digits == format!("{:04X}", crc16(body))
+        };
+        let (upper, any) = (digits_of("0123456789ABCDEF"), digits_of("0123456789ABCDEFabcdef"));
+        let takes_any = is_good(&any) || !matches!(upper.len(), 2 | 4);
+        let digits = if takes_any && !is_good(&upper) { any } else { upper };
+        let good = is_good(&digits);
         let written = match digits.len() {
             2 | 4 => digits.len(),
             _ => text.chars().take_while(char::is_ascii_alphanumeric).count().min(5),
