@@ -6,8 +6,8 @@ use vn100_analysis::{
 };
 use vn100_protocol::BaudRate;
 
-use crate::sheets::{figure, sheet};
-use crate::simulated::Simulated;
+use super::sheets::{figure, sheet};
+use super::simulated::Simulated;
 
 #[test]
 fn plans_take_the_sensors_own_settings_where_they_fit() {

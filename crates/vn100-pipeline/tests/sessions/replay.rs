@@ -1,6 +1,5 @@
 //! Sessions of captures: as fast as the machine can, every second, and at a pace with places to go
 //! to. Time is virtual.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::{
     fs,

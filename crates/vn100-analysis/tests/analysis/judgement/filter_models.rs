@@ -2,7 +2,7 @@
 
 use vn100_analysis::FilterModels;
 
-use crate::simulated::Simulated;
+use super::simulated::Simulated;
 
 #[test]
 fn white_noise_and_walk_lie_above_the_upper_bounds_of_all_octaves_and_touch_one() {

@@ -7,7 +7,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
-use crate::simulated::{Simulated, WINDOWS_OF_4};
+use super::simulated::{Simulated, WINDOWS_OF_4};
 
 pub(crate) fn figure(sensor: Sensor, term: Term, claim: Claim) -> DatasheetFigure {
     DatasheetFigure {

@@ -1,5 +1,4 @@
 //! What records of simulated sensors say: verdicts, comparisons, warnings, plans.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod comparisons;
 mod filter_models;

@@ -1,6 +1,5 @@
 //! Streams with arrival times: losses, refusals and changes of rate reach the result at their
 //! place, however the stream was cut.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{sync::Arc, time::Duration};
 

@@ -1,6 +1,5 @@
 //! A live link that stands still for two seconds, from its bytes to the snapshot: no sample is told
 //! missing, and none is left out.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{io, time::Duration};
 

@@ -1,5 +1,4 @@
 //! Where a measurement with goals ends: at the second at which an assessment of all of it says so.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::sync::Arc;
 

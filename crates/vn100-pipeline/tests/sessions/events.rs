@@ -1,5 +1,4 @@
 //! Sessions of any events: what is published, what commands do, how they end. Time is virtual.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 

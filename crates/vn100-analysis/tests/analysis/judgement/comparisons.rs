@@ -9,7 +9,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::{Channel, Quantity, VNIMU, VNYMR};
 
-use crate::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
+use super::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
 
 /// As of one sensor that stayed on, each an hour behind the one before.
 fn compared(records: &[(Snapshot, Assessment)]) -> Comparison {

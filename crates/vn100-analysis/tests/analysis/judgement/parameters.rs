@@ -3,7 +3,7 @@
 use imu_noise::Term;
 use vn100_protocol::Channel;
 
-use crate::simulated::Simulated;
+use super::simulated::Simulated;
 
 #[test]
 fn rare_large_values_widen_the_interval_of_white_noise() {

@@ -4,7 +4,7 @@ use vn100_analysis::{Analysis, Settings, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
-use crate::simulated::{Simulated, named, still, text};
+use super::simulated::{Simulated, named, still, text};
 
 #[test]
 fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {

@@ -1,5 +1,4 @@
 //! White noise with something beside it on one axis: what is said of N there, and of what lies beside.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{f64::consts::TAU, sync::Arc};
 

@@ -1,8 +1,4 @@
 //! Sessions of a live sensor, from its setting to the end of its recording, in virtual time.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
-#[path = "../../../vn100-driver/tests/support/mod.rs"]
-mod support;
 
 mod settings;
 mod wall_limits;
@@ -15,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use support::{LINE, OTHER_LINE, Sensor};
+use crate::support::{LINE, OTHER_LINE, Sensor};
 use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;

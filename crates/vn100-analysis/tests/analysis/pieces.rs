@@ -1,6 +1,5 @@
 //! Pieces of a record, analysed by themselves and appended, say what the whole record says, bit by
 //! bit.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod state;
 
