@@ -15,6 +15,7 @@ pub(crate) mod normality;
 pub(crate) mod power_law;
 pub(crate) mod random_effects;
 pub(crate) mod roll_off;
+pub(crate) mod slow_cycle;
 pub(crate) mod spectral_lines;
 mod spectral_peak;
 pub(crate) mod spikes;

@@ -115,6 +115,7 @@ pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
 pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
+pub use infer::slow_cycle::SlowCycle;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
 pub use infer::temperature::{

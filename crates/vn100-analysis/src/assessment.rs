@@ -16,7 +16,7 @@ mod white_budget;
 
 use imu_noise::{
     ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, RollOff, Term, counts_to_unit,
+    RecordShape, RollOff, SlowCycle, Term, counts_to_unit,
 };
 use vn100_protocol::Channel;
 
@@ -156,9 +156,8 @@ impl ChannelAssessment {
             None => Disturbed::default(),
             Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
         };
-        let was_moved = levels.is_none();
-        let noise =
-            noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, intervals.confidence(), models);
+        let beside = Beside { bands: &bands, cycle: disturbed.cycle, was_moved: levels.is_none() };
+        let noise = noise_of(channel, results, curve, onboard, beside, snapshot, intervals.confidence(), models);
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
         let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
         let others: Vec<_> = results.other_octaves.iter().map(OctaveSum::octave).collect();
@@ -191,6 +190,13 @@ fn assess_octaves(
     octaves.iter().zip(laws).map(assess).collect()
 }
 
+/// What one channel shows beside its noise.
+struct Beside<'a> {
+    bands: &'a [NarrowBand],
+    cycle: Option<SlowCycle>,
+    was_moved: bool,
+}
+
 /// The noise of one axis as it shows itself, see [`ChannelNoise::new`].
 #[expect(clippy::too_many_arguments, reason = "the parts of one step of an assessment")]
 fn noise_of(
@@ -198,15 +204,15 @@ fn noise_of(
     results: &ChannelSnapshot,
     curve: &OctaveVariances,
     onboard: Option<Onboard>,
-    bands: &[NarrowBand],
+    Beside { bands, cycle, was_moved }: Beside<'_>,
     snapshot: &Snapshot,
-    was_moved: bool,
     confidence: f64,
     models: &Models,
 ) -> Option<ChannelNoise> {
     let signal = results.signal.as_ref();
     let evidence = ChannelCurve {
         bands,
+        cycle,
         roll_off: slower(
             signal.and_then(|signal| signal.roll_off(bands)),
             onboard.and_then(|onboard| onboard.own_low_pass()),
@@ -233,7 +239,8 @@ fn slower(shown: Option<RollOff>, own: Option<RollOff>) -> Option<RollOff> {
 pub(crate) struct SingleAxes<'a> {
     snapshot: &'a Snapshot,
     confidence: f64,
-    was_moved: bool,
+    /// `None` where the sensor was moved.
+    levels: Option<LevelSearch>,
     curves: Vec<OctaveVariances>,
     models: Models,
     /// Those that were asked for, by their places.
@@ -242,23 +249,27 @@ pub(crate) struct SingleAxes<'a> {
 
 impl<'a> SingleAxes<'a> {
     pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
-        let was_moved = Motion::of(snapshot).is_some();
+        let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
+        let levels = Motion::of(snapshot).is_none().then(|| LevelSearch::of(signals));
         let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
-        Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
+        Self { snapshot, confidence, levels, curves, models, known: Vec::new() }
     }
 
     /// Of the channel at this place of the layout.
     pub(crate) fn parameter(&mut self, place: usize, term: Term) -> Option<Parameter> {
         if !self.known.iter().any(|(known, _)| *known == place) {
             let (channel, results) = self.snapshot.measured().nth(place)?;
-            let (snapshot, was_moved) = (self.snapshot, self.was_moved);
+            let snapshot = self.snapshot;
             let (onboard, curve) = (Onboard::of(channel, results, snapshot), self.curves.get(place)?);
             let signal = results.signal.as_ref();
             let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
             let (confidence, models) = (self.confidence, &self.models);
-            let noise = noise_of(channel, results, curve, onboard, &bands, snapshot, was_moved, confidence, models);
+            let level = |search| disturbed::level(channel, results, curve.shape.interval_s, &bands, search);
+            let cycle = self.levels.as_ref().and_then(|search| level(search).cycle);
+            let beside = Beside { bands: &bands, cycle, was_moved: self.levels.is_none() };
+            let noise = noise_of(channel, results, curve, onboard, beside, snapshot, confidence, models);
             self.known.push((place, noise));
         }
         let (_, noise) = self.known.iter().find(|(known, _)| *known == place)?;

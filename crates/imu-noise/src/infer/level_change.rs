@@ -1,6 +1,7 @@
 //! Changes of the level of a channel: warm-up, steps, cycles.
 
-use super::level_noise::{BlockShape, LevelFit, LevelNoise};
+use super::level_noise::{BlockShape, LevelFit, LevelNoise, is_few};
+use super::slow_cycle::SlowCycle;
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -12,6 +13,15 @@ const MIN_BLOCKS: usize = 16;
 const WARM_UP_EVIDENCE: f64 = 24.0;
 const STEP_EVIDENCE: f64 = 24.0;
 const CYCLE_EVIDENCE: f64 = 30.0;
+
+/// Of one to three cycles, likewise; of random walks alone in 24 blocks, without any other noise,
+/// 1.6 in 1000 exceed it.
+const FEW_CYCLES_EVIDENCE: f64 = 25.0;
+
+/// With so much evidence for one to three cycles in noise without a walk, they explain the record
+/// as well as a walk does: chosen for the false walks beside such a cycle, and for the true ones
+/// that are found (the benchmark `cells`).
+const PERHAPS_FEW_CYCLES: f64 = 13.0;
 
 /// Evidence that a step of the expected size has of which nine in ten records show more than the
 /// threshold, white noise, flicker noise and mixtures simulated; of pure random walks seven.
@@ -56,7 +66,7 @@ pub enum LevelShape {
         /// New level minus old level, in the unit of the channel.
         amplitude: f64,
     },
-    /// The level goes up and down evenly, twice or more within the record.
+    /// The level goes up and down evenly, once or more within the record.
     Cycle {
         /// In seconds.
         period_s: f64,
@@ -70,6 +80,10 @@ pub enum LevelShape {
 pub struct LevelFindings {
     /// The change with the most evidence above its threshold.
     pub change: Option<LevelChange>,
+    /// The cycle that `change` is, or, where nothing was found, one of few periods that explains
+    /// the level as well as a random walk does: a walk that is fitted without it may be made by
+    /// it.
+    pub cycle: Option<SlowCycle>,
     /// The step in the middle of the record, in the unit of the channel, that nine of ten such
     /// records would show; `None` where there is too little to judge.
     pub detectable_step: Option<f64>,
@@ -106,6 +120,7 @@ impl LevelSearch {
     /// The same in the blocks of such a signal, of which something known may have been removed.
     #[must_use]
     pub fn find_in(&self, blocks: &[Block], interval_s: f64, decimals: u8) -> LevelFindings {
+        let all = blocks;
         let blocks = longest_series(blocks);
         let noise = self.noises.iter().find(|noise| noise.blocks() == blocks.len());
         let (Some(noise), Some(first)) = (noise, blocks.first()) else { return LevelFindings::default() };
@@ -118,7 +133,17 @@ impl LevelSearch {
             blocks: blocks.len() as f64,
             decimals,
         };
-        LevelFindings { change: change(&fits, &span), detectable_step: detectable_step(noise, &fits, &span) }
+        let change = change(&fits, &span);
+        let cycle = match change.map(|change| change.shape) {
+            Some(LevelShape::Cycle { period_s, .. }) => Some(span.block_s / period_s),
+            Some(LevelShape::WarmUp { .. } | LevelShape::Step { .. }) => None,
+            None => perhaps_cycle(noise, &means, &fits),
+        };
+        let cycle = cycle.and_then(|frequency| {
+            let sine = noise.sine(&means, frequency)?;
+            Some(SlowCycle::new(&sine, first, blocks.len(), all, decimals))
+        });
+        LevelFindings { change, cycle, detectable_step: detectable_step(noise, &fits, &span) }
     }
 }
 
@@ -143,6 +168,7 @@ fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
     let beyond = |fit: &LevelFit| match fit.shape {
         BlockShape::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
         BlockShape::Step(_) => fit.evidence - STEP_EVIDENCE,
+        BlockShape::Cycle(frequency) if is_few(frequency * span.blocks) => fit.evidence - FEW_CYCLES_EVIDENCE,
         BlockShape::Cycle(_) => fit.evidence - CYCLE_EVIDENCE,
         BlockShape::Ramp => f64::NEG_INFINITY,
     };
@@ -165,6 +191,19 @@ fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
         BlockShape::Ramp => return None,
     };
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt(), is_ramp })
+}
+
+/// Cycles per block of a cycle of few periods that may be there instead of a walk.
+fn perhaps_cycle(noise: &LevelNoise, means: &[f64], fits: &[LevelFit]) -> Option<f64> {
+    let ramp = fits.iter().find(|fit| fit.shape == BlockShape::Ramp).map_or(0.0, |ramp| ramp.evidence);
+    let few = fits.iter().filter_map(|fit| match fit.shape {
+        BlockShape::Cycle(frequency) if is_few(frequency * means.len() as f64) => Some((frequency, fit.evidence)),
+        _ => None,
+    });
+    let (frequency, evidence) = few.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let is_likely = evidence > PERHAPS_FEW_CYCLES.max(ramp + AS_GOOD)
+        && noise.sine_instead_of_walk(means, frequency) > PERHAPS_FEW_CYCLES;
+    is_likely.then_some(frequency)
 }
 
 /// With the noise fitted together with a step in the middle.

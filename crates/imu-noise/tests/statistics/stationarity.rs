@@ -70,6 +70,36 @@ fn a_cycle_has_its_period_and_size() {
 }
 
 #[test]
+fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
+    let duration_s = SAMPLES as f64 * INTERVAL_S;
+    for cycles in [1.0, 1.5, 1.75, 2.5] {
+        for phase in [0.3, 1.7, 3.1, 5.0] {
+            let cycle =
+                |i: usize| 0.4 * (std::f64::consts::TAU * cycles * i as f64 * INTERVAL_S / duration_s + phase).sin();
+            let signal = signal(&record(cycle), &[]);
+            let found = LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 2);
+            let change = found.change.unwrap();
+            let LevelShape::Cycle { period_s, amplitude } = change.shape else { panic!("{cycles} {phase} {change:?}") };
+            assert!((duration_s / period_s - cycles).abs() < 0.3 && (amplitude - 0.4).abs() < 0.1, "{change:?}");
+            let refined = found.cycle.unwrap();
+            assert!((refined.frequency() * SAMPLES as f64 - cycles).abs() < 0.06, "{cycles} {phase} {refined:?}");
+            assert!((refined.amplitude() - 0.4).abs() < 0.03, "{refined:?}");
+        }
+    }
+}
+
+#[test]
+fn a_weak_cycle_of_few_periods_may_be_there_and_is_no_change() {
+    let found = |amplitude: f64| {
+        let cycle = |i: usize| amplitude * (std::f64::consts::TAU * 1.5 * i as f64 / SAMPLES as f64).cos();
+        let signal = signal(&record(cycle), &[]);
+        let found = LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 2);
+        (found.change.is_some(), found.cycle.is_some())
+    };
+    assert_eq!([0.0, 0.06, 0.4].map(found), [(false, false), (false, true), (true, true)]);
+}
+
+#[test]
 fn the_level_is_judged_between_long_gaps() {
     let counts = record(|i| if i < 15_000 { 0.0 } else { -0.8 });
     // the longer part holds the step, and has its place behind the gap

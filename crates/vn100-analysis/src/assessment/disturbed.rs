@@ -1,7 +1,7 @@
 //! What disturbs a channel.
 
 use imu_noise::{
-    Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges, SpectralLine,
+    Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges, SlowCycle, SpectralLine,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -18,6 +18,9 @@ pub struct Disturbed {
     pub noise: NoiseChanges,
     /// A warm-up, a step or a cycle of the level.
     pub level_change: Option<LevelChange>,
+    /// The cycle that this is, or, where nothing was found, that explains the level as well as a
+    /// random walk does: a term of its own in the fit of the noise.
+    pub cycle: Option<SlowCycle>,
     /// The step in the middle of the record, in the unit of the channel, that nine of ten such
     /// records would show; `None` for a record of few blocks.
     pub detectable_step: Option<f64>,
@@ -33,32 +36,13 @@ impl Disturbed {
         bands: &[NarrowBand],
         search: &LevelSearch,
     ) -> Self {
-        // ambient changes are no disturbances
-        let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
-        let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
+        let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
             return Self::default();
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
-        let blocks = signal.blocks();
-        let level = results.removed_temperature.as_ref().map(|removed| removed.removal.without(&blocks));
-        let level = level.as_deref().unwrap_or(&blocks);
-        let LevelFindings { change, detectable_step } = search.find_in(level, interval_s, channel.decimals);
-        let block = blocks.first().map_or(1, |block| block.length);
-        let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
         let is_attitude = channel.quantity.is_attitude();
-        let level_change = change.filter(|change| match change.shape {
-            LevelShape::Step { .. } => true,
-            // an attitude follows what turns the sensor: nothing in it warms up
-            LevelShape::WarmUp { .. } => !is_attitude,
-            LevelShape::Cycle { period_s, amplitude } => {
-                !is_attitude
-                    && !bands.iter().any(|band| {
-                        let line = (band.frequency(), band.power);
-                        is_line(line, interval_s / period_s, amplitude, block)
-                    })
-            }
-        });
+        let LevelFindings { change, cycle, detectable_step } = level(channel, results, interval_s, bands, search);
         Self {
             lines,
             disturbances: signal.disturbances(interval_s),
@@ -66,8 +50,9 @@ impl Disturbed {
                 true => NoiseChanges::default(),
                 false => signal.noise_changes(&results.histogram, interval_s),
             },
-            level_change,
-            detectable_step: detectable_step.map(|step| step * channel.scale.abs()),
+            level_change: change,
+            cycle,
+            detectable_step,
         }
     }
 
@@ -79,6 +64,52 @@ impl Disturbed {
     /// Bias instability, random walk and ramp would be fitted to a change of level.
     pub(super) fn level_poses_as_noise(&self) -> bool {
         self.level_change.is_some_and(|change| !change.is_ramp)
+    }
+
+    /// A cycle of which the record holds few periods may be there instead of a walk.
+    pub(super) fn may_have_cycle(&self) -> bool {
+        self.level_change.is_none() && self.cycle.is_some()
+    }
+}
+
+fn is_ambient(channel: &Channel) -> bool {
+    matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value)
+}
+
+/// What the level of a channel shows that is neither ambient nor a line, in its own unit.
+pub(super) fn level(
+    channel: &Channel,
+    results: &ChannelSnapshot,
+    interval_s: f64,
+    bands: &[NarrowBand],
+    search: &LevelSearch,
+) -> LevelFindings {
+    // ambient changes are no disturbances
+    let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
+        return LevelFindings::default();
+    };
+    let blocks = signal.blocks();
+    let block = blocks.first().map_or(1, |block| block.length);
+    let removed = results.removed_temperature.as_ref().map(|removed| removed.removal.without(&blocks));
+    let level = removed.as_deref().unwrap_or(&blocks);
+    let LevelFindings { change, cycle, detectable_step } = search.find_in(level, interval_s, channel.decimals);
+    let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
+    // an attitude follows what turns the sensor: nothing in it warms up
+    let is_attitude = channel.quantity.is_attitude();
+    let is_cycle = |frequency: f64, amplitude: f64| {
+        let is_line = |band: &NarrowBand| is_line((band.frequency(), band.power), frequency, amplitude, block);
+        !is_attitude && !bands.iter().any(is_line)
+    };
+    let change = change.filter(|change| match change.shape {
+        LevelShape::Step { .. } => true,
+        LevelShape::WarmUp { .. } => !is_attitude,
+        LevelShape::Cycle { period_s, amplitude } => is_cycle(interval_s / period_s, amplitude),
+    });
+    let cycle = cycle.map(|cycle| cycle.scaled(channel.scale));
+    LevelFindings {
+        change,
+        cycle: cycle.filter(|cycle| is_cycle(cycle.frequency(), cycle.amplitude())),
+        detectable_step: detectable_step.map(|step| step * channel.scale.abs()),
     }
 }
 

@@ -46,6 +46,10 @@ pub struct ChannelNoise {
     /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
     /// would be fitted to: they are no more than bounded.
     pub level_changes: bool,
+    /// One to three cycles of the level explain it as well as a random walk does: they are part of
+    /// the fit, so that bias instability, random walk and ramp are estimated where they are there
+    /// beside such a cycle too, else bounded.
+    pub may_be_cycle: bool,
     /// How the bias follows the temperature of the sensor; `None` where the record does not have
     /// it, and for magnetometers.
     pub temperature: Option<AxisTemperature>,
@@ -151,6 +155,7 @@ impl ChannelNoise {
             white_budget,
             rounded_away: &[],
             level_changes: false,
+            may_be_cycle: false,
             temperature: None,
         })
     }
@@ -230,9 +235,11 @@ const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::Rate
 /// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
 pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
     for ChannelAssessment { noise, disturbed, .. } in channels {
-        if let Some(noise) = noise.as_mut().filter(|_| disturbed.level_poses_as_noise()) {
+        let Some(noise) = noise else { continue };
+        noise.level_changes = disturbed.level_poses_as_noise();
+        noise.may_be_cycle = disturbed.may_have_cycle();
+        if noise.level_changes {
             noise.bound_slow_terms();
-            noise.level_changes = true;
         }
     }
 }

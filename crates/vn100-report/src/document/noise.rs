@@ -25,8 +25,8 @@ pub(crate) struct NoiseDocument {
     quantization: Option<ParameterDocument>,
     /// Where the record is too short for a random walk: the smallest a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
-    /// Why bias instability, random walk and ramp are no more than bounded: `level-change` or
-    /// `temperature`.
+    /// Why bias instability, random walk and ramp are no more than bounded: `level-change`,
+    /// `temperature`, or, what is not proved beside a cycle that may be there, `perhaps-cycle`.
     withheld: Option<&'static str>,
     /// Of a record that has the temperature of the sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -211,9 +211,10 @@ impl NoiseDocument {
 
 fn withheld(noise: &ChannelNoise) -> Option<&'static str> {
     let follows_temperature = || noise.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise);
+    let perhaps_cycle = || noise.may_be_cycle.then_some("perhaps-cycle");
     match noise.level_changes {
         true => Some("level-change"),
-        false => follows_temperature().then_some("temperature"),
+        false => follows_temperature().then_some("temperature").or_else(perhaps_cycle),
     }
 }
 

@@ -14,6 +14,7 @@ use crate::infer::chi_squared;
 use crate::infer::narrow_bands::NarrowBand;
 use crate::infer::power_law::expected_variance;
 use crate::infer::roll_off::RollOff;
+use crate::infer::slow_cycle::SlowCycle;
 
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
@@ -175,6 +176,8 @@ pub struct ChannelCurve<'a> {
     pub slope_unit_s: Option<f64>,
     /// Lines of its spectrum, in the unit of the channel.
     pub bands: &'a [NarrowBand],
+    /// A cycle of its level, of few periods or many.
+    pub cycle: Option<SlowCycle>,
     /// A filter slower than the output, where the spectrum shows one and its transfer is unknown.
     pub roll_off: Option<RollOff>,
     /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
@@ -187,7 +190,7 @@ impl<'a> ChannelCurve<'a> {
     /// A channel without lines.
     #[must_use]
     pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, bands: &[], roll_off: None, fourth_cumulant: 0.0 }
+        Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, fourth_cumulant: 0.0 }
     }
 }
 
@@ -196,13 +199,14 @@ impl NoiseModel {
     ///
     /// Generalised least squares with the covariance of all octaves from the fitted model itself,
     /// on statistics made normal, with squared amplitudes that cannot be negative. Each line of the
-    /// spectrum is a term of its own, with its frequency known and its power free. Where that does
-    /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
-    /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
-    /// the terms; where it falls by 3 to 8 the interval of N covers the fits with and without them,
-    /// and by 8 to 16 those of N, B and K do. Where that does not hold either, or the lower end of
-    /// N lies above what the curve itself leaves, the model is rejected, and N is bounded by the
-    /// curve. It is bounded by the fit where lines cover more than half of the frequencies.
+    /// spectrum is a term of its own, with its frequency known and its power free, and so is a
+    /// cycle of the level. Where that does not hold with p >= 0.01, or χ² falls by more than 8 with
+    /// them, Gauss-Markov processes with correlation times of 16 samples times powers of four, up
+    /// to a sixteenth of the record, join the terms; where it falls by 3 to 8 the interval of N
+    /// covers the fits with and without them, and by 8 to 16 those of N, B and K do. Where that
+    /// does not hold either, or the lower end of N lies above what the curve itself leaves, the
+    /// model is rejected, and N is bounded by the curve. It is bounded by the fit where lines cover
+    /// more than half of the frequencies.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -250,7 +254,9 @@ impl NoiseModel {
         if fitted + usize::from(slope.is_some()) <= model.terms() {
             return self.without_values(Status::NotObservable);
         }
-        let lines = self.lines(curve.bands, fitted.saturating_sub(model.terms() + 1));
+        let most = fitted.saturating_sub(model.terms() + 1 + usize::from(curve.cycle.is_some()));
+        let mut lines = self.lines(curve.bands, most);
+        lines.extend(curve.cycle.map(|cycle| self.cycle(&cycle)));
         let tails = curve.fourth_cumulant.max(0.0) / self.shape.samples as f64;
         let with_lines = model.beside(lines).with_tails(tails);
         let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, fitted, roll_off));
@@ -381,9 +387,21 @@ impl NoiseModel {
                 let noise = group.iter().map(|band| band.power / total * band.noise_density).sum::<f64>();
                 let noise = noise / self.shape.samples as f64;
                 let (variances, spread) = self.octaves.iter().map(variance).unzip();
-                Beside { variances, kind: BesideKind::Line { noise, spread } }
+                Beside { variances, kind: BesideKind::Line { noise, spread, slope: 0.0 } }
             })
             .collect()
+    }
+
+    fn cycle(&self, cycle: &SlowCycle) -> Beside {
+        let variance = |(_, octave): &(usize, Octave)| {
+            let of = |deviation, m| cycle.variance(&self.shape, deviation, m);
+            let (mean, spread) = of(self.shape.deviation, octave.m);
+            (octave.expected(mean, |m| of(Deviation::Allan, m).0), spread)
+        };
+        let (variances, spread) = self.octaves.iter().map(variance).unzip();
+        let noise = cycle.noise_density / self.shape.samples as f64;
+        let slope = cycle.slope(self.shape.samples).powi(2);
+        Beside { variances, kind: BesideKind::Line { noise, spread, slope } }
     }
 
     /// Behind a filter, `shortest` is the first averaging factor in use: processes not much longer

@@ -6,6 +6,7 @@ use std::{array, sync::Arc};
 use super::{
     covariance::Covariance,
     joint::{Component, JointMeans, MOST_COMPONENTS},
+    least_squares::dot,
     slope::Slope,
 };
 use crate::accumulate::record::{Octave, RecordShape};
@@ -45,8 +46,9 @@ pub(super) struct Beside {
 #[derive(Clone, Debug)]
 pub(super) enum BesideKind {
     /// A sine: known but for the noise at its own frequency, whose density over the samples this
-    /// is, and the standard deviation of each octave from what is not known of the frequency.
-    Line { noise: f64, spread: Vec<f64> },
+    /// is, and the standard deviation of each octave from what is not known of the frequency. A
+    /// slow one has the square of its slope over the record, for parameter 1.
+    Line { noise: f64, spread: Vec<f64>, slope: f64 },
     /// A Gauss-Markov process with this correlation time in samples: longer averages of it vary as
     /// those of white noise, shorter ones as those of a random walk.
     GaussMarkov { time: f64 },
@@ -94,7 +96,8 @@ impl Model {
         for beside in &beside {
             let of_slope = self.slope.as_ref().map(|slope| match beside.kind {
                 BesideKind::GaussMarkov { time } => slope.gauss_markov_variance(time),
-                BesideKind::Line { .. } | BesideKind::Edges => 0.0,
+                BesideKind::Line { slope, .. } => slope,
+                BesideKind::Edges => 0.0,
             });
             model.basis.push(beside.variances.iter().copied().chain(of_slope).collect());
         }
@@ -188,7 +191,7 @@ impl Model {
             _ => self.add_noise::<MOST_COMPONENTS>(parameters, covariance),
         }
         for (beside, &parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
-            let BesideKind::Line { noise, spread } = &beside.kind else { continue };
+            let BesideKind::Line { noise, spread, .. } = &beside.kind else { continue };
             // The power P of a line in noise of density S has the variance 4 P S/n.
             let factor = 4.0 * parameter * noise;
             for (a, (value, spread)) in beside.variances.iter().zip(spread).enumerate() {
@@ -199,7 +202,16 @@ impl Model {
         }
         if let Some(slope) = &self.slope {
             let noise = self.of_slope(slope, of_slope);
-            slope.add_covariance(parameters[self.noise], &noise[..self.noise], covariance);
+            let noise = &noise[..self.noise];
+            slope.add_covariance(parameters[self.noise], noise, covariance);
+            // like a ramp of the same slope
+            let squares =
+                self.beside.iter().zip(&parameters[self.terms()..]).map(|(beside, parameter)| match beside.kind {
+                    BesideKind::Line { slope, .. } => slope * parameter,
+                    BesideKind::GaussMarkov { .. } | BesideKind::Edges => 0.0,
+                });
+            let by_lines = 4.0 * squares.sum::<f64>() * dot(&slope.variances, noise);
+            covariance.row_mut(self.octaves)[self.octaves] += by_lines;
         }
     }
 

@@ -1,5 +1,6 @@
 //! What a record warns of.
 
+use imu_noise::{Status, Term};
 use vn100_analysis::{Analysis, Settings, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
@@ -58,6 +59,33 @@ fn vibration_steps_and_warm_up_are_named_with_their_place() {
     let still = Simulated::default().record().1.warnings;
     for kind in [WarningKind::VibrationLine, WarningKind::WarmUp, WarningKind::NotStationary] {
         assert_eq!(named(&still, kind).len(), 0, "{kind:?}");
+    }
+}
+
+#[test]
+fn a_cycle_that_the_record_holds_one_and_a_half_times_is_no_noise() {
+    let added: fn(&Channel, u64) -> f64 = |channel, sample| {
+        let cycle = |phase: f64| (std::f64::consts::TAU * sample as f64 * 0.025 / 400.0 + phase).sin();
+        match &*channel.name {
+            "gyro_x" => 130.0 * cycle(0.4),
+            "gyro_y" => 130.0 * cycle(2.2),
+            "gyro_z" => 130.0 * cycle(4.1),
+            _ => 0.0,
+        }
+    };
+    let (truth, white) = (300.0 * 1e-6 / 40_f64.sqrt(), [6, 7, 8]);
+    for seed in 1..4 {
+        let assessment = Simulated { added, seed, ..Simulated::default() }.record().1;
+        assert_eq!(named(&assessment.warnings, WarningKind::NotStationary), ["gyro_x", "gyro_y", "gyro_z"]);
+        for noise in white.map(|axis| assessment.channels[axis].noise.as_ref().unwrap()) {
+            let [n, b, k] =
+                [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| noise.parameter(term).unwrap());
+            assert!(noise.level_changes && !noise.may_be_cycle);
+            assert_eq!([n, b, k].map(|term| term.status), [Status::Estimated, Status::Bounded, Status::Bounded]);
+            assert!((n.value.unwrap() / truth - 1.0).abs() < 0.02, "{n:?}");
+            // bounds of what is there beside the cycle, whose own changes are 100e-6 within minutes
+            assert!(b.upper.unwrap() < 25e-6 && k.upper.unwrap() < 15e-6, "{b:?} {k:?}");
+        }
     }
 }
 
