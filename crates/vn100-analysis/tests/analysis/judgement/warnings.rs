@@ -90,6 +90,25 @@ fn a_cycle_that_the_record_holds_one_and_a_half_times_is_no_noise() {
 }
 
 #[test]
+fn a_weak_cycle_of_few_periods_is_no_warning_and_no_walk() {
+    let added: fn(&Channel, u64) -> f64 = |channel, sample| match &*channel.name {
+        "gyro_x" => 20.0 * (std::f64::consts::TAU * 1.5 * sample as f64 / 24_000.0).cos(),
+        _ => 0.0,
+    };
+    let mut found = 0;
+    for seed in 1..7 {
+        let assessment = Simulated { added, seed, ..Simulated::default() }.record().1;
+        let [cycle, still] = [6, 7].map(|axis| assessment.channels[axis].noise.as_ref().unwrap());
+        let is_warned = named(&assessment.warnings, WarningKind::NotStationary) == ["gyro_x"];
+        found += usize::from(cycle.may_be_cycle || is_warned);
+        assert!(cycle.level_changes == is_warned && !(cycle.may_be_cycle && is_warned), "{seed}");
+        assert_ne!(cycle.parameter(Term::RateRandomWalk).unwrap().status, Status::Estimated, "{seed}");
+        assert!(!still.may_be_cycle && !still.level_changes, "{seed}");
+    }
+    assert!(found >= 5, "{found} of 6");
+}
+
+#[test]
 fn lines_that_are_no_samples_are_counted_and_named() {
     let mut link = StreamCounts::default();
     link.tally.other = 7;
