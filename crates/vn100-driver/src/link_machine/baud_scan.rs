@@ -241,8 +241,8 @@ impl BaudScan {
     /// Whether another device may be sending. A text alone may be the banner of a server or of an
     /// adapter, and the one question is sent nevertheless.
     fn is_doubtful(&self, context: &LinkContext) -> bool {
-        let other = &context.pending.other_device;
-        other.has_frames() || other.has_text() && (self.has_asked || self.only_listens(context))
+        let (other, echoes) = (&context.pending.other_device, context.pending.echoes);
+        other.has_frames() || other.has_text(echoes) && (self.has_asked || self.only_listens(context))
     }
 
     /// The time that the bytes before the answer, and the answer, take on the line.

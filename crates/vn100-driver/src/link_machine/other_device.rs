@@ -158,9 +158,10 @@ impl OtherDevice {
         !self.sentences.is_empty() || self.packets.iter().any(|packets| *packets > 0)
     }
 
-    /// Whether a line of text arrived; only further ones show another device.
-    pub(super) fn has_text(&self) -> bool {
-        self.lines.has_ended
+    /// Whether a line of text arrived that is none of these copies of a question; only further ones
+    /// show another device.
+    pub(super) fn has_text(&self, echoes: u64) -> bool {
+        self.lines.ended > echoes
     }
 
     /// The output of another device, as far as the bytes show one: `None` for a sensor, for noise,
@@ -192,8 +193,8 @@ struct TextLines {
     line: Option<String>,
     /// Number of characters of the incomplete line since the last noise.
     characters: usize,
-    /// Whether a line of text has ended since the last noise.
-    has_ended: bool,
+    /// Lines of text that have ended since the last noise.
+    ended: u64,
     /// Whether a sentence of a sensor was among the lines, however damaged.
     has_sensor: bool,
 }
@@ -210,7 +211,7 @@ impl TextLines {
     }
 
     fn end_line(&mut self) {
-        self.has_ended |= mem::take(&mut self.characters) > NOISE_CHARACTERS;
+        self.ended += u64::from(mem::take(&mut self.characters) > NOISE_CHARACTERS);
         let Some(line) = self.line.replace(String::new()) else { return };
         // the answer to a question may begin with an echo of the question
         let is_question = line.contains("$VNRRG,01*72");

@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use crate::support::{LINE, QUESTION, Sensor};
+use tokio::time::Instant;
 use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, LinkState, OutputSettings};
 use vn100_protocol::stream::LinkEventKind;
 use vn100_protocol::{AsyncRate, BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand};
@@ -125,13 +126,21 @@ fn echoing(baud: u32) -> Sensor {
 
 #[tokio::test(start_paused = true)]
 async fn a_line_that_only_echoes_has_no_sensor_on_it() {
+    let silent = Sensor::new(115_200, 40);
+    (silent.world().streams, silent.world().answers) = (false, false);
+    let began = Instant::now();
+    silent.link(LinkOptions::default()).end().await;
+    let time_of_silence = began.elapsed();
+
     let sensor = echoing(115_200);
     (sensor.world().streams, sensor.world().answers) = (false, false);
+    let began = Instant::now();
     let told = sensor.link(LinkOptions::default()).end().await;
     let expected = "no sensor found on /dev/imu at 9 baud rates: the line echoes, and only the sent bytes were received; take a loopback \
                     plug off; on RS-485 check the wires and the power of the sensor";
     assert_eq!(told.error.as_deref(), Some(expected));
     assert_eq!(told.counts.connects, 0);
+    assert_eq!(began.elapsed(), time_of_silence, "an echo is not the text of another device, which is waited for");
     let asked = sensor.world().written.iter().filter(|(_, bytes)| bytes == QUESTION).count() as u64;
     assert_eq!(told.counts.baud_scan_bytes, asked * QUESTION.len() as u64);
 }
