@@ -31,7 +31,7 @@ const PORTS: usize = 50;
 /// The first of them bring everything to its usual size.
 const WARM_UP_ROUNDS: usize = 10;
 const ROUNDS: usize = 20;
-const ROUNDS_IN_MEMORY: usize = 10_000;
+const ROUNDS_IN_MEMORY: usize = 5_000;
 
 fn count(folder: &str) -> usize {
     fs::read_dir(folder).unwrap().count()

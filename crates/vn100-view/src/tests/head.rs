@@ -1,6 +1,6 @@
 //! What stands above the panels: the goals, what is broken, warnings and notices.
 
-use std::{sync::Arc, time::Duration};
+use std::{sync::Arc, thread, time::Duration};
 
 use imu_noise::{Sensor, Term};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -72,7 +72,7 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
 
 #[test]
 fn values_and_units_below_the_curve_are_whole_at_every_width() {
-    for source in [short(40), short(300), short(1500), damaged(), measured()] {
+    let check = |source: SourceView| {
         for (units, width) in (0..6).flat_map(|units| (60..=200).map(move |width| (units, width))) {
             let state = ViewState { units, panel: Panel::Allan, expanded: true, ..one() };
             let group = state.group(&source).unwrap();
@@ -90,7 +90,9 @@ fn values_and_units_below_the_curve_are_whole_at_every_width() {
                 assert!(interval.iter().any(|text| row(text).is_some()), "{width} {interval:?}\n{screen}");
             }
         }
-    }
+    };
+    let sources = [short(40), short(300), short(1500), damaged(), measured()];
+    thread::scope(|scope| sources.map(|source| scope.spawn(|| check(source))).map(|checked| checked.join().unwrap()));
 }
 
 #[test]

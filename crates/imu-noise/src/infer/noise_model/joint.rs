@@ -215,24 +215,26 @@ fn distances(order: i64, short: i64, long: i64, dense: bool) -> Vec<i64> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use crate::accumulate::record::Deviation;
     use crate::infer::power_law::{PowerLaw, difference_covariance};
 
     /// The mean over every pair of windows, one by one.
     fn by_definition(shape: &RecordShape, a: u64, b: u64, p: PowerLaw, q: PowerLaw) -> f64 {
-        let correlation = |law: PowerLaw, lag: f64| {
+        let correlation = |law: PowerLaw, lag: i64| {
             let phase = |lag| law.phase_covariance(lag);
             let variance = |m| difference_autocovariance(shape.deviation, m as f64, 0.0, phase);
-            difference_covariance(shape.deviation, a as f64, b as f64, lag, phase) / (variance(a) * variance(b)).sqrt()
+            let covariance = difference_covariance(shape.deviation, a as f64, b as f64, lag as f64, phase);
+            covariance / (variance(a) * variance(b)).sqrt()
         };
-        let starts = |m| (0..shape.windows(m)).map(move |i| (i * shape.stride(m)) as f64);
-        let mut sum = 0.0;
+        let starts = |m| (0..shape.windows(m)).map(move |i| (i * shape.stride(m)) as i64);
+        let mut pairs_at_lag = BTreeMap::new();
         for i in starts(a) {
-            for j in starts(b) {
-                sum += correlation(p, i - j) * correlation(q, i - j);
-            }
+            starts(b).for_each(|j| *pairs_at_lag.entry(i - j).or_insert(0.0) += 1.0);
         }
+        let sum: f64 = pairs_at_lag.iter().map(|(&lag, pairs)| pairs * correlation(p, lag) * correlation(q, lag)).sum();
         sum / (shape.windows(a) * shape.windows(b)) as f64
     }
 
