@@ -10,12 +10,8 @@
 #[cfg(target_os = "linux")]
 mod accessible;
 mod attach;
-// their commands wait for sensors too, while others compute
 #[cfg(target_os = "linux")]
 mod browser;
-#[cfg(unix)]
-#[path = "../documents/mod.rs"]
-mod documents;
 #[cfg(target_os = "linux")]
 mod echo;
 #[cfg(target_os = "linux")]
