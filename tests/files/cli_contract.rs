@@ -36,6 +36,8 @@ fn a_wrong_command_line_is_usage() {
         &["attach", "sim", "--set-message", "VNYBA"],
         &["attach", "sim", "--resume", "--duration", "1s"],
         &["attach", "sim", "--rotate", "1h", "--duration", "1s"],
+        &["attach", "sim", "--duration", "1s", "--serve", "127.0.0.1:8199"],
+        &["replay", "x", "--speed", "10x", "--serve", "8199"],
         &["record", "sim", "-o", "x.mcap", "--set-message", "VNYBA"],
         &["configure", "sim", "--set-rate", "0"],
         &["configure", "sim", "--set-message", "VNXYZ"],

@@ -62,9 +62,10 @@ impl Args {
             Subcommand::Attach(args) if args.recording.rotate.is_some() && args.record.is_empty() => {
                 Some("--rotate cuts a recording into parts: name it with --record".into())
             }
-            Subcommand::Attach(AttachArgs { change, result, sources, .. }) => {
-                change.not_measured().or_else(|| result.refused(sources.len()))
-            }
+            Subcommand::Attach(AttachArgs { change, result, sources, serve, .. }) => change
+                .not_measured()
+                .or_else(|| result.refused(sources.len()))
+                .or_else(|| serve.refused(sources.iter().map(ToString::to_string))),
             Subcommand::Record(RecordArgs { change, .. }) => change.not_measured(),
             Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
                 Some("--pool needs two recordings or more; intervals need three".into())
@@ -79,9 +80,10 @@ impl Args {
                 Some("--faults strike a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
             }
             Subcommand::Report(args) => args.refused(),
-            Subcommand::Replay(ReplayArgs { files, result, .. }) => {
-                files.refused_taus().or_else(|| result.refused(files.files.len()))
-            }
+            Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files
+                .refused_taus()
+                .or_else(|| result.refused(files.files.len()))
+                .or_else(|| serve.refused(files.files.iter().map(|file| file.display().to_string()))),
             Subcommand::Compare(args) if args.files.taus.is_some() => {
                 Some("--taus is for replay and report: records are compared octave by octave".into())
             }

@@ -2,7 +2,7 @@
 
 use std::{
     net::{IpAddr, Ipv4Addr, SocketAddr},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 const DEFAULT_PORT: u16 = 8100;
@@ -34,6 +34,16 @@ pub(crate) struct ServeArgs {
 }
 
 impl ServeArgs {
+    /// What is wrong with an address behind `--serve` and a space, which is one of these sources
+    /// then; `None` where no source looks like one.
+    pub(crate) fn refused(&self, mut sources: impl Iterator<Item = String>) -> Option<String> {
+        self.serve?;
+        let taken = sources.find(|source| address(source).is_ok() && !Path::new(source).exists())?;
+        Some(format!(
+            "{taken} stands where a source does: the address of the page is joined by an equals sign, as in --serve={taken}"
+        ))
+    }
+
     /// Whether the measurement is watched from elsewhere.
     pub(crate) fn is_asked(&self) -> bool {
         self.serve.is_some() || self.metrics_file.is_some()
