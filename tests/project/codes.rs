@@ -6,7 +6,7 @@ use vn100_report::{Code, all_codes};
 
 /// Where the variants of each key are, and the name of their type; of a type that embeds another
 /// one, that as well.
-const TYPES: [(&str, &[(&str, &str)]); 8] = [
+const TYPES: [(&str, &[(&str, &str)]); 9] = [
     ("verdict", &[("imu-noise/src/infer/verdict.rs", "Verdict")]),
     ("status", &[("imu-noise/src/infer/noise_model/parameter.rs", "Status")]),
     ("grade", &[("imu-noise/src/infer/verdict.rs", "Grade")]),
@@ -14,6 +14,7 @@ const TYPES: [(&str, &[(&str, &str)]); 8] = [
     ("missing_from", &[("vn100-analysis/src/snapshot.rs", "MissingFrom")]),
     ("window_from", &[("vn100-analysis/src/assessment/onboard.rs", "WindowFrom")]),
     ("end_reason", &[("vn100-analysis/src/source_facts.rs", "EndKind")]),
+    ("withheld", &[("vn100-analysis/src/assessment/noise.rs", "Withheld")]),
     (
         "temperature.reason",
         &[

@@ -2,7 +2,7 @@
 //! `docs/words.md` lists them.
 
 use vn100_analysis::noise::{Grade, NoCoefficient, Status, Term, Verdict};
-use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom};
+use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom, Withheld};
 
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,9 +26,10 @@ pub fn all_codes() -> Vec<Code> {
     let rates = RateFrom::ALL.map(code_of_rate).into_iter();
     let missing = MissingFrom::ALL.map(code_of_missing).into_iter();
     let windows = WindowFrom::ALL.map(code_of_window).into_iter();
+    let withheld = Withheld::ALL.map(code_of_withheld).into_iter();
     let no_coefficients = WhyNoCoefficient::ALL.map(code_of_no_coefficient).into_iter();
     let ends = EndKind::ALL.map(code_of_end).into_iter();
-    let origins = rates.chain(missing).chain(windows).chain(no_coefficients);
+    let origins = rates.chain(missing).chain(windows).chain(withheld).chain(no_coefficients);
     verdicts.chain(statuses).chain(grades).chain(origins).chain(ends).collect()
 }
 
@@ -39,6 +40,21 @@ pub(crate) const fn status_of_temperature(temperature: &AxisTemperature) -> Stat
         Err(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
         Err(_) => Status::NotObservable,
     }
+}
+
+/// Why the slow terms of an axis are no more than bounded.
+#[must_use]
+pub(crate) const fn code_of_withheld(why: Withheld) -> Code {
+    let (name, word, meaning) = match why {
+        Withheld::LevelChange => ("level-change", "level change", "a warm-up, a step or a cycle poses as them"),
+        Withheld::Temperature => ("temperature", "temperature", "what follows the temperature poses as them"),
+        Withheld::MayBeCycle => (
+            "perhaps-cycle",
+            "perhaps a cycle",
+            "one to three cycles of the level explain the record as well as a random walk; only what is proved beside them is estimated",
+        ),
+    };
+    code("withheld", name, word, meaning)
 }
 
 /// Why there is no temperature coefficient.

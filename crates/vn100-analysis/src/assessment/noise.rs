@@ -101,7 +101,34 @@ impl DetectableRrw {
     pub const MORE_S: f64 = 6.0 * 3600.0;
 }
 
+/// Why bias instability, random walk and ramp of an axis are no more than bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Withheld {
+    /// A warm-up, a step or a cycle of the level poses as them.
+    LevelChange,
+    /// What follows the temperature poses as them.
+    Temperature,
+    /// One to three cycles may be in the level, and explain the record as well as a random walk
+    /// does: only what is proved beside them is estimated.
+    MayBeCycle,
+}
+
+impl Withheld {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::LevelChange, Self::Temperature, Self::MayBeCycle];
+}
+
 impl ChannelNoise {
+    /// Why the slow terms are no more than bounded; `None` where the record decides.
+    #[must_use]
+    pub fn withheld(&self) -> Option<Withheld> {
+        match () {
+            () if self.level_changes => Some(Withheld::LevelChange),
+            () if self.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) => Some(Withheld::Temperature),
+            () => self.may_be_cycle.then_some(Withheld::MayBeCycle),
+        }
+    }
+
     /// The parameters of an axis; `None` for what is no axis of a sensor. `evidence`: what is known
     /// of it beside the curve.
     pub(super) fn new(

@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{Aliasing, AxisTemperature, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
+use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
 
 use super::{graphical::ClassicalDocument, temperature::TemperatureDocument};
 use crate::{
-    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window, term_name},
+    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window, code_of_withheld, term_name},
     names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, p_without, sentence},
     units::si_unit,
 };
@@ -199,22 +199,13 @@ impl NoiseDocument {
             rate_random_walk_seen_later: noise
                 .detectable_rrw
                 .map(|later| SeenLater { duration_s: later.duration_s, at_least: later.at_least }),
-            withheld: withheld(noise),
+            withheld: noise.withheld().map(|why| code_of_withheld(why).code),
             temperature: (noise.temperature.as_ref())
                 .map(|temperature| TemperatureDocument::new(temperature, noise.sensor, rate_hz)),
             correlations,
             classical: ClassicalDocument::new(noise),
             filter_models: models.map(FilterModelsDocument::new),
         }
-    }
-}
-
-fn withheld(noise: &ChannelNoise) -> Option<&'static str> {
-    let follows_temperature = || noise.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise);
-    let perhaps_cycle = || noise.may_be_cycle.then_some("perhaps-cycle");
-    match noise.level_changes {
-        true => Some("level-change"),
-        false => follows_temperature().then_some("temperature").or_else(perhaps_cycle),
     }
 }
 

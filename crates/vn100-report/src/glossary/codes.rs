@@ -1,12 +1,12 @@
 //! The codes of documents: verdicts, statuses, grades, and where rate, losses and window come from.
 
 use vn100_analysis::noise::{Grade, Status, Verdict};
-use vn100_analysis::{EndKind, MissingFrom, RateFrom, Remedy, Setting, WhyNoCoefficient, WindowFrom};
+use vn100_analysis::{EndKind, MissingFrom, RateFrom, Remedy, Setting, WhyNoCoefficient, WindowFrom, Withheld};
 
 use super::{Explanation, advice, plain};
 use crate::codes::{
     Code, code_of_end, code_of_grade, code_of_missing, code_of_no_coefficient, code_of_rate, code_of_status,
-    code_of_verdict, code_of_window,
+    code_of_verdict, code_of_window, code_of_withheld,
 };
 
 /// The group of verdicts on figures of a data sheet.
@@ -25,6 +25,9 @@ pub(super) fn explanations() -> Vec<Explanation> {
     all.extend(
         WindowFrom::ALL
             .map(|from| entry("Origin of the averaging window (window_from)", code_of_window(from), of_window(from))),
+    );
+    all.extend(
+        Withheld::ALL.map(|why| entry("Why B, K and R are only bounded (withheld)", code_of_withheld(why), WITHHELD)),
     );
     all.extend(WhyNoCoefficient::ALL.map(|why| {
         entry("No temperature coefficient (temperature.reason)", code_of_no_coefficient(why), NO_COEFFICIENT)
@@ -192,6 +195,13 @@ const fn of_window(from: WindowFrom) -> Words {
         ),
     }
 }
+
+const WITHHELD: Words = (
+    "Bias instability and random walk fitted to a drift of another cause would be too large.",
+    "Keep the sensor at rest and at an even temperature, and leave its warm-up out ({}); a longer record distinguishes a cycle from a walk.",
+    &[Remedy::Skip(None)],
+    "",
+);
 
 const NO_COEFFICIENT: Words = (
     "Without a coefficient it is not known how much of the drift is temperature.",
