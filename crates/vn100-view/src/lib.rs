@@ -1,7 +1,7 @@
 //! The live view: what is measured, on the whole terminal, until the user quits.
 //!
-//! One thread has the terminal. It looks at the states of the sessions ([`mod@source`]), and draws
-//! plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits for its terminal, and no
+//! One thread has the terminal. It looks at the states of the sessions (`source.rs`), and draws
+//! plain data (`draw.rs`) by what was chosen (`state.rs`). It waits for its terminal, and no
 //! other thread waits for it.
 
 mod allan;

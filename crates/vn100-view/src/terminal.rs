@@ -146,7 +146,7 @@ fn enter() -> io::Result<()> {
 
 /// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
 /// Output that it does not take soon, as when its other end is not read, is left for
-/// [`leave_screen`]: the modes of its line are restored in any case.
+/// `leave_screen`: the modes of its line are restored in any case.
 pub fn give_back() -> bool {
     if !is_raw_mode_enabled().unwrap_or(false) {
         return true;
