@@ -60,7 +60,7 @@ const OTHER_ENDS: &[(&str, i32, &str)] = &[
 ];
 
 /// What a live measurement lasts here.
-const LIVE: &str = "2s";
+const LIVE: &str = "1s";
 
 /// Options whose value is a file that is written.
 const WRITES: &[&str] = &["-o", "--record", "--samples", "--log"];

@@ -11,7 +11,6 @@ use vn100_capture::OpenError;
 use vn100_pipeline::{EndReason, SessionResult, StartError};
 use vn100_report::{Asked, Completion, Document, Evaluation, Measured};
 
-
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
 /// What completes every result: the built-in data sheet, and models for filters if asked for.
