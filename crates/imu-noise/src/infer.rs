@@ -8,6 +8,7 @@ pub(crate) mod disturbance;
 pub(crate) mod identification;
 pub(crate) mod level_change;
 pub(crate) mod level_noise;
+mod level_shapes;
 pub(crate) mod narrow_bands;
 pub(crate) mod noise_change;
 pub(crate) mod noise_model;

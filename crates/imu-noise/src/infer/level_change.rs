@@ -1,6 +1,7 @@
 //! Changes of the level of a channel: warm-up, steps, cycles.
 
-use super::level_noise::{BlockShape, LevelFit, LevelNoise, is_few};
+use super::level_noise::{LevelFit, LevelNoise};
+use super::level_shapes::{BlockShape, is_few};
 use super::slow_cycle::SlowCycle;
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;

@@ -8,6 +8,8 @@ use core::f64::consts::{PI, TAU};
 
 use multiversion::multiversion;
 
+use super::level_shapes::{BlockShape, Levels, Shaped, Weighted, cosine_table, dot, is_few, shapes};
+
 /// Amplitudes of flicker noise and random walk over the white noise of a block mean, in variance.
 const FLICKER: [f64; 6] = [0.0, 0.05, 0.3, 2.0, 12.0, 70.0];
 const WALK: [f64; 5] = [0.0, 0.01, 0.08, 0.6, 4.0];
@@ -15,30 +17,8 @@ const WALK: [f64; 5] = [0.0, 0.01, 0.08, 0.6, 4.0];
 /// Walks over flicker noise, without white noise.
 const WALK_OVER_FLICKER: [f64; 3] = [0.0, 0.05, 0.5];
 
-/// Blocks at either end in which a step is not sought: a few blocks do not make a level.
-const STEP_MARGIN: usize = 4;
-
-/// Quarters of cycles in a record that are examined: all of them from one cycle to three, and from
-/// there to the most cycles per block every other one.
-const FEWEST_QUARTERS: usize = 4;
-const FEW_QUARTERS: usize = 12;
-const MOST_PER_BLOCK: f64 = 0.4;
-
 /// Halvings, or nearly, of the range in which the frequency of a cycle is sought.
 const REFINEMENTS: usize = 10;
-
-/// A shape of the level, in blocks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum BlockShape {
-    /// exp(-t/time constant) from the start of the first block on.
-    Relaxation(f64),
-    /// 0 before this time, 1 from it on.
-    Step(f64),
-    /// A straight line, from 0 to 1.
-    Ramp,
-    /// A sine of this frequency in cycles per block, with amplitude 1 and any phase.
-    Cycle(f64),
-}
 
 /// The likeliest fit of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +36,6 @@ pub(super) struct LevelFit {
     /// Standard deviation of a block mean, the shape removed, by the noise at the highest
     /// frequency.
     pub(super) short_std: f64,
-}
-
-/// So few cycles in a record that all quarters of them are examined.
-pub(super) fn is_few(cycles: f64) -> bool {
-    4.0 * cycles < FEW_QUARTERS as f64 - 0.5
 }
 
 /// A sine in a series and the noise beside it.
@@ -91,23 +66,6 @@ pub(super) struct LevelNoise {
 }
 
 #[derive(Clone, Debug)]
-struct Shaped {
-    shape: BlockShape,
-    levels: Levels,
-}
-
-/// A shape, by block.
-#[derive(Clone, Debug)]
-enum Levels {
-    /// Of every block.
-    Each(Vec<f64>),
-    /// 1 behind this block, and this much in it.
-    Behind(usize, f64),
-    /// A cosine and a sine about the middle, of the first half.
-    Cycle(Vec<f64>, Vec<f64>),
-}
-
-#[derive(Clone, Debug)]
 struct NoiseSpectrum {
     /// By coefficient: 1 over the variance.
     weights: Vec<f64>,
@@ -120,18 +78,6 @@ struct NoiseSpectrum {
     /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and
     /// of the sine, whose product is 0; 0 where there is none.
     over_squares: Vec<[f64; 2]>,
-}
-
-/// What the weighted coefficients of a series are by block: a shape's product with it is that of
-/// the coefficients.
-#[derive(Default)]
-struct Weighted {
-    each: Vec<f64>,
-    /// Sums of this block and all behind it.
-    behind: Vec<f64>,
-    /// By block of the first half: symmetric and antisymmetric part.
-    symmetric: Vec<f64>,
-    antisymmetric: Vec<f64>,
 }
 
 /// The cosines of all blocks behind one, by coefficient: from one block to those before it what
@@ -418,55 +364,6 @@ fn noise_spectra(spectra: &[(bool, Vec<f64>)], shapes: &[[Vec<f64>; 2]]) -> Vec<
     spectra.iter().map(of).collect()
 }
 
-impl Shaped {
-    /// With a series by block; of a cycle those of the cosine and of the sine.
-    #[inline(always)]
-    fn products(&self, series: &Weighted) -> [f64; 2] {
-        match &self.levels {
-            Levels::Each(values) => [dot(values, &series.each), 0.0],
-            Levels::Behind(at, part) => [series.behind[*at] - (1.0 - part) * series.each[*at], 0.0],
-            Levels::Cycle(cosine, sine) => [dot(cosine, &series.symmetric), dot(sine, &series.antisymmetric)],
-        }
-    }
-}
-
-/// Four times the cycles of a record that are examined: so the angles from its middle on are whole
-/// steps of the table.
-fn quarters_of_cycles(blocks: usize) -> impl Iterator<Item = usize> {
-    let most = (4.0 * MOST_PER_BLOCK * blocks as f64) as usize;
-    (FEWEST_QUARTERS..=most).filter(|quarters| *quarters < FEW_QUARTERS || quarters.is_multiple_of(2))
-}
-
-/// cos(πi/4n) for a whole turn, n blocks.
-fn cosine_table(blocks: usize) -> Vec<f64> {
-    (0..8 * blocks).map(|i| (PI * i as f64 / (4 * blocks) as f64).cos()).collect()
-}
-
-/// `table`: that of cosines.
-fn shapes(blocks: usize, table: &[f64]) -> Vec<Shaped> {
-    let each = |value: &dyn Fn(f64) -> f64| Levels::Each((0..blocks).map(|i| value(i as f64)).collect());
-    let mut shapes = Vec::new();
-    // means over blocks
-    let relaxation = |time: f64| each(&|i| (-i / time).exp() * time * -(-1.0 / time).exp_m1());
-    let times = (0..).map(|k| f64::from(1 << k)).take_while(|time| *time <= blocks as f64);
-    shapes.extend(times.map(|time| Shaped { shape: BlockShape::Relaxation(time), levels: relaxation(time) }));
-    shapes.push(Shaped { shape: BlockShape::Ramp, levels: each(&|i| i / blocks as f64) });
-    for block in (STEP_MARGIN..=blocks - STEP_MARGIN).rev() {
-        let step = |at, part| Shaped { shape: BlockShape::Step(at), levels: Levels::Behind(block, part) };
-        shapes.push(step(block as f64 + 0.5, 0.5));
-        shapes.push(step(block as f64, 1.0));
-    }
-    for quarters in quarters_of_cycles(blocks) {
-        let steps = (0..blocks.div_ceil(2)).map(|i| quarters * (blocks - 1 - 2 * i));
-        let cosine = steps.clone().map(|step| table[step % table.len()]).collect();
-        // before the middle; a quarter of a turn is 2n steps
-        let sine = steps.map(|step| -table[(step + 6 * blocks) % table.len()]).collect();
-        let shape = BlockShape::Cycle(quarters as f64 / 4.0 / blocks as f64);
-        shapes.push(Shaped { shape, levels: Levels::Cycle(cosine, sine) });
-    }
-    shapes
-}
-
 /// Variance of the coefficient `k` of block means of flicker noise, folded at half a cycle per
 /// block.
 pub(super) fn flicker_variance(k: usize, blocks: usize) -> f64 {
@@ -495,23 +392,9 @@ fn spectra(blocks: usize, numbers: &[usize]) -> Vec<(bool, Vec<f64>)> {
     with_white.chain(without).collect()
 }
 
-/// In lanes of four, whatever the order of a plain sum.
-#[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 4];
-    let (a, a_rest) = a.as_chunks::<4>();
-    let (b, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a.iter().zip(b) {
-        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
-            *lane += a * b;
-        }
-    }
-    lanes.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::level_shapes::MOST_PER_BLOCK, *};
 
     /// White noise, by a generator of congruences.
     fn noise(blocks: usize, seed: u64) -> Vec<f64> {

@@ -11,7 +11,8 @@ use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
 use crate::infer::{
     chi_squared::normal_above,
-    level_noise::{dot, flicker_variance, walk_variance},
+    level_noise::{flicker_variance, walk_variance},
+    level_shapes::dot,
 };
 
 /// From one cosine coefficient to the next at which flicker noise or a random walk crosses the
