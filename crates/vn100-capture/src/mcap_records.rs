@@ -1,15 +1,15 @@
 //! The records of an MCAP file, those inside chunks as well, up to its end or to where it was cut.
 //! The form: <https://mcap.dev/spec>.
 //!
-//! The readers of the `mcap` crate trust the lengths of records inside chunks; here all are
-//! checked. What is in a record is read by [`mcap::parse_record`].
+//! The readers of the `mcap` crate trust the lengths of records inside chunks, and reserve memory
+//! for as long a text as a record claims; here all lengths are checked before.
 
 use std::{
-    io::{self, ErrorKind, Read},
+    io::{self, ErrorKind, Read, Seek, SeekFrom},
     ops::Range,
 };
 
-use mcap::records::op;
+use mcap::records::{Footer, Record, op};
 
 /// Longest record that is read, and longest chunk, packed or not. Ours hold one read of a port;
 /// others may hold images.
@@ -21,6 +21,10 @@ const LONG_READ_BYTES: usize = 1024 * 1024;
 
 /// Kind and length, before each record.
 const HEAD_BYTES: usize = 1 + 8;
+
+/// Of the last record, and of all that follows the data and the summary.
+const FOOTER_BYTES: usize = 8 + 8 + 4;
+const TAIL_BYTES: usize = HEAD_BYTES + FOOTER_BYTES + mcap::MAGIC.len();
 
 /// The records of a file in the order they were written. Memory is bounded by its longest record
 /// and its longest chunk.
@@ -56,7 +60,37 @@ impl<R: Read> McapRecords<R> {
     pub(crate) fn open(mut file: R) -> io::Result<Option<Self>> {
         let mut magic = Vec::new();
         file.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
-        Ok(mcap::MAGIC.starts_with(&magic).then_some(Self {
+        Ok(mcap::MAGIC.starts_with(&magic).then(|| Self::new(file)))
+    }
+
+    /// The records of the summary behind the data, up to the footer; `None` for a file without, as
+    /// one that was cut.
+    pub(crate) fn open_summary(mut file: R) -> io::Result<Option<Self>>
+    where
+        R: Seek,
+    {
+        let size = file.seek(SeekFrom::End(0))?;
+        let Some(tail_start) = size.checked_sub(TAIL_BYTES as u64) else { return Ok(None) };
+        file.seek(SeekFrom::Start(tail_start))?;
+        let mut tail = [0; TAIL_BYTES];
+        file.read_exact(&mut tail)?;
+        let footer = match head(&tail) {
+            Some((op::FOOTER, bytes)) if bytes == FOOTER_BYTES as u64 && tail.ends_with(mcap::MAGIC) => {
+                parse_record(op::FOOTER, &tail[HEAD_BYTES..][..FOOTER_BYTES])?
+            }
+            _ => return Ok(None),
+        };
+        match footer {
+            Record::Footer(Footer { summary_start, .. }) if (1..tail_start).contains(&summary_start) => {
+                file.seek(SeekFrom::Start(summary_start))?;
+                Ok(Some(Self::new(file)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn new(file: R) -> Self {
+        Self {
             file,
             buffer: Vec::new(),
             next: 0,
@@ -66,7 +100,7 @@ impl<R: Read> McapRecords<R> {
             is_chunk_cut: false,
             data: 0..0,
             is_in_chunk: false,
-        }))
+        }
     }
 
     /// Goes to the next record; those of chunks come one by one, and chunks not at all.
@@ -161,6 +195,45 @@ impl<R: Read> McapRecords<R> {
     }
 }
 
+/// What is in a record: of those with texts, schemas, channels and metadata are read.
+pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> io::Result<Record<'_>> {
+    check_texts(opcode, data).ok_or_else(|| {
+        let bytes = data.len();
+        damaged(&format!("a record of kind {opcode:#04x} has {bytes} bytes, and texts in it claim more"))
+    })?;
+    mcap::parse_record(opcode, data).map_err(io_error)
+}
+
+/// Whether the texts of a record end in it, and are no more than it says; `None` otherwise.
+fn check_texts(opcode: u8, data: &[u8]) -> Option<()> {
+    match opcode {
+        op::SCHEMA => two_texts(data.get(2..)?).map(drop),
+        op::CHANNEL => check_map(two_texts(data.get(4..)?)?),
+        op::METADATA => check_map(text(data)?.1),
+        _ => Some(()),
+    }
+}
+
+/// A text behind its length, and what follows.
+fn text(data: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = data.split_first_chunk()?;
+    rest.split_at_checked(u32::from_le_bytes(*length) as usize)
+}
+
+/// What follows two texts.
+fn two_texts(data: &[u8]) -> Option<&[u8]> {
+    Some(text(text(data)?.1)?.1)
+}
+
+/// Of pairs of texts.
+fn check_map(data: &[u8]) -> Option<()> {
+    let (mut pairs, _) = text(data)?;
+    while !pairs.is_empty() {
+        pairs = two_texts(pairs)?;
+    }
+    Some(())
+}
+
 /// Kind and length of the record that begins here.
 fn head(bytes: &[u8]) -> Option<(u8, u64)> {
     let [opcode, length @ ..] = *bytes.first_chunk::<HEAD_BYTES>()?;
@@ -236,6 +309,48 @@ fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<boo
     Ok(false)
 }
 
+pub(crate) fn io_error(error: mcap::McapError) -> io::Error {
+    match error {
+        mcap::McapError::Io(error) => error,
+        error => io::Error::new(ErrorKind::InvalidData, format!("not readable as MCAP: {error}")),
+    }
+}
+
 fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the MCAP file is damaged: {problem}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(texts: &[&str]) -> Vec<u8> {
+        texts.iter().flat_map(|text| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()).collect()
+    }
+
+    #[test]
+    fn texts_that_claim_more_than_their_record_reserve_no_memory() {
+        let map = texts(&[&String::from_utf8(texts(&["key", "value"])).unwrap()]);
+        let named = texts(&["/imu", "cdr"]);
+        let records = [
+            (op::SCHEMA, [&[1, 0], &named[..], &[0; 4]].concat()),
+            (op::CHANNEL, [&[2, 0, 1, 0], &named[..], &map].concat()),
+            (op::METADATA, [texts(&["vn100"]), map].concat()),
+        ];
+        for (opcode, data) in records {
+            parse_record(opcode, &data).unwrap();
+            let lengths = data.windows(4).enumerate().filter(|(_, bytes)| bytes[0] > 0 && bytes[1..] == [0; 3]);
+            let lengths: Vec<usize> = lengths.map(|(at, _)| at).collect();
+            assert!(lengths.len() >= 2, "{opcode}");
+            for at in lengths {
+                let mut lying = data.clone();
+                lying[at + 3] = 0xC0;
+                let error = parse_record(opcode, &lying).unwrap_err().to_string();
+                let is_told =
+                    ["texts in it claim more", "exceeds space in record"].iter().any(|told| error.contains(told));
+                assert!(is_told, "{opcode} {at}: {error}");
+            }
+            (0..data.len()).for_each(|cut| assert!(parse_record(opcode, &data[..cut]).is_err(), "{opcode} {cut}"));
+        }
+    }
 }

@@ -84,13 +84,6 @@ pub(crate) fn at_ns(log_time: u64) -> i64 {
     log_time.cast_signed()
 }
 
-pub(crate) fn io_error(error: mcap::McapError) -> std::io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        error => std::io::Error::new(std::io::ErrorKind::InvalidData, format!("not readable as MCAP: {error}")),
-    }
-}
-
 /// The object of an event on `/vn100/link`, without its time: that is the log time.
 fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
     let object = match kind {

@@ -5,19 +5,15 @@ use std::{
     io::{self, ErrorKind, Read, Seek, SeekFrom},
 };
 
-use mcap::{
-    Summary,
-    records::{Record, op},
-    sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
-};
+use mcap::records::{Channel, Record, Statistics, op};
 
 use super::shared_file::SharedFile;
 use super::topic::{
     BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
 };
 use crate::{
-    mcap_records::{McapRecords, Next, RECORD_BYTES},
-    recording::{at_ns, io_error},
+    mcap_records::{McapRecords, Next, parse_record},
+    recording::at_ns,
 };
 
 /// Bytes of a message before its data: channel, number, and two times.
@@ -39,6 +35,43 @@ struct Contents {
     definition_bytes: usize,
 }
 
+/// What the summary at the end of a file says of its messages.
+#[derive(Default)]
+struct Summary {
+    schemas: BTreeMap<u16, Schema>,
+    channels: BTreeMap<u16, Channel>,
+    statistics: Option<Statistics>,
+}
+
+impl Summary {
+    /// `None` where there is none, as in a file that was cut, and where it is larger than any.
+    fn read<R: Read + Seek>(file: R) -> io::Result<Option<Self>> {
+        let Some(mut records) = McapRecords::open_summary(file)? else { return Ok(None) };
+        let (mut summary, mut definition_bytes) = (Self::default(), 0);
+        while let Next::Record(opcode) = records.advance()? {
+            if matches!(opcode, op::SCHEMA | op::CHANNEL) {
+                definition_bytes += records.data().len();
+            }
+            if opcode == op::FOOTER || definition_bytes > DEFINITION_BYTES {
+                return Ok((opcode == op::FOOTER).then_some(summary));
+            }
+            if matches!(opcode, op::SCHEMA | op::CHANNEL | op::STATISTICS) {
+                match parse_record(opcode, records.data())? {
+                    Record::Schema { header, data } => {
+                        summary.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
+                    }
+                    Record::Channel(channel) => {
+                        summary.channels.insert(channel.id, channel);
+                    }
+                    Record::Statistics(statistics) => summary.statistics = Some(statistics),
+                    _ => {}
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
 struct Schema {
     name: String,
     /// The definition, where it is in the language of ROS.
@@ -51,23 +84,6 @@ impl<R: Read + Seek> McapBag<R> {
         file.seek(SeekFrom::Start(0))?;
         let records = McapRecords::open(file)?.ok_or_else(|| damaged("it does not begin as an MCAP file"))?;
         Ok(Self { records, contents: Contents::default() })
-    }
-
-    fn summary(&mut self) -> Option<Summary> {
-        let file = &mut self.records.file;
-        let size = file.seek(SeekFrom::End(0)).ok()?;
-        let options = SummaryReaderOptions::default().with_file_size(size).with_record_length_limit(RECORD_BYTES);
-        let mut reader = SummaryReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
-            match event.ok()? {
-                SummaryReadEvent::ReadRequest(bytes) => {
-                    let read = file.read(reader.insert(bytes.min(RECORD_BYTES))).ok()?;
-                    reader.notify_read(read);
-                }
-                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
-            }
-        }
-        reader.finish()
     }
 }
 
@@ -84,7 +100,7 @@ impl Contents {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(None);
         }
-        match mcap::parse_record(opcode, data).map_err(io_error)? {
+        match parse_record(opcode, data)? {
             Record::Schema { header, data } => {
                 self.definition_bytes += data.len();
                 self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
@@ -148,12 +164,13 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
 
     /// From the summary at the end of the file, which a file that was cut does not have.
     fn index(&mut self) -> io::Result<Index> {
-        let Some(summary) = self.summary() else { return Ok(Index::None) };
-        let Some(stats) = &summary.stats else { return Ok(Index::None) };
-        let channels: BTreeMap<_, _> = summary.channels.iter().collect();
-        for (&id, channel) in channels {
-            let schema = channel.schema.as_ref().map(|schema| Schema::of(&schema.name, &schema.encoding, &schema.data));
-            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema.as_ref())?;
+        let Some(Summary { schemas, channels, statistics: Some(stats) }) = Summary::read(&mut self.records.file)?
+        else {
+            return Ok(Index::None);
+        };
+        for (id, channel) in channels {
+            let schema = schemas.get(&channel.schema_id);
+            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema)?;
         }
         let mut counts = vec![TopicCount::default(); self.contents.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
@@ -175,4 +192,38 @@ impl Schema {
 
 fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    /// A file without data whose summary has these records.
+    fn summary(records: &[(u8, &[u8])]) -> io::Result<Option<Summary>> {
+        let record = |opcode: u8, data: &[u8]| [&[opcode], &(data.len() as u64).to_le_bytes()[..], data].concat();
+        let mut file = [mcap::MAGIC, &record(op::DATA_END, &[0; 4])].concat();
+        let start = (file.len() as u64).to_le_bytes();
+        records.iter().for_each(|(opcode, data)| file.extend(record(*opcode, data)));
+        file.extend(record(op::FOOTER, &[&start[..], &[0; 12]].concat()));
+        file.extend(mcap::MAGIC);
+        Summary::read(Cursor::new(file))
+    }
+
+    #[test]
+    fn a_summary_is_read_without_trust() {
+        let channel = b"\x01\0\0\0\x04\0\0\0/imu\x03\0\0\0cdr\0\0\0\0";
+        let short: (u8, &[u8]) = (op::ATTACHMENT, b"\0\0\0");
+        let whole = summary(&[short, (op::CHANNEL, channel)]).unwrap().unwrap();
+        assert_eq!((&*whole.channels[&1].topic, whole.statistics), ("/imu", None));
+        assert!(summary(&[]).unwrap().is_none());
+        let mut lying = *channel;
+        lying[7] = 0xC0;
+        assert!(summary(&[(op::CHANNEL, &lying)]).is_err());
+        let large = vec![0; DEFINITION_BYTES / 2 + 1];
+        let schema = [&[1, 0, 0, 0, 0, 0, 0, 0, 0, 0], &(large.len() as u32).to_le_bytes()[..], &large].concat();
+        assert!(summary(&[(op::SCHEMA, &schema)]).unwrap().is_some());
+        assert!(summary(&[(op::SCHEMA, &schema), (op::SCHEMA, &schema)]).unwrap().is_none());
+    }
 }

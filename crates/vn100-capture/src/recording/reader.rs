@@ -14,12 +14,12 @@ use mcap::records::{Channel, Metadata, Record, op};
 
 use super::{
     BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, FORMAT_1, LINK_TOPIC, READS_TOPIC, RECORDING_METADATA, RESUMED,
-    UNSTAMPED, at_ns, io_error, link_from_json,
+    UNSTAMPED, at_ns, link_from_json,
     part::{PART_METADATA, RecordingPart},
     reads::reads_of,
 };
 use crate::{
-    mcap_records::{McapRecords, Next},
+    mcap_records::{McapRecords, Next, parse_record},
     unpack::unpacked_file,
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
@@ -304,7 +304,7 @@ impl Contents {
         if !matches!(opcode, op::CHANNEL | op::MESSAGE | op::METADATA) {
             return Ok(None);
         }
-        match mcap::parse_record(opcode, data).map_err(io_error)? {
+        match parse_record(opcode, data)? {
             Record::Channel(channel) => {
                 self.take_channel(channel);
                 Ok(None)

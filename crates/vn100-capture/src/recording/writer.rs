@@ -13,9 +13,10 @@ use mcap::{
 
 use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
-    READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, io_error, link_to_json, log_time,
+    READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, link_to_json, log_time,
     reads::{Reads, ReadsMessage},
 };
+use crate::mcap_records::io_error;
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 const PROGRAM: &str = concat!("vn100 ", env!("CARGO_PKG_VERSION"));
