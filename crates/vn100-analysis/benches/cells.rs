@@ -56,6 +56,7 @@ const RATE_HZ: f64 = 40.0;
 
 struct Arguments {
     records: usize,
+    /// None unless given.
     minutes: Vec<usize>,
     family: Option<String>,
     cell: Option<String>,
@@ -100,7 +101,7 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let mut was_found = false;
-    for minutes in &arguments.minutes {
+    for minutes in arguments.minutes_or(&[10, 60]) {
         let samples = minutes * 60 * RATE_HZ as usize;
         let flicker = Flicker::new(samples);
         let mut families = families::all(*minutes as f64 * 60.0);
@@ -130,12 +131,17 @@ fn main() -> ExitCode {
 }
 
 impl Arguments {
+    /// How long the records are.
+    fn minutes_or<'a>(&'a self, usual: &'a [usize]) -> &'a [usize] {
+        if self.minutes.is_empty() { usual } else { &self.minutes }
+    }
+
     /// `None` for arguments that are none of these.
     fn read(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
         let mut read = Self {
             records: 50,
-            minutes: vec![10, 60],
+            minutes: Vec::new(),
             family: None,
             seed: 1,
             threads,

@@ -346,9 +346,8 @@ mod tests {
                 let mut lying = data.clone();
                 lying[at + 3] = 0xC0;
                 let error = parse_record(opcode, &lying).unwrap_err().to_string();
-                let is_told =
-                    ["texts in it claim more", "exceeds space in record"].iter().any(|told| error.contains(told));
-                assert!(is_told, "{opcode} {at}: {error}");
+                let problems = ["texts in it claim more", "exceeds space in record"];
+                assert!(problems.iter().any(|problem| error.contains(problem)), "{opcode} {at}: {error}");
             }
             (0..data.len()).for_each(|cut| assert!(parse_record(opcode, &data[..cut]).is_err(), "{opcode} {cut}"));
         }

@@ -51,7 +51,7 @@ impl AlignedSums {
 
     /// `complete` gets each block that ends with these samples.
     #[inline]
-    pub(crate) fn push(&mut self, mut counts: &[i32], mut complete: impl FnMut(AlignedBlock)) {
+    pub(crate) fn push<T: Copy + Into<i64>>(&mut self, mut counts: &[T], mut complete: impl FnMut(AlignedBlock)) {
         while !counts.is_empty() {
             let room = self.block - self.piece.end % self.block;
             let (part, rest) = counts.split_at(counts.len().min(room as usize));
@@ -59,7 +59,7 @@ impl AlignedSums {
             let len = part.len() as u64;
             self.current.add(&AlignedBlock {
                 number: self.current.number,
-                sum: part.iter().map(|&count| i64::from(count)).sum(),
+                sum: part.iter().map(|&count| count.into()).sum::<i64>(),
                 present: len,
                 // the middle of the part less that of the block
                 distances: len as i64 * (self.block as i64 - 2 * room as i64 + len as i64),
@@ -144,7 +144,7 @@ fn complete_with(block: Option<AlignedBlock>, complete: &mut impl FnMut(AlignedB
 
 state_bytes::encoded!(AlignedBlock { number, sum, present, distances } if |block| {
     // more than a block has in any record, and little enough to be squared
-    block.present <= BLOCK && block.distances.unsigned_abs() <= BLOCK * BLOCK && block.sum.unsigned_abs() <= 1 << 40
+    block.present <= BLOCK && block.distances.unsigned_abs() <= BLOCK * BLOCK && block.sum.unsigned_abs() <= 1 << 41
 });
 state_bytes::encoded!(AlignedSums { block, piece, head, current, begun } if |sums| {
     sums.block.is_power_of_two() && sums.block <= BLOCK

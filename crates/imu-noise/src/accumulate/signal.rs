@@ -2,17 +2,22 @@
 
 use std::mem;
 
+use super::aligned_sums::{AlignedBlock, AlignedSums};
 use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
 use super::piece::{Piece, PieceNotAppended};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
+/// Windows in a sum of the slowest spectrum, and how many of them must be full.
+const WINDOWS: u64 = 32;
+const LEAST_WINDOWS: u64 = 24;
+
 /// Spectrum, block statistics and disturbance windows of one channel.
 ///
 /// The result is the same, bit by bit, for any division of the samples over calls of
-/// [`push`](Self::push). For a sensor at rest 19 KiB are kept (blocks 7.5 KiB, spectra 8.7 KiB,
-/// disturbance windows the rest), whatever the length of the record; below 22 KiB for any counts.
+/// [`push`](Self::push). A sensor at rest takes 21 KiB of memory at first and 40 KiB from hours on,
+/// blocks 7.5 KiB of them and spectra most of the others, whatever the length of the record.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -21,7 +26,7 @@ use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 /// let fan_5_hz = |i: u32| 100.0 * (std::f64::consts::TAU * 5.0 * 0.025 * f64::from(i)).sin();
 /// let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 16) as i32 % 41 - 20;
 /// accelerometer.push(&(0..4000).map(|i| fan_5_hz(i) as i32 + noise(i * i)).collect::<Vec<_>>());
-/// let lines = accelerometer.spectrum().lines(0.025, 3);
+/// let lines = accelerometer.lines(0.025, 3);
 /// assert!(lines.len() == 1 && (lines[0].frequency_hz - 5.0).abs() < 1e-2);
 /// assert_eq!(accelerometer.spectrum().density(Sides::One, 0.025, 3).unwrap().points.len(), 256);
 /// ```
@@ -30,6 +35,10 @@ pub struct ChannelSignal {
     spectrum: Spectrum,
     /// Of the sums of windows: the spectrum up to 1/64 of the sampling rate, in finer steps.
     slow_spectrum: Spectrum<i64>,
+    /// Of the sums of as many windows as a window has samples, for what is slower still. A sum that
+    /// lacks a few windows is enlarged in proportion.
+    slowest_spectrum: Spectrum<i64>,
+    sums: AlignedSums,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
     piece: Piece,
@@ -51,6 +60,8 @@ impl ChannelSignal {
         Self {
             spectrum: Spectrum::new(plan, false),
             slow_spectrum: Spectrum::new(plan, true),
+            slowest_spectrum: Spectrum::new(plan, true),
+            sums: AlignedSums::new(WINDOWS, 0),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
             piece: Piece::starting_at(0),
@@ -72,6 +83,9 @@ impl ChannelSignal {
         self.spectrum.start_at(index, samples_before);
         let window = index.div_ceil(WINDOW as u64);
         self.slow_spectrum.start_at(window, window);
+        let sum = window.div_ceil(WINDOWS);
+        self.slowest_spectrum.start_at(sum, sum);
+        self.sums = AlignedSums::new(WINDOWS, window);
         self
     }
 
@@ -120,6 +134,7 @@ impl ChannelSignal {
             // The window of the break lacks samples: the break is behind it, in any division.
             self.miss_windows_up_to(self.piece.end.div_ceil(WINDOW as u64));
             self.slow_spectrum.gap(0);
+            // a sum of means of either side of a break is a mean as well
             self.windows.part();
         }
     }
@@ -158,6 +173,8 @@ impl ChannelSignal {
             self.window.clone_from(&next.window);
             // the sums of a piece within a window begin behind that window, which is still open
             self.slow_spectrum.append(&next.slow_spectrum);
+            self.sums.append(&next.sums, |sum| add_sum(sum, &mut self.slowest_spectrum));
+            self.slowest_spectrum.append(&next.slowest_spectrum);
         }
         self.blocks.append(&next.blocks);
         self.windows.append(&next.windows);
@@ -170,7 +187,10 @@ impl ChannelSignal {
     pub fn shift(&mut self, by: i64) {
         let shifted = |count: i32| (i64::from(count) + by) as i32;
         self.spectrum.shift(shifted);
-        self.slow_spectrum.shift(|sum| sum + by * WINDOW as i64);
+        let by_window = by * WINDOW as i64;
+        self.slow_spectrum.shift(|sum| sum + by_window);
+        self.slowest_spectrum.shift(|sum| sum + by_window * WINDOWS as i64);
+        self.sums.shift(by_window);
         self.blocks.shift(by);
         self.windows.shift(by);
         self.head.iter_mut().flatten().chain(&mut self.window).for_each(|count| *count = shifted(*count));
@@ -180,6 +200,8 @@ impl ChannelSignal {
     pub fn encode(&self, out: &mut Vec<u8>) {
         self.spectrum.encode(out);
         self.slow_spectrum.encode(out);
+        self.slowest_spectrum.encode(out);
+        self.sums.encode(out);
         self.blocks.encode(out);
         self.windows.encode(out);
         self.piece.encode(out);
@@ -198,6 +220,8 @@ impl ChannelSignal {
         let signal = Self {
             spectrum: Spectrum::decode(plan, input)?,
             slow_spectrum: Spectrum::decode(plan, input)?,
+            slowest_spectrum: Spectrum::decode(plan, input)?,
+            sums: Encoded::decode(input)?,
             blocks: Encoded::decode(input)?,
             windows: Encoded::decode(input)?,
             piece: Encoded::decode(input)?,
@@ -218,9 +242,10 @@ impl ChannelSignal {
         &self.spectrum
     }
 
-    /// Of the sums of 32 samples.
-    pub(crate) const fn slow_spectrum(&self) -> &Spectrum<i64> {
-        &self.slow_spectrum
+    /// Of the sums of so many samples: 32, and 1024.
+    pub(crate) fn slow_spectra(&self) -> [(&Spectrum<i64>, u64); 2] {
+        let window = WINDOW as u64;
+        [(&self.slow_spectrum, window), (&self.slowest_spectrum, WINDOWS * window)]
     }
 
     /// Mean, standard deviation and extremes of the blocks of the record, in time order: at most
@@ -273,13 +298,29 @@ impl ChannelSignal {
             self.windows.push(number, &sums, spread);
             self.miss_windows_up_to(number);
             self.slow_spectrum.push(&[sums.sum]);
+            self.sums.push(&[sums.sum], |sum| add_sum(sum, &mut self.slowest_spectrum));
         }
     }
 
     fn miss_windows_up_to(&mut self, number: u64) {
         match number.saturating_sub(self.slow_spectrum.end()) {
             0 => {}
-            missing => self.slow_spectrum.gap(missing),
+            missing => {
+                self.slow_spectrum.gap(missing);
+                self.sums.gap(Some(missing), |sum| add_sum(sum, &mut self.slowest_spectrum));
+            }
         }
     }
+}
+
+fn add_sum(sum: AlignedBlock, spectrum: &mut Spectrum<i64>) {
+    if sum.present < LEAST_WINDOWS {
+        return;
+    }
+    if let missing @ 1.. = sum.number.saturating_sub(spectrum.end()) {
+        spectrum.gap(missing);
+    }
+    // rounded once; below 2^46
+    let whole = sum.sum * WINDOWS as i64;
+    spectrum.push(&[if sum.present == WINDOWS { sum.sum } else { whole / sum.present as i64 }]);
 }

@@ -4,8 +4,7 @@
 use core::f64::consts::PI;
 
 use super::chi_squared;
-use super::spectral_peak::{LOWEST, REACH, interpolated};
-use crate::accumulate::blocks::WINDOW;
+use super::spectral_peak::{JOINED, LOWEST, REACH, interpolated, is_folded, passed};
 use crate::accumulate::record::Deviation;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
@@ -81,38 +80,36 @@ impl NarrowBand {
 
 impl ChannelSignal {
     /// The bands of the record in rising frequency: those below 1/64 of the sampling rate from the
-    /// spectrum of the sums of windows, the others from that of the samples. None before four
-    /// segments are full.
+    /// spectrum of the sums of 32 samples, those below 1/2048 from that of the sums of 1024, the
+    /// others from that of the samples. None of a spectrum before four of its segments are full.
     #[must_use]
     pub fn narrow_bands(&self, unit_per_count: f64) -> Vec<NarrowBand> {
-        let window = WINDOW as f64;
-        let of = |powers: Option<Powers>, step: f64| {
-            powers.filter(|powers| powers.segments >= 4).map(|powers| (bands(&powers, step), powers.segment_samples))
-        };
-        let fast = of(self.spectrum().powers(), 1.0).map_or_else(Vec::new, |(bands, _)| bands);
-        let scaled = |mut band: NarrowBand| {
+        let full = |powers: Option<Powers>| powers.filter(|powers| powers.segments >= 4);
+        let mut bands = full(self.spectrum().powers()).map_or_else(Vec::new, |powers| bands_of(&powers, 1.0));
+        for (spectrum, samples) in self.slow_spectra() {
+            let Some(powers) = full(spectrum.powers()) else { continue };
+            let samples = samples as f64;
+            bands.retain(|band| band.frequency() * samples > JOINED);
+            // A line above half the rate of the sums is in their spectrum too.
+            let reach = (REACH + 1) as f64 / powers.segment_samples as f64;
+            let is_of_another = |band: &NarrowBand| {
+                let mut parts = bands.iter().flat_map(|band| &band.parts);
+                parts.any(|(frequency, ..)| is_folded(*frequency, band.frequency(), samples, reach))
+            };
+            let mut slow = bands_of(&powers, samples);
+            slow.retain(|band| !is_of_another(band));
+            bands.splice(..0, slow);
+        }
+        for band in &mut bands {
             band.power *= unit_per_count * unit_per_count;
             band.noise_density *= unit_per_count * unit_per_count;
-            band
-        };
-        let Some((slow, points)) = of(self.slow_spectrum().powers(), window) else {
-            return fast.into_iter().map(scaled).collect();
-        };
-        let fast: Vec<_> = fast.into_iter().filter(|band| band.frequency() * window > 0.45).collect();
-        // A line above half the rate of the windows is in their spectrum too, folded.
-        let is_folded = |band: &NarrowBand| {
-            let reach = (REACH + 1) as f64 / points as f64;
-            fast.iter().flat_map(|band| &band.parts).any(|(frequency, ..)| {
-                let cycles = frequency * window;
-                ((cycles - cycles.round()).abs() - band.frequency() * window).abs() < reach
-            })
-        };
-        slow.into_iter().filter(|band| !is_folded(band)).chain(fast.iter().cloned()).map(scaled).collect()
+        }
+        bands
     }
 }
 
 /// Bands of the spectrum of sums of `samples` samples each.
-fn bands(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
+fn bands_of(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
     let last = spectrum.segment_samples / 2;
     let freedom = 2.0 * spectrum.averages;
     let Some(threshold) = chi_squared::quantile(1.0 - FALSE_ALARM, freedom).map(|quantile| quantile / freedom) else {
@@ -145,9 +142,7 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
     } else {
         shares.iter().map(|(k, share)| (frequency(*k), frequency(0.5), share / total)).collect()
     };
-    // The mean over the samples of a sum passes a line at f with the amplitude sin(πfs)/(s sin πf).
-    let passed: f64 =
-        parts.iter().map(|(f, _, share)| share * ((PI * f * samples).sin() / (samples * (PI * f).sin())).powi(2)).sum();
+    let passed: f64 = parts.iter().map(|(f, _, share)| share * passed(*f, samples)).sum();
     Some(NarrowBand {
         parts,
         power: power / (samples * samples) / passed,

@@ -6,6 +6,8 @@
 //! power of two spectra, at a higher rate of false alarms, with the width of what drifts or is
 //! swept. Neither result can be derived from the other.
 
+use core::f64::consts::PI;
+
 use crate::accumulate::spectrum::Powers;
 
 /// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
@@ -13,6 +15,10 @@ pub(super) const LOWEST: usize = 4;
 
 /// Points on either side that a line of one frequency reaches under the Hann window.
 pub(super) const REACH: usize = 2;
+
+/// Up to so many cycles per sum of samples the spectrum of the sums shows what is slow, beyond that
+/// of the samples.
+pub(super) const JOINED: f64 = 0.45;
 
 impl Powers {
     /// The power at point k, mirrored about half the sampling rate as every sampled spectrum is.
@@ -72,4 +78,17 @@ pub(super) fn interpolated(peak: usize, above: impl Fn(usize) -> f64) -> f64 {
     let ratio = (below.max(beyond) / here).sqrt();
     let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
     peak as f64 + if beyond >= below { off } else { -off }
+}
+
+/// Whether a line at `fast` cycles per sample lies at `slow` in the spectrum of the sums of so many
+/// samples, folded, within `reach` cycles per sum.
+pub(super) fn is_folded(fast: f64, slow: f64, samples: f64, reach: f64) -> bool {
+    let cycles = fast * samples;
+    ((cycles - cycles.round()).abs() - slow * samples).abs() < reach
+}
+
+/// Share of the power of a line that the means over so many samples have.
+pub(super) fn passed(frequency: f64, samples: f64) -> f64 {
+    let phase = PI * frequency;
+    ((phase * samples).sin() / (samples * phase.sin())).powi(2)
 }

@@ -53,7 +53,7 @@ fn the_vibration_line_is_found_and_nothing_else_is_said_of_a_record_at_rest() {
         assert_eq!(signal.disturbances(0.025), [], "field {field}");
         assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 0).change, None, "field {field}");
     }
-    let lines = signal(&counts(&text, 11)).spectrum().lines(0.025, 6);
+    let lines = signal(&counts(&text, 11)).lines(0.025, 6);
     let strongest = lines.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).unwrap();
     assert!((strongest.frequency_hz - 18.4).abs() < 0.3, "{lines:?}");
     // half a standard deviation is 0.00055 rad/s

@@ -38,12 +38,12 @@ fn densities_equal_those_of_scipy() {
 fn without_a_full_segment_or_an_interval_there_is_no_density() {
     let nothing = signal(&white(127));
     assert!(nothing.spectrum().density(Sides::One, INTERVAL_S, 0).is_none());
-    assert!(nothing.spectrum().lines(INTERVAL_S, 0).is_empty());
+    assert!(nothing.lines(INTERVAL_S, 0).is_empty());
     let short = signal(&white(128));
     assert_eq!(short.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap().segments, 1);
     for interval_s in [0.0, -1.0, f64::NAN] {
         assert!(short.spectrum().density(Sides::One, interval_s, 0).is_none());
-        assert!(short.spectrum().lines(interval_s, 0).is_empty());
+        assert!(short.lines(interval_s, 0).is_empty());
     }
 }
 
@@ -52,7 +52,7 @@ fn a_constant_has_no_line_and_no_noise() {
     let constant = signal(&[-9813; 5000]);
     let density = constant.spectrum().density(Sides::One, INTERVAL_S, 3).unwrap();
     assert!(density.points.iter().all(|point| point.density_unit2_hz == 0.0));
-    assert!(constant.spectrum().lines(INTERVAL_S, 3).is_empty());
+    assert!(constant.lines(INTERVAL_S, 3).is_empty());
 }
 
 #[test]
@@ -154,9 +154,47 @@ fn what_comes_behind_a_long_gap_weighs_no_more() {
 }
 
 fn only(signal: &ChannelSignal, interval_s: f64) -> SpectralLine {
-    let lines = signal.spectrum().lines(interval_s, 0);
+    let lines = signal.lines(interval_s, 0);
     assert_eq!(lines.len(), 1, "{lines:?}");
     lines[0]
+}
+
+#[test]
+fn cycles_of_seconds_and_of_minutes_are_found_in_hours_in_one_piece_or_many() {
+    // standard deviation 100; by the sums of 32 samples and of 1024
+    let (samples, periods, amplitudes) = (400_000, [480.0, 16_000.0], [10.0, 20.0]);
+    let cycles = |i: usize| -> f64 {
+        let of = |(period, amplitude): (&f64, f64)| amplitude * (TAU * i as f64 / period).sin();
+        periods.iter().zip(amplitudes).map(of).sum()
+    };
+    let counts: Vec<i32> = white(samples).iter().zip(0..).map(|(x, i)| x + cycles(i).round() as i32).collect();
+    let whole = signal(&counts);
+    let found = whole.lines(INTERVAL_S, 0);
+    let [slow, fast] = &found[..] else { panic!("{found:?}") };
+    for (line, (period, amplitude)) in [fast, slow].into_iter().zip(periods.into_iter().zip(amplitudes)) {
+        assert!((line.frequency_hz * period * INTERVAL_S - 1.0).abs() < 0.02, "{line:?}");
+        assert!((line.amplitude / amplitude - 1.0).abs() < 0.1, "{line:?}");
+        assert!((line.share_of_variance / (amplitude * amplitude / 2e4) - 1.0).abs() < 0.2, "{line:?}");
+    }
+    assert_eq!(whole.narrow_bands(1.0).len(), 2);
+    let [mut a, b, mut c, d] = [0..777, 777..100_003, 100_003..250_017, 250_017..samples].map(|piece| {
+        let start = piece.start as u64;
+        let mut signal = ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, start);
+        signal.push(&counts[piece]);
+        signal
+    });
+    c.append(&d).unwrap();
+    a.append(&b).unwrap();
+    a.append(&c).unwrap();
+    assert_eq!((a.lines(INTERVAL_S, 0), a.narrow_bands(1.0)), (found.clone(), whole.narrow_bands(1.0)));
+    // a loss leaves no segment of the fast spectra whole, and takes a few windows of a sum of 1024
+    let mut lossy = ChannelSignal::new(&SpectrumPlan::new());
+    for part in counts.chunks(2000) {
+        lossy.push(&part[150..]);
+        lossy.gap(Some(150));
+    }
+    let near = |line: &SpectralLine| (line.frequency_hz / slow.frequency_hz - 1.0).abs() < 0.02;
+    assert_eq!(lossy.lines(INTERVAL_S, 0).iter().filter(|line| near(line)).count(), 1);
 }
 
 fn signal(counts: &[i32]) -> ChannelSignal {

@@ -57,7 +57,7 @@ impl Findings {
         let mut signal = ChannelSignal::new(plan);
         signal.push(counts);
         Self {
-            lines_hz: signal.spectrum().lines(INTERVAL_S, 0).iter().map(|line| line.frequency_hz).collect(),
+            lines_hz: signal.lines(INTERVAL_S, 0).iter().map(|line| line.frequency_hz).collect(),
             disturbances_s: signal.disturbances(INTERVAL_S).iter().map(|found| (found.start_s, found.end_s)).collect(),
             change: LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 0).change,
         }

@@ -13,26 +13,28 @@ use super::{
 };
 use crate::{Arguments, in_parallel};
 
-/// Minutes of the records.
-const MINUTES: usize = 10;
-
 const TAILS: [(&str, White); 3] =
     [("Gaussian", White::Gaussian), ("Student t5", White::Student5), ("Laplace", White::Laplace)];
 
 /// Findings in any of six channels, by the accumulators and searches alone.
 pub(crate) fn measure(arguments: &Arguments) {
+    arguments.minutes_or(&[10]).iter().for_each(|minutes| of_length(arguments, *minutes));
+}
+
+fn of_length(arguments: &Arguments, minutes: usize) {
     let records = arguments.records;
-    println!("### Clean records of six channels, {MINUTES} min, {records} records\n");
+    println!("### Clean records of six channels, {minutes} min, {records} records\n");
     println!("| noise | disturbed % | 95 % limits | as, records |");
     println!("|---|---:|---:|---|");
-    let cell = families::disturbed(60.0 * MINUTES as f64);
+    let cell = families::disturbed(60.0 * minutes as f64);
+    let walking = families::walking();
     let flicker = Flicker::new(cell.samples());
     let plan = SpectrumPlan::new();
     let mut of_this_length = ChannelSignal::new(&plan);
     of_this_length.push(&vec![0; cell.samples()]);
     let search = LevelSearch::of([&of_this_length]);
     for (name, white) in TAILS {
-        for (with, parts) in [("", &[][..]), (" and flicker", &cell.parts)] {
+        for (with, parts) in [("", &[][..]), (" and flicker", &cell.parts), (" and a walk", &walking.parts)] {
             let name = format!("{name}{with}");
             let found = in_parallel(arguments.threads, records, |number| {
                 let mut random = Random::of_record(arguments.seed, &name, cell.samples(), number);
@@ -70,7 +72,7 @@ fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSe
     let interval_s = 1.0 / rate_hz;
     let level = search.find(&signal, interval_s, 0);
     Disturbed {
-        lines: signal.spectrum().lines(interval_s, 0),
+        lines: signal.lines(interval_s, 0),
         disturbances: signal.disturbances(interval_s),
         noise: signal.noise_changes(&histogram, interval_s),
         level_change: level.change,

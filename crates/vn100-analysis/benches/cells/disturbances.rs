@@ -17,8 +17,6 @@ use crate::{Arguments, in_parallel};
 /// What a clean record of this stream shows too.
 const OF_THE_STREAM: [&str; 1] = ["decimated-stream"];
 
-const DISTURBED_MIN: usize = 60;
-
 #[derive(Clone, Copy)]
 enum Disturbance {
     /// Of the white part, from this share of the record on.
@@ -69,16 +67,18 @@ struct Found {
 }
 
 pub(crate) fn measure(arguments: &Arguments) {
-    let duration_s = 60.0 * DISTURBED_MIN as f64;
-    let white = families::Cell { duration_s, ..families::clean() };
-    beside(arguments, "white noise", &white);
-    beside(arguments, "white noise and flicker noise crossing at 5 s", &families::disturbed(duration_s));
+    for minutes in arguments.minutes_or(&[60]) {
+        let duration_s = 60.0 * *minutes as f64;
+        let white = families::Cell { duration_s, ..families::clean() };
+        beside(arguments, *minutes, "white noise", &white);
+        beside(arguments, *minutes, "white noise and flicker noise crossing at 5 s", &families::disturbed(duration_s));
+    }
 }
 
 /// In noise like that of `cell`.
-fn beside(arguments: &Arguments, noise: &str, cell: &families::Cell) {
+fn beside(arguments: &Arguments, minutes: usize, noise: &str, cell: &families::Cell) {
     let records = arguments.records;
-    println!("### Disturbed records, {DISTURBED_MIN} min, {noise}, {records} records\n");
+    println!("### Disturbed records, {minutes} min, {noise}, {records} records\n");
     println!("One of six channels is disturbed.\n");
     println!("| disturbance | found % | 95 % limits | K estimated % | B missed % | as, records |");
     println!("|---|---:|---:|---:|---:|---|");

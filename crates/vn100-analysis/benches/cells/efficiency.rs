@@ -27,7 +27,7 @@ const FOUND: f64 = 3.84;
 const FOUND_P: f64 = 0.025;
 
 pub(crate) fn measure(arguments: &Arguments) {
-    for minutes in &arguments.minutes {
+    for minutes in arguments.minutes_or(&[10, 60]) {
         let samples = minutes * 60 * RATE_HZ as usize;
         let likelihood = Likelihood::new(samples);
         let flicker = Flicker::new(samples);

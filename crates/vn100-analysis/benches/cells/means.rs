@@ -22,7 +22,7 @@ struct Tested {
 }
 
 pub(crate) fn measure(arguments: &Arguments) {
-    for minutes in &arguments.minutes {
+    for minutes in arguments.minutes_or(&[10, 60]) {
         let duration_s = 60.0 * *minutes as f64;
         println!("### Means of two records of {minutes} min, {} pairs of 6 channels\n", arguments.records);
         println!(

@@ -44,7 +44,7 @@ struct Scored {
 
 pub(crate) fn measure(arguments: &Arguments) {
     let records = arguments.records;
-    for minutes in &arguments.minutes {
+    for minutes in arguments.minutes_or(&[10, 60]) {
         println!("### Temperature, {minutes} min, {records} records of 6 channels\n");
         println!(
             "| noise | temperature | lag s | coefficient | held % | 95 % limits | half width | proved, % of channels | false, % \

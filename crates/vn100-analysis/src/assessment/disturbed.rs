@@ -7,6 +7,9 @@ use vn100_protocol::{Channel, Quantity};
 
 use crate::snapshot::ChannelSnapshot;
 
+/// What is slower is no vibration but a cycle of the level.
+const SLOWEST_VIBRATION_HZ: f64 = 0.1;
+
 /// What disturbs one channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Disturbed {
@@ -39,10 +42,12 @@ impl Disturbed {
         let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
             return Self::default();
         };
-        let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
+        let mut lines = signal.lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
+        let cycles: Vec<SpectralLine> = lines.extract_if(.., |line| line.frequency_hz < SLOWEST_VIBRATION_HZ).collect();
         let is_attitude = channel.quantity.is_attitude();
         let LevelFindings { change, cycle, detectable_step } = level(channel, results, interval_s, bands, search);
+        let change = change.or_else(|| strongest(&cycles).filter(|_| !is_attitude));
         Self {
             lines,
             disturbances: signal.disturbances(interval_s),
@@ -96,9 +101,12 @@ pub(super) fn level(
     let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();
+    let line_near = |frequency: f64| bands.iter().find(|band| is_near(band.frequency(), frequency));
     let is_cycle = |frequency: f64, amplitude: f64| {
-        let is_line = |band: &NarrowBand| is_line((band.frequency(), band.power), frequency, amplitude, block);
-        !is_attitude && !bands.iter().any(is_line)
+        let is_folded = |band: &NarrowBand| is_folded((band.frequency(), band.power), amplitude, block);
+        // a line as slow as this is the cycle itself
+        let is_vibration = |band: &NarrowBand| band.frequency() >= SLOWEST_VIBRATION_HZ * interval_s;
+        !is_attitude && !line_near(frequency).is_some_and(is_vibration) && !bands.iter().any(is_folded)
     };
     let change = change.filter(|change| match change.shape {
         LevelShape::Step { .. } => true,
@@ -108,7 +116,9 @@ pub(super) fn level(
     let cycle = cycle.map(|cycle| cycle.scaled(channel.scale));
     LevelFindings {
         change,
-        cycle: cycle.filter(|cycle| is_cycle(cycle.frequency(), cycle.amplitude())),
+        // the fit has a term for each band already
+        cycle: cycle
+            .filter(|cycle| is_cycle(cycle.frequency(), cycle.amplitude()) && line_near(cycle.frequency()).is_none()),
         detectable_step: detectable_step.map(|step| step * channel.scale.abs()),
     }
 }
@@ -123,13 +133,24 @@ fn scaled(shape: LevelShape, scale: f64) -> LevelShape {
     }
 }
 
-/// Whether a cycle in the means of blocks of so many samples, its frequency in cycles per sample,
-/// is a line of this frequency and power, itself or folded.
-fn is_line((line, power): (f64, f64), frequency: f64, amplitude: f64, block: u64) -> bool {
+/// The cycle of most amplitude that the slow spectra show.
+fn strongest(cycles: &[SpectralLine]) -> Option<LevelChange> {
+    let strongest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
+    let shape = LevelShape::Cycle { period_s: 1.0 / strongest.frequency_hz, amplitude: strongest.amplitude };
+    Some(LevelChange { shape, sigmas: strongest.peak_to_floor.sqrt(), is_ramp: false })
+}
+
+/// Whether a line and a cycle of these frequencies may be one.
+fn is_near(line: f64, cycle: f64) -> bool {
+    (line - cycle).abs() * 2.0 < cycle
+}
+
+/// Whether a line of this frequency in cycles per sample and of this power makes, folded, a cycle
+/// of this amplitude in the means of blocks of so many samples.
+fn is_folded((line, power): (f64, f64), amplitude: f64, block: u64) -> bool {
     let phase = std::f64::consts::PI * line;
     let left = (phase * block as f64).sin() / (block as f64 * phase.sin());
-    let is_near = (line - frequency).abs() * 2.0 < frequency;
-    is_near || (2.0 * power).sqrt() * left.abs() > amplitude / 2.0
+    line * block as f64 > 0.5 && (2.0 * power).sqrt() * left.abs() > amplitude / 2.0
 }
 
 #[cfg(test)]
@@ -168,20 +189,20 @@ mod tests {
     #[test]
     fn a_cycle_is_a_line_near_it() {
         for (line, expected) in [(0.0149, true), (0.0151, false), (0.0051, true), (0.0049, false)] {
-            assert_eq!(is_line((line, 0.0), 0.01, 1.0, 64), expected, "{line}");
+            assert_eq!(is_near(line, 0.01), expected, "{line}");
         }
     }
 
     #[test]
     fn a_cycle_is_a_line_that_folds_to_half_of_its_amplitude() {
-        for (line, block) in [(0.3, 7_u64), (0.013, 64), (0.4999, 10), (0.21, 1)] {
+        for (line, block) in [(0.3, 7_u64), (0.013, 64), (0.4999, 10)] {
             // what the mean of a block leaves of a sine of amplitude 2
             let sum = |part: fn(f64) -> f64| -> f64 {
                 (0..block).map(|sample| part(std::f64::consts::TAU * line * sample as f64)).sum()
             };
             let left = 2.0 * sum(f64::cos).hypot(sum(f64::sin)) / block as f64;
-            assert!(is_line((line, 2.0), line / 10.0, 1.99 * left, block), "{line}");
-            assert!(!is_line((line, 2.0), line / 10.0, 2.01 * left, block), "{line}");
+            assert!(is_folded((line, 2.0), 1.99 * left, block), "{line}");
+            assert!(!is_folded((line, 2.0), 2.01 * left, block), "{line}");
         }
     }
 }

@@ -20,10 +20,11 @@ pub(super) struct Slope {
     pub(super) variances: Vec<f64>,
     /// By statistic: expected value for a squared ramp of 1.
     pub(super) ramp_basis: Vec<f64>,
-    /// By octave and parameter: covariance of mean difference and slope; none for third differences.
-    means: Vec<f64>,
-    /// By octave, octave up to it, and parameter: covariance of the mean differences; none for third
+    /// By octave and parameter: covariance of mean difference and slope; none for third
     /// differences.
+    means: Vec<f64>,
+    /// By octave, octave up to it, and parameter: covariance of the mean differences; none for
+    /// third differences.
     mean_pairs: Vec<f64>,
     /// By octave, and by parameter and those up to it: what the product of the two parameters adds
     /// to the mean over the places of the squared covariance of a difference and the slope.
@@ -201,8 +202,8 @@ impl Average {
         self.with_regression(1, n, place * self.range + self.half(), term)
     }
 
-    /// Of the slope over n samples with the difference about `time` of the integral of the phase, or
-    /// of its derivative of this order.
+    /// Of the slope over n samples with the difference about `time` of the integral of the phase,
+    /// or of its derivative of this order.
     fn with_regression(&self, order: usize, n: f64, time: f64, term: Term) -> f64 {
         let by_start = |more, lag| regression(term, order + more, n, lag);
         let by_end = |more, lag| regression(term, order + more, -n, lag);
@@ -214,7 +215,7 @@ impl Average {
 /// The difference of this order at distances `m` about `middle` of a function that is smooth but at
 /// 0, by its derivatives where it is smooth: there the values are alike in all their digits.
 fn difference(order: usize, m: f64, middle: f64, derivative: impl Fn(usize, f64) -> f64) -> f64 {
-    /// In distances `m`: the first term left out is below 1e-7.
+    /// In distances `m`: the first term of the series that is not taken is below 1e-7.
     const SMOOTH: f64 = 16.0;
     if middle.abs() > SMOOTH * m {
         // (2 sinh(D/2))^p
