@@ -3,6 +3,7 @@
 use std::{
     f64::consts::TAU,
     sync::{Arc, LazyLock},
+    time::Instant,
 };
 
 use rustix::time::{ClockId, clock_gettime};
@@ -61,11 +62,19 @@ pub(crate) struct Record {
     kept: Option<Vec<bool>>,
 }
 
+/// What an assessment took.
+#[derive(Clone, Copy)]
+pub(crate) struct Took {
+    /// CPU time, that of whatever else the program did meanwhile included.
+    pub(crate) cpu_s: f64,
+    /// By the clock.
+    pub(crate) wall_s: f64,
+}
+
 pub(crate) struct Assessed {
     pub(crate) snapshot: Snapshot,
     pub(crate) assessment: Assessment,
-    /// CPU time of the assessment, and of whatever else the program did meanwhile.
-    pub(crate) cpu_s: f64,
+    pub(crate) took: Took,
 }
 
 impl Record {
@@ -106,10 +115,10 @@ impl Record {
         analysis.absorb(&self.batch(cell, random));
         analysis.finish();
         let snapshot = analysis.snapshot();
-        let start_s = process_cpu_s();
+        let (start, start_s) = (Instant::now(), process_cpu_s());
         let assessment = Assessment::new(&snapshot, 0.95);
-        let cpu_s = process_cpu_s() - start_s;
-        Assessed { snapshot, assessment, cpu_s }
+        let took = Took { cpu_s: process_cpu_s() - start_s, wall_s: start.elapsed().as_secs_f64() };
+        Assessed { snapshot, assessment, took }
     }
 
     fn batch(&self, cell: &Cell, random: &mut Random) -> Batch {

@@ -7,7 +7,7 @@ use super::{
     families::{Cell, Truth},
     generators::Flicker,
     random::Random,
-    record::{self, Record},
+    record::{self, Record, Took},
 };
 
 /// In the order in which they are scored.
@@ -31,8 +31,7 @@ pub(crate) struct RecordScore {
     pub(crate) channels: Vec<[Statement; TERMS.len()]>,
     /// Samples that arrived.
     pub(crate) samples: u64,
-    /// CPU time of the assessment, and of whatever else the program did meanwhile.
-    pub(crate) cpu_s: f64,
+    pub(crate) took: Took,
 }
 
 /// What is said of one parameter.
@@ -59,7 +58,7 @@ impl RecordScore {
                 Statement::new(parameter, truth.of(term) * unit)
             })
         });
-        Self { channels: channels.collect(), samples: assessed.snapshot.timing.samples, cpu_s: assessed.cpu_s }
+        Self { channels: channels.collect(), samples: assessed.snapshot.timing.samples, took: assessed.took }
     }
 
     /// Whether any channel has the term at `place` of [`TERMS`].
