@@ -32,7 +32,6 @@ mod captures_below;
 mod counted_reader;
 mod csv;
 mod detect_format;
-mod lossy_sender;
 mod mcap_records;
 mod read_samples;
 mod recording;
@@ -47,7 +46,6 @@ pub use capture_options::CaptureOptions;
 pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
-pub use lossy_sender::LossySender;
 pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,

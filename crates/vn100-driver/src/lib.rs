@@ -37,6 +37,7 @@ mod link;
 mod link_error;
 mod link_machine;
 mod link_task;
+mod lossy_sender;
 mod output_plan;
 mod ports;
 mod serial;

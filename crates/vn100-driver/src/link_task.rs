@@ -14,7 +14,7 @@ use tokio::{
     time::{Instant, sleep_until, timeout},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Event as StreamEvent, LossySender, WAITING_BATCHES};
+use vn100_capture::{Event as StreamEvent, WAITING_BATCHES};
 use vn100_protocol::Response;
 
 use crate::{
@@ -22,6 +22,7 @@ use crate::{
     link::{CommandError, Counters, LinkHandle, LinkOptions, LinkState, SubmittedCommand},
     link_error::LinkError,
     link_machine::{Input, LinkMachine, LinkOutput, OpenPort, PortAction},
+    lossy_sender::LossySender,
     shared_port::SharedPort,
 };
 

@@ -16,9 +16,10 @@ use tokio_util::sync::{CancellationToken, DropGuard};
 
 use crate::{
     connect::{Connect, ConnectError, Connection, PortProblem},
+    lossy_sender::LossySender,
     ports::{LatencyTimer, PortAddress, PortEntry, list_ports, shorten_latency},
 };
-use vn100_capture::{Clock, LossySender, Source};
+use vn100_capture::{Clock, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
 /// The timeout of a read, after which the thread checks whether to stop; this takes 0.01 % of a

@@ -7,7 +7,7 @@ use std::sync::{
 };
 
 use super::*;
-use crate::{RecordingReader, lossy_sender::LossySender};
+use crate::RecordingReader;
 use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 
 /// A disk with little room, in memory.
@@ -199,19 +199,19 @@ async fn what_a_slow_disk_does_not_take_is_reported_in_the_file() {
     // its head is written
     gate.send(()).unwrap();
     let recorder = start(SlowDisk(tokens, disk.clone())).unwrap();
-    let mut sender = LossySender::new(recorder.inputs());
-    let sent: usize = (0..3000)
-        .map(|number| {
-            let read = read(number);
-            let length = length(&read);
-            sender.send(read, number * 100_000_000);
-            length
-        })
-        .sum();
-    assert!(sender.lost_bytes() > 0, "1024 wait, and few are written");
+    let inputs = recorder.inputs();
+    let (mut sent, mut lost) = (0, 0);
+    for read in (0..3000).map(read) {
+        sent += length(&read);
+        if let Err(error) = inputs.try_send(read) {
+            lost += length(&error.into_inner()) as u64;
+        }
+    }
+    assert!(lost > 0, "1024 wait, and few are written");
     drop(gate);
-    let lost = sender.lost_bytes();
-    tokio::task::spawn_blocking(move || sender.send_waiting_blocking()).await.unwrap();
+    let overrun = LinkEvent { at_ns: 300_000_000_000, kind: LinkEventKind::Overrun { bytes: lost } };
+    inputs.send(StreamInput::Link(overrun)).await.unwrap();
+    drop(inputs);
     let state = recorder.finish("done").await;
     assert!(state.error.is_none());
     let mut reported_lost = 0;

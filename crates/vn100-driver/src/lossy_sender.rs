@@ -13,7 +13,7 @@ const WAITING_EVENTS: usize = 64;
 /// [`Overrun`](LinkEventKind::Overrun) at their place; a link event is kept until there is room, so
 /// that the bytes before and after it are not joined.
 #[derive(Debug)]
-pub struct LossySender {
+pub(crate) struct LossySender {
     inputs: mpsc::Sender<StreamInput>,
     waiting: VecDeque<LinkEvent>,
     lost_bytes: u64,
@@ -21,12 +21,12 @@ pub struct LossySender {
 
 impl LossySender {
     /// A sender with nothing pending.
-    pub fn new(inputs: mpsc::Sender<StreamInput>) -> Self {
+    pub(crate) fn new(inputs: mpsc::Sender<StreamInput>) -> Self {
         Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
     }
 
     /// Sends an input, after all that are pending. `now_ns` is the time of an overrun.
-    pub fn send(&mut self, input: StreamInput, now_ns: i64) {
+    pub(crate) fn send(&mut self, input: StreamInput, now_ns: i64) {
         match input {
             StreamInput::Chunk(chunk) => {
                 let length = chunk.bytes.len();
@@ -44,7 +44,7 @@ impl LossySender {
     }
 
     /// Sends what is pending, as far as there is room. Returns whether nothing is pending any more.
-    pub fn send_waiting(&mut self) -> bool {
+    pub(crate) fn send_waiting(&mut self) -> bool {
         while let Some(event) = self.waiting.front() {
             if self.inputs.try_send(StreamInput::Link(event.clone())).is_err() {
                 return false;
@@ -55,7 +55,7 @@ impl LossySender {
     }
 
     /// Sends what is pending, and blocks until there is room for it.
-    pub fn send_waiting_blocking(&mut self) {
+    pub(crate) fn send_waiting_blocking(&mut self) {
         for event in self.waiting.drain(..) {
             // a receiver that was dropped has no use for it
             let _ = self.inputs.blocking_send(StreamInput::Link(event));
@@ -63,7 +63,7 @@ impl LossySender {
     }
 
     /// Sends what is pending, and waits until there is room for it.
-    pub async fn send_waiting_async(&mut self) {
+    pub(crate) async fn send_waiting_async(&mut self) {
         for event in self.waiting.drain(..) {
             // a receiver that was dropped has no use for it
             let _ = self.inputs.send(StreamInput::Link(event)).await;
@@ -71,7 +71,7 @@ impl LossySender {
     }
 
     /// Number of bytes dropped so far.
-    pub fn lost_bytes(&self) -> u64 {
+    pub(crate) fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }
 
