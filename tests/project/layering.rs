@@ -52,7 +52,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-serve",
-        &["vn100-analysis", "vn100-pipeline", "vn100-report", "vn100-page"],
+        &["vn100-analysis", "vn100-pipeline", "vn100-report", "vn100-page", "vn100-words"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
     ),
     (

@@ -12,7 +12,7 @@ use vn100_analysis::Settings;
 use vn100_page::Program;
 use vn100_pipeline::Session;
 use vn100_report::{Evaluation, goals::Goals};
-use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server, Words};
+use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server};
 
 use crate::{args::ServeArgs, asked::MeasureOptions};
 
@@ -85,7 +85,6 @@ impl Watched {
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),
             evaluation: Arc::clone(evaluation),
-            words: Words { remedy: vn100_words::remedy_words, end: vn100_words::end },
             asked: self.asked,
             program: PROGRAM,
             confidence: settings.confidence,

@@ -20,8 +20,9 @@ use vn100_report::{
     Document, Evaluation, Measured, MeasuredSource, MetricsForm, Record, figure::Figures, goals::Goals, json_line,
     metrics_text, run_name, run_prefix,
 };
+use vn100_words::{end, remedy_words};
 
-use crate::{ReportSettings, ServedSource, Words};
+use crate::{ReportSettings, ServedSource};
 
 /// A drawn result is kept at least this long; at first for a third of the time since the start.
 const RESULT_LASTS: Duration = Duration::from_secs(10);
@@ -87,7 +88,6 @@ impl PageState {
 pub(crate) struct Drawer {
     sources: Vec<SourceDrawer>,
     evaluation: Arc<Evaluation>,
-    words: Words,
     report_settings: ReportSettings,
     page: Arc<PageState>,
     drawn_at: Option<Instant>,
@@ -117,7 +117,6 @@ impl Drawer {
     pub(crate) fn new(
         sources: Vec<ServedSource>,
         evaluation: Arc<Evaluation>,
-        words: Words,
         report_settings: ReportSettings,
         now: Instant,
     ) -> Self {
@@ -131,7 +130,6 @@ impl Drawer {
         Self {
             sources: sources.into_iter().enumerate().map(of).collect(),
             evaluation,
-            words,
             report_settings,
             page: Arc::new(PageState { run, ..PageState::default() }),
             drawn_at: None,
@@ -170,8 +168,8 @@ impl Drawer {
 
     pub(crate) fn draw(&mut self, now: Instant) -> Arc<PageState> {
         self.drawn_at = Some(now);
-        let (words, evaluation) = (self.words, &self.evaluation);
-        let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(words, evaluation, now)).collect();
+        let evaluation = &self.evaluation;
+        let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(evaluation, now)).collect();
         let live: Vec<(String, PageSource<'_>)> = (self.sources.iter().zip(&seen))
             .map(|(source, seen)| {
                 (source.prefix.clone(), seen.live(&source.goals, now.saturating_duration_since(source.began)))
@@ -198,11 +196,11 @@ impl Drawer {
 
     /// The JSON document of `--json`; of several sources an array of their documents.
     pub(crate) fn documents(&mut self, now: Instant) -> Bytes {
-        let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
+        let (sources, evaluation) = (&self.sources, &self.evaluation);
         self.documents.get(now, PAGE_LASTS, || {
             let document = |source: &SourceDrawer| {
-                let measured = source.measured(words, evaluation);
-                let document = Document::new(&measured, measured.facts.ended, words.remedy);
+                let measured = source.measured(evaluation);
+                let document = Document::new(&measured, measured.facts.ended, remedy_words);
                 // numbers and texts alone are serialised
                 serde_json::to_string(&document).unwrap_or_default()
             };
@@ -213,10 +211,10 @@ impl Drawer {
 
     /// The report so far.
     pub(crate) fn report(&mut self, now: Instant) -> Bytes {
-        let (sources, words, evaluation) = (&self.sources, self.words, &self.evaluation);
-        let options = self.report_settings.options(words);
+        let (sources, evaluation) = (&self.sources, &self.evaluation);
+        let options = self.report_settings.options();
         self.report.get(now, REPORT_LASTS, || {
-            let all: Vec<Measured> = sources.iter().map(|source| source.measured(words, evaluation)).collect();
+            let all: Vec<Measured> = sources.iter().map(|source| source.measured(evaluation)).collect();
             let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
             let is_alone = records.len() == 1;
             let prefix = |place| if is_alone { String::new() } else { run_prefix(place) };
@@ -234,13 +232,13 @@ impl Drawer {
     /// The metrics of all sources.
     pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Bytes {
         self.look(now);
-        let (sources, words) = (&self.sources, self.words);
+        let sources = &self.sources;
         let kept = match form {
             MetricsForm::Prometheus => &mut self.prometheus,
             MetricsForm::OpenMetrics => &mut self.open_metrics,
         };
         kept.get(now, PAGE_LASTS, || {
-            let seen: Vec<_> = sources.iter().map(|source| source.numbers(words, now)).collect();
+            let seen: Vec<_> = sources.iter().map(|source| source.numbers(now)).collect();
             let sources: Vec<MeasuredSource<'_>> = (seen.iter())
                 .map(|(facts, snapshot, assessment, last_sample_age)| MeasuredSource {
                     facts,
@@ -320,9 +318,9 @@ fn is_over(state: &SourceState) -> bool {
 }
 
 /// The facts of the source, with the reason in words why its result is not complete.
-fn facts_of(state: &SourceState, words: Words) -> SourceFacts {
+fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => (words.end)(state.name(), reason, &state.snapshot),
+        Stage::Ended(reason) => end(state.name(), reason, &state.snapshot),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }
@@ -350,10 +348,10 @@ impl SourceDrawer {
         (is_due && silent >= SILENT).then_some(silent)
     }
 
-    fn see(&mut self, words: Words, evaluation: &Evaluation, now: Instant) -> Seen {
+    fn see(&mut self, evaluation: &Evaluation, now: Instant) -> Seen {
         self.look(now);
         let state = self.state.borrow().clone();
-        let (facts, is_over) = (facts_of(&state, words), is_over(&state));
+        let (facts, is_over) = (facts_of(&state), is_over(&state));
         let snapshot = Arc::clone(&state.snapshot);
         let lasts = RESULT_LASTS.min(now.saturating_duration_since(self.began) / 3);
         let fits = |results: &&Results| {
@@ -372,7 +370,7 @@ impl SourceDrawer {
             None => {
                 let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
                 let measured = evaluation.complete(so_far);
-                let parts = result_parts(&Record::new(&measured), words.remedy, &self.prefix);
+                let parts = result_parts(&Record::new(&measured), remedy_words, &self.prefix);
                 let parts = parts.into_iter().map(Arc::new).collect();
                 self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
             }
@@ -388,16 +386,16 @@ impl SourceDrawer {
     }
 
     /// Facts, snapshot, assessment, and the age of the last sample.
-    fn numbers(&self, words: Words, now: Instant) -> (SourceFacts, Arc<Snapshot>, Arc<Assessment>, Option<Duration>) {
+    fn numbers(&self, now: Instant) -> (SourceFacts, Arc<Snapshot>, Arc<Assessment>, Option<Duration>) {
         let state = self.state.borrow().clone();
         let age = (self.samples.0 > 0).then(|| now.saturating_duration_since(self.samples.1));
-        (facts_of(&state, words), Arc::clone(&state.snapshot), state.assessment(), age)
+        (facts_of(&state), Arc::clone(&state.snapshot), state.assessment(), age)
     }
 
-    fn measured(&self, words: Words, evaluation: &Evaluation) -> Measured {
+    fn measured(&self, evaluation: &Evaluation) -> Measured {
         let state = self.state.borrow().clone();
         let assessment = (*state.assessment()).clone();
-        evaluation.complete(Measured::so_far(facts_of(&state, words), Arc::clone(&state.snapshot), assessment))
+        evaluation.complete(Measured::so_far(facts_of(&state), Arc::clone(&state.snapshot), assessment))
     }
 
     fn health(&self, state: &SourceState, now: Instant) -> Result<String, String> {

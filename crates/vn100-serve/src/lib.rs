@@ -36,10 +36,10 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{RemedyWords, Snapshot};
 use vn100_page::{PageOptions, Program};
-use vn100_pipeline::{EndReason, SourceState};
+use vn100_pipeline::SourceState;
 use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, goals::Goals};
+use vn100_words::remedy_words;
 
 use app::App;
 use drawing::{Drawer, PageState};
@@ -70,8 +70,6 @@ pub struct ServeSpec {
     pub sources: Vec<ServedSource>,
     /// The data sheet and the reference that the results are compared with.
     pub evaluation: Arc<Evaluation>,
-    /// The words of a face for remedies and ends.
-    pub words: Words,
     /// The command line, as a user would repeat it.
     pub asked: String,
     /// The program that reports name as their maker.
@@ -87,15 +85,6 @@ pub struct ServedSource {
     pub state: watch::Receiver<SourceState>,
     /// What its measurement ends by: durations and precisions.
     pub goals: Goals,
-}
-
-/// The words of a face for what the user can do and for what happened.
-#[derive(Debug, Clone, Copy)]
-pub struct Words {
-    /// What the user can do about a warning.
-    pub remedy: RemedyWords,
-    /// Why the result of the source with that name is not complete; `None` where it is.
-    pub end: fn(&str, &EndReason, &Snapshot) -> Option<String>,
 }
 
 /// A running server. It serves until it is dropped, which waits half a second at most for slow
@@ -158,11 +147,11 @@ struct ReportSettings {
 }
 
 impl ReportSettings {
-    fn options(&self, words: Words) -> PageOptions<'_> {
+    fn options(&self) -> PageOptions<'_> {
         PageOptions {
             confidence: self.confidence,
             asked: &self.asked,
-            words: words.remedy,
+            words: remedy_words,
             program: self.program,
             kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
         }
@@ -173,7 +162,7 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
     let listener = spec.listener.map(tokio::net::TcpListener::from_std).transpose()?;
     let hosts = Hosts::new(spec.host_names, spec.host_advice);
     let report = ReportSettings { asked: spec.asked, program: spec.program, confidence: spec.confidence };
-    let drawer = Drawer::new(spec.sources, spec.evaluation, spec.words, report, Instant::now());
+    let drawer = Drawer::new(spec.sources, spec.evaluation, report, Instant::now());
     let app = Arc::new(App {
         drawer: Arc::new(Mutex::new(drawer)),
         page: watch::channel(Arc::new(PageState::default())).0,

@@ -69,7 +69,6 @@ fn a_day_of_data_is_drawn_without_growing() {
     let mut drawer = Drawer::new(
         vec![ServedSource { state, goals: Goals::default() }],
         Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
-        Words { remedy: |_| String::new(), end: |_, _, _| None },
         ReportSettings { asked: String::new(), program: Program { name: "test", commit: None }, confidence: 0.95 },
         begin,
     );
