@@ -103,7 +103,10 @@ fn variance(frequency: f64, phase: f64, shape: &RecordShape, deviation: Deviatio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accumulate::record::Estimator;
+    use crate::accumulate::record::{Estimator, Octave};
+    use crate::infer::confidence::edf;
+    use crate::infer::noise_model::{ChannelCurve, NoiseModel, Terms};
+    use crate::infer::power_law::PowerLaw;
 
     #[test]
     fn a_sine_has_the_slope_of_its_samples() {
@@ -145,6 +148,29 @@ mod tests {
                     assert!((found / expected - 1.0).abs() < 1e-2, "{deviation:?} {m}: {found} {expected}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn intervals_of_octaves_that_a_cycle_lifts_are_those_of_a_walk() {
+        let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
+        let shape = RecordShape { samples: 24_000, interval_s: 1.0, estimator, deviation };
+        let (frequency, phase) = ((1.5 / 24_000.0, 1e-6), (0.7, 0.05));
+        let cycle = SlowCycle { frequency, phase, amplitude: 0.4, noise_density: 1.0 };
+        let octaves = shape.octaves();
+        let power = cycle.amplitude.powi(2) / 2.0;
+        let of = |octave: &Octave| 1.0 / octave.m as f64 + power * cycle.variance(&shape, deviation, octave.m).0;
+        let variances: Vec<f64> = octaves.iter().map(of).collect();
+        let curve = ChannelCurve { cycle: Some(cycle), ..ChannelCurve::new(&variances, None) };
+        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&curve, 0.95);
+        let of_law = |octave: &Octave, law| edf(octave, &shape, law).unwrap();
+        let found = |octave: &Octave| fit.edf(octave.m).unwrap();
+        for octave in octaves.iter().filter(|octave| octave.m >= 1024 && octave.terms > 2) {
+            let walk = of_law(octave, PowerLaw::RandomWalk);
+            assert!((0.8..1.6).contains(&(found(octave) / walk)), "{octave:?}: {} and {walk}", found(octave));
+        }
+        for octave in octaves.iter().filter(|octave| octave.m <= 16) {
+            assert!((found(octave) / of_law(octave, PowerLaw::White) - 1.0).abs() < 0.1, "{octave:?}");
         }
     }
 }

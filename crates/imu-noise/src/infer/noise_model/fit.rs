@@ -475,7 +475,7 @@ impl NoiseModel {
         }
         let expected = |i: usize| (self.octaves[i].1.m, model.expected(&solution.parameters, i));
         fit.expected = range.clone().filter(|i| *i < self.octaves.len()).map(expected).collect();
-        let edf = model.edf(&solution.parameters, &upper_bounds);
+        let edf = model.edf(&solution.parameters, &upper_bounds, &self.least_edf);
         // octaves too long to be fitted may follow the model all the same
         let end = if range.end == *fitted { *octaves } else { range.end };
         fit.edf = self.octaves[..end].iter().map(|(_, octave)| octave.m).zip(edf).skip(range.start).collect();

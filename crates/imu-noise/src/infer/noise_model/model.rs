@@ -151,10 +151,20 @@ impl Model {
     }
 
     /// 2 E²/variance. A ramp moves with the slope of the noise, which is taken from `upper_bounds`.
-    pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
+    /// A slow cycle may as well be part of a walk: what it adds varies with the degrees of freedom
+    /// `of_walk` of one.
+    pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64], of_walk: &[f64]) -> Vec<f64> {
         let mut covariance = Covariance::default();
         self.covariance(parameters, upper_bounds, &mut covariance);
-        (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance.variance(a)).collect()
+        let of_cycles = |a: usize| -> f64 {
+            let of = |(beside, parameter): (&Beside, &f64)| match beside.kind {
+                BesideKind::Line { slope, .. } if slope > 0.0 => parameter * beside.variances[a],
+                _ => 0.0,
+            };
+            self.beside.iter().zip(&parameters[self.terms()..]).map(of).sum()
+        };
+        let spread = |a: usize| covariance.variance(a).sqrt() + of_cycles(a) * (2.0 / of_walk[a]).sqrt();
+        (0..self.octaves).map(|a| 2.0 * (self.expected(parameters, a) / spread(a)).powi(2)).collect()
     }
 
     /// Of the slope of the record, by parameter for parameter 1; nothing without a ramp in the
