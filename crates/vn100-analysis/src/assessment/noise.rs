@@ -167,7 +167,10 @@ impl ChannelNoise {
         let tau_s: Vec<f64> = curve.octaves.iter().map(|octave| curve.tau_s(octave)).collect();
         let deviations: Vec<f64> = curve.variances.iter().map(|variance| variance.sqrt()).collect();
         let classical = match curve.shape.deviation {
-            Deviation::Allan => classical_reading(&tau_s, &deviations),
+            Deviation::Allan => {
+                let duration_s = curve.shape.samples as f64 * curve.shape.interval_s;
+                classical_reading(&tau_s, &deviations, duration_s)
+            }
             // the recipes are for the Allan deviation
             Deviation::Hadamard => ClassicalReading::NOT_APPLICABLE,
         };

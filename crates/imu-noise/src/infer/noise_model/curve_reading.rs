@@ -72,13 +72,14 @@ impl ClassicalReading {
 
 /// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A
 /// line is read where a pair of neighbours has its slope within 1/4, and the curve has its
-/// averaging time.
+/// averaging time. N is read up to a twentieth of the record of `duration_s`: beyond, curves wander
+/// and have any slope by chance.
 #[must_use]
-pub fn classical_reading(tau_s: &[f64], deviations: &[f64]) -> ClassicalReading {
+pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
     let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
-    let line = |slope: f64, read_at_s: f64| {
-        let pairs = points.windows(2).filter(|_| usable).map(|pair| {
+    let line = |slope: f64, read_at_s: f64, longest_s: f64| {
+        let pairs = points.windows(2).filter(|pair| usable && pair[1].0 <= longest_s).map(|pair| {
             let [(tau_1, dev_1), (tau_2, dev_2)] = [pair[0], pair[1]];
             let apart = ((dev_2 / dev_1).ln() / (tau_2 / tau_1).ln() - slope).abs();
             let tau_s = (tau_1 * tau_2).sqrt();
@@ -94,9 +95,9 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64]) -> ClassicalReading 
     let inner = lowest.filter(|lowest| usable && *lowest > 0 && lowest + 1 < points.len());
     let flat = |lowest: usize| SlopeLine { value: points[lowest].1 / PLATEAU.sqrt(), tau_s: points[lowest].0 };
     ClassicalReading {
-        white: line(-0.5, ClassicalReading::WHITE_TAU_S),
+        white: line(-0.5, ClassicalReading::WHITE_TAU_S, duration_s / 20.0),
         bias_instability: inner.map(flat).ok_or(NotRead::NoMinimum),
-        rate_random_walk: line(0.5, ClassicalReading::RANDOM_WALK_TAU_S),
+        rate_random_walk: line(0.5, ClassicalReading::RANDOM_WALK_TAU_S, f64::INFINITY),
     }
 }
 
@@ -198,7 +199,7 @@ mod tests {
     #[test]
     fn lines_and_minimum_are_read_where_they_are() {
         let (tau_s, deviations) = curve(2e-4, 3e-5, 2e-6);
-        let reading = classical_reading(&tau_s, &deviations);
+        let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
         let value = |line: Result<SlopeLine, NotRead>| line.unwrap().value;
         assert!((value(reading.white) / 2e-4 - 1.0).abs() < 0.01, "{reading:?}");
         assert!((value(reading.rate_random_walk) / 2e-6 - 1.0).abs() < 0.1, "{reading:?}");
@@ -210,14 +211,14 @@ mod tests {
         assert!((line.value * (line.tau_s / 3.0).sqrt() / there - 1.0).abs() < 0.02, "{line:?}, {there}");
         // What the rule makes of white noise and random walk alone: 1.62 √(N K), not 0.
         let (tau_s, deviations) = curve(2e-4, 0.0, 2e-6);
-        let reading = classical_reading(&tau_s, &deviations);
+        let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
         assert!((value(reading.bias_instability) / (1.62 * (2e-4_f64 * 2e-6).sqrt()) - 1.0).abs() < 0.05);
     }
 
     #[test]
     fn what_the_curve_does_not_show_is_not_read() {
         let (tau_s, deviations) = curve(2e-4, 0.0, 0.0);
-        let reading = classical_reading(&tau_s, &deviations);
+        let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
         assert_eq!(reading.bias_instability, Err(NotRead::NoMinimum));
         assert_eq!(reading.rate_random_walk, Err(NotRead::NoSlope));
         let nothing = ClassicalReading {
@@ -225,14 +226,26 @@ mod tests {
             bias_instability: Err(NotRead::NoMinimum),
             rate_random_walk: Err(NotRead::NoSlope),
         };
-        assert_eq!(classical_reading(&[], &[]), nothing);
-        assert_eq!(classical_reading(&[1.0, 2.0], &[0.0, 0.0]), nothing);
+        assert_eq!(classical_reading(&[], &[], 1.0), nothing);
+        assert_eq!(classical_reading(&[1.0, 2.0], &[0.0, 0.0], 100.0), nothing);
         // white noise that is averaged for 4 s at least, and a walk that ends after 2 s
-        let reading = classical_reading(&[4.0, 8.0], &[0.5, 0.125_f64.sqrt()]);
+        let reading = classical_reading(&[4.0, 8.0], &[0.5, 0.125_f64.sqrt()], 200.0);
         assert_eq!(reading.white, Err(NotRead::OutsideCurve));
-        let reading = classical_reading(&[1.0, 2.0], &[1.0, 2_f64.sqrt()]);
+        let reading = classical_reading(&[1.0, 2.0], &[1.0, 2_f64.sqrt()], 100.0);
         assert_eq!(reading.rate_random_walk, Err(NotRead::OutsideCurve));
         assert_eq!(ClassicalReading::NOT_APPLICABLE.of(Term::White), Err(NotRead::NotApplicable));
+    }
+
+    #[test]
+    fn white_noise_is_not_read_where_the_curve_wanders() {
+        let (tau_s, mut deviations) = curve(2e-4, 1e-5, 0.0);
+        // a pair of exactly this slope, far above the curve
+        let last = deviations.len() - 1;
+        deviations[last - 1] *= 20.0;
+        deviations[last] = deviations[last - 1] / 2_f64.sqrt();
+        let reading = |duration_s| classical_reading(&tau_s, &deviations, duration_s).white.unwrap();
+        assert!((reading(20.0 * tau_s[last - 1]).value / 2e-4 - 1.0).abs() < 0.01);
+        assert!(reading(20.0 * tau_s[last]).value > 1e-3);
     }
 
     #[test]
