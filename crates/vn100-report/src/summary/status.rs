@@ -147,7 +147,11 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
             findings.splice(0..0, source(&measured.facts).map(|text| (text, Vec::new())));
         }
         let is_moved = measured.assessment.motion.is_some() && aspect == Aspect::AtRest;
-        let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
+        let mut severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
+        if aspect == Aspect::Data && was_cut(&measured.facts) {
+            findings.push(("the recording was cut: its file has no end".into(), Vec::new()));
+            severity = severity.or(Some(Severity::Caution));
+        }
         if severity.is_none() {
             findings.extend(undisturbed(aspect, &measured.snapshot).map(|text| (text, Vec::new())));
         }
@@ -158,6 +162,12 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
         statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
     }
     statuses
+}
+
+/// As by a loss of power, or where a copy of the file is not whole.
+fn was_cut(facts: &SourceFacts) -> bool {
+    let end = facts.recording.as_ref().and_then(|recording| recording.end.as_ref());
+    end.is_some_and(|end| !end.complete)
 }
 
 /// Which numbers of a bag or a table were taken, and their times.
