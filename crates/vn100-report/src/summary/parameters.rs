@@ -2,7 +2,7 @@
 //! the figures of the data sheet.
 
 use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Remedy, Setting, WarningKind, sensor_of};
+use vn100_analysis::{ChannelNoise, FigureVerdict, Onboard, Remedy, Setting, WarningKind, sensor_of};
 
 use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     measured::Record,
     names::{ParameterNames, QUANTITIES, names_of, parameter_names},
     numbers::plain::{digits_trimmed, short},
-    units::{ChannelValues, Point},
+    units::ChannelValues,
 };
 
 /// Half of an interval, relative, beyond which its ends are given.
@@ -148,6 +148,8 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) ->
         let cells = parameters.iter().map(|parameter| interval(*parameter, factor)).collect();
         rows.push(row(level, Cells::Axes(cells)));
     }
+    // the row that the data sheet is compared with
+    let mut compared = 0;
     match term {
         Term::White if axes.iter().any(|axis| axis.aliasing().is_some()) => {
             let own = axes.iter().zip(&parameters).map(|(axis, parameter)| {
@@ -157,29 +159,23 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) ->
             rows.push(row("sensor's own N, ±10 %", Cells::Axes(own.collect())));
         }
         Term::BiasInstability => {
-            let minima: Vec<Option<f64>> = axes.iter().map(minimum).collect();
-            if minima.iter().any(Option::is_some) {
-                let cells = minima.iter().map(|minimum| minimum.map_or("-".into(), |value| number(value * factor)));
-                rows.push(row("lowest deviation", Cells::Axes(cells.collect())));
+            let minima: Vec<Option<Parameter>> = axes.iter().map(|axis| axis.noise.curve_minimum()).collect();
+            if !minima.iter().all(valueless) {
+                compared = rows.len();
+                let cells = minima.iter().map(|minimum| cell(*minimum, factor));
+                rows.push(row("minimum of the curve", Cells::Axes(cells.collect())));
             }
         }
         _ => {}
     }
     let figures = figures(term, axes, factor);
     for (place, figure) in figures.into_iter().enumerate() {
-        match rows.get_mut(place) {
+        match rows.get_mut(compared + place) {
             Some(row) => row.figure = Some(figure),
             None => rows.push(ParameterRow { figure: Some(figure), ..row("", Cells::Axes(Vec::new())) }),
         }
     }
     rows
-}
-
-/// The lowest deviation that is known; `None` where long averaging times do not show the sensor.
-fn minimum(axis: &Axis<'_>) -> Option<f64> {
-    let known = axis.channel.octaves.iter().filter(|point| point.is_known());
-    let of_sensor = axis.noise.long_taus == LongTauValidity::Sensor;
-    known.filter_map(|Point { deviation, .. }| *deviation).filter(|_| of_sensor).min_by(f64::total_cmp)
 }
 
 /// The unit of a parameter in summaries, close to that of data sheets, and how many of these units
