@@ -94,7 +94,7 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
     html! {
         div.tile {
             h2 { (table.title) }
-            @for row in table.rows.iter().filter(|row| !row.is_detail) {
+            @for row in table.rows.iter().filter(|row| !row.is_detail || is_compared(row)) {
                 div.parameter {
                     span.label { (row.label) }
                     span.value { (with_whole_units(&across(row))) }
@@ -116,6 +116,11 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
             }
         }
     }
+}
+
+/// A detail with values of its own that a data sheet is compared with.
+fn is_compared(row: &ParameterRow) -> bool {
+    row.figure.is_some() && !row.label.is_empty()
 }
 
 fn verdict_class(verdict: &VerdictWord) -> &'static str {

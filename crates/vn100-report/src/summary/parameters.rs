@@ -163,7 +163,7 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) ->
             if !minima.iter().all(valueless) {
                 compared = rows.len();
                 let cells = minima.iter().map(|minimum| cell(*minimum, factor));
-                rows.push(row("minimum of the curve", Cells::Axes(cells.collect())));
+                rows.push(ParameterRow { unit, ..row("minimum of the curve", Cells::Axes(cells.collect())) });
             }
         }
         _ => {}
