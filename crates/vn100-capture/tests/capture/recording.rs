@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{self, Cursor, Read},
+    io::{self, Cursor, Read, Write},
 };
 
 use bytes::Bytes;
@@ -243,18 +243,52 @@ fn the_payloads_are_the_stream_for_any_reader() {
     assert_eq!(extracted, stream(&session()));
 }
 
-const COMPRESSIONS: [Option<mcap::Compression>; 3] =
-    [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)];
+const COMPRESSIONS: [Option<&str>; 3] = [None, Some("lz4"), Some("zstd")];
 
 /// The session as other tools write it: in chunks.
-fn repacked(compression: Option<mcap::Compression>, chunk_bytes: u64, crcs: bool) -> Vec<u8> {
-    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(chunk_bytes));
+fn repacked(compression: Option<&str>, chunk_bytes: u64, crcs: bool) -> Vec<u8> {
+    let options = mcap::WriteOptions::new().compression(None).chunk_size(Some(chunk_bytes));
     let mut repacked = options.calculate_chunk_crcs(crcs).create(Cursor::new(Vec::new())).unwrap();
     for message in mcap::MessageStream::new(&recording(&session())).unwrap() {
         repacked.write(&message.unwrap()).unwrap();
     }
     repacked.finish().unwrap();
-    repacked.into_inner().into_inner()
+    let file = repacked.into_inner().into_inner();
+    compression.map_or_else(|| file.clone(), |name| compressed(&file, name))
+}
+
+/// With the records of each chunk compressed.
+fn compressed(file: &[u8], name: &str) -> Vec<u8> {
+    const UNCOMPRESSED: [u8; 4] = [0; 4];
+    let (magic, mut rest) = file.split_at(mcap::MAGIC.len());
+    let mut packed = magic.to_vec();
+    // kind and length
+    while let Some((head, behind)) = rest.split_first_chunk::<9>() {
+        let length = u64::from_le_bytes(head[1..].try_into().unwrap());
+        let (data, behind) = behind.split_at(length as usize);
+        rest = behind;
+        let data = match head[0] {
+            mcap::records::op::CHUNK => {
+                let (sums, records) = (&data[..28], &data[28 + UNCOMPRESSED.len() + 8..]);
+                let records = match name {
+                    "lz4" => {
+                        let mut encoder = lz4::EncoderBuilder::new().build(Vec::new()).unwrap();
+                        encoder.write_all(records).unwrap();
+                        encoder.finish().0
+                    }
+                    _ => zstd::encode_all(records, 0).unwrap(),
+                };
+                let name = [&(name.len() as u32).to_le_bytes()[..], name.as_bytes()].concat();
+                [sums, &name, &(records.len() as u64).to_le_bytes(), &records].concat()
+            }
+            _ => data.to_vec(),
+        };
+        packed.push(head[0]);
+        packed.extend((data.len() as u64).to_le_bytes());
+        packed.extend(data);
+    }
+    packed.extend(rest);
+    packed
 }
 
 /// The inputs up to an error, and what that says.
