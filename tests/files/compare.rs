@@ -343,7 +343,7 @@ fn a_plan_fits_the_line_and_its_window_is_exact() {
 
 #[test]
 fn a_plan_is_as_long_as_its_longest_want() {
-    let wants = ["--want", "gyro N ±5%", "--want", "gyro B", "--want", "gyro K >= 2e-7"];
+    let wants = ["--want", "gyro N ±5%", "--want", "gyro B", "--want", "gyro K >= 2e-7 rad/s/sqrt(s)"];
     let document = plan(&wants);
     let seconds: Vec<f64> =
         document["wants"].as_array().unwrap().iter().map(|want| want["record_s"].as_f64().unwrap()).collect();

@@ -188,7 +188,7 @@ pub enum PlanningError {
     /// The data sheet does not give a parameter on which the length depends.
     #[error(
         "the length for {want:?} depends on {missing}, which the data sheet {datasheet:?} does not give for that sensor: add it, or give a \
-         value, as in \"gyro K >= 2e-7\""
+         value, as in \"gyro K >= 0.5 deg/h^1.5\""
     )]
     NotQuoted {
         /// What is wanted.

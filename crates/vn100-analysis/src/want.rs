@@ -34,7 +34,7 @@ pub enum Known {
 pub enum WantError {
     /// There is no sign after the parameter.
     #[error(
-        "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 2e-7\", or a limit, as in \"accel B <= 0.04 mg\""
+        "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 0.5 deg/h^1.5\", or a limit, as in \"accel B <= 0.04 mg\""
     )]
     Form(String),
     /// The part before the sign names no parameter.
@@ -44,7 +44,7 @@ pub enum WantError {
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
     /// The part after `>=` or `<=` is no number above 0.
-    #[error("{0:?} is no number above 0, with a unit if it is not SI, as in \"2e-7\" or \"0.5 deg/h^1.5\"")]
+    #[error("{0:?} is no number above 0 with a unit after a space, as in \"0.04 mg\" or \"0.5 deg/h^1.5\"")]
     Number(String),
     /// The parameter is not stated in that unit.
     #[error("{figure} is not stated in {unit:?}: {units}")]
@@ -56,12 +56,29 @@ pub enum WantError {
         /// The units that the parameter is stated in.
         units: String,
     },
+    /// The number has no unit: the units in use lie factors of thousands apart.
+    #[error("the unit of {amount:?} is missing; {figure} is stated in {units}")]
+    NoUnit {
+        /// The number.
+        amount: String,
+        /// The parameter.
+        figure: String,
+        /// The units that the parameter is stated in, the SI unit first.
+        units: String,
+    },
     /// N is present in every record: it cannot be detected, only measured.
     #[error("the precision of {0} is missing, as in \"{0} ±5%\"")]
     White(String),
     /// No typical random walk is known.
-    #[error("the size of the random walk to detect is missing, as in \"{0} >= 2e-7\"; no typical figure is known")]
-    Walk(String),
+    #[error(
+        "the size of the random walk to detect is missing, as in \"{figure} >= 2e-7 {unit}\"; no typical figure is known"
+    )]
+    Walk {
+        /// The parameter.
+        figure: String,
+        /// Its SI unit.
+        unit: &'static str,
+    },
 }
 
 impl FromStr for Want {
@@ -91,7 +108,7 @@ impl FromStr for Want {
             (Term::BiasInstability | Term::RateRandomWalk, None, Some((_, amount))) => {
                 Known::AtLeast(in_si(amount.trim(), &figure)?)
             }
-            (Term::RateRandomWalk, ..) => return Err(WantError::Walk(figure.to_string())),
+            (Term::RateRandomWalk, ..) => return Err(walk_of_no_size(&figure)),
             _ => return Err(WantError::White(figure.to_string())),
         };
         Ok(Self { figure, known })
@@ -105,7 +122,15 @@ fn begins_with_figure(text: &str) -> bool {
     words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
 }
 
-/// A number in SI units, from one with a unit in use, or with none for SI.
+fn walk_of_no_size(figure: &NoiseFigure) -> WantError {
+    WantError::Walk { figure: figure.to_string(), unit: si_unit(figure) }
+}
+
+fn si_unit(figure: &NoiseFigure) -> &'static str {
+    conventions(figure.sensor, figure.term).first().map_or("", |si| si.unit)
+}
+
+/// A number in SI units, from one with a unit in use.
 fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
@@ -113,17 +138,15 @@ fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
     let known =
         || conventions(figure.sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
     let unit = unit.trim();
-    if unit.is_empty() {
-        return Ok(number);
+    if let Some(convention) = known().find(|convention| convention.unit == unit) {
+        return Ok(number / convention.factor);
     }
-    match known().find(|convention| convention.unit == unit) {
-        Some(convention) => Ok(number / convention.factor),
-        None => Err(WantError::Unit {
-            figure: figure.to_string(),
-            unit: unit.into(),
-            units: known().map(|convention| convention.unit).collect::<Vec<_>>().join(", "),
-        }),
-    }
+    let figure = figure.to_string();
+    let units = known().map(|convention| convention.unit).collect::<Vec<_>>().join(", ");
+    Err(match unit {
+        "" => WantError::NoUnit { amount: amount.into(), figure, units },
+        _ => WantError::Unit { figure, unit: unit.into(), units },
+    })
 }
 
 impl fmt::Display for Want {
@@ -133,10 +156,9 @@ impl fmt::Display for Want {
             Known::Within(relative) => write!(f, "{} ±{} %", self.figure, in_percent(relative)),
             Known::AtLeast(value) | Known::AtMost(value) => {
                 let sign = if matches!(self.known, Known::AtMost(_)) { "<=" } else { ">=" };
-                let unit = conventions(self.figure.sensor, self.figure.term).first().map_or("", |si| si.unit);
                 // rounded, without trailing zeros
                 let digits = format!("{value:.3e}").parse().unwrap_or(value);
-                write!(f, "{} {sign} {digits:e} {unit}", self.figure)
+                write!(f, "{} {sign} {digits:e} {}", self.figure, si_unit(&self.figure))
             }
         }
     }
@@ -155,15 +177,15 @@ mod tests {
             ("gyro N ±0.0001%", "gyro N ±0.0001 %"),
             ("gyro B", "gyro B"),
             ("accel B ± 20 %", "accel B ±20 %"),
-            ("gyro K >= 2e-7", "gyro K >= 2e-7 rad/s/sqrt(s)"),
-            ("gyro K≥2e-7", "gyro K >= 2e-7 rad/s/sqrt(s)"),
+            ("gyro K >= 2e-7 rad/s/sqrt(s)", "gyro K >= 2e-7 rad/s/sqrt(s)"),
+            ("gyro K≥2e-7 rad/s/sqrt(s)", "gyro K >= 2e-7 rad/s/sqrt(s)"),
             ("gyro K >= 2.475178 deg/h^1.5", "gyro K >= 2e-7 rad/s/sqrt(s)"),
             ("gyro B >= 5 deg/h", "gyro B >= 2.424e-5 rad/s"),
             ("accel B >= 0.04 mg", "accel B >= 3.923e-4 m/s^2"),
             ("mag N ±10%", "mag N ±10 %"),
             ("accel B <= 0.04 mg", "accel B <= 3.923e-4 m/s^2"),
-            ("gyro N≤1e-4", "gyro N <= 1e-4 rad/s/sqrt(Hz)"),
-            ("gyro_z K <= 2e-7", "gyro_z K <= 2e-7 rad/s/sqrt(s)"),
+            ("gyro N≤1e-4 rad/s/sqrt(Hz)", "gyro N <= 1e-4 rad/s/sqrt(Hz)"),
+            ("gyro_z K <= 2e-7 rad/s/sqrt(s)", "gyro_z K <= 2e-7 rad/s/sqrt(s)"),
         ] {
             let want: Want = text.parse().unwrap();
             assert_eq!(want.to_string(), printed, "{text}");
@@ -176,16 +198,24 @@ mod tests {
         for (text, expected) in [
             ("gyro N", "\"gyro N ±5%\""),
             ("gyro N >= 1e-5", "\"gyro N ±5%\""),
-            ("gyro K", "gyro K >= 2e-7"),
-            ("gyro K ±5%", "gyro K >= 2e-7"),
+            ("gyro K", "\"gyro K >= 2e-7 rad/s/sqrt(s)\""),
+            ("accel K ±5%", "\"accel K >= 2e-7 m/s^2/sqrt(s)\""),
             ("gyro R", "N, B or K"),
             ("gyro N 2%", "invalid target \"gyro N 2%\"; expected a parameter with a precision, as in \"gyro N ±5%\""),
             ("gyro N 2 %", "\"gyro N ±5%\""),
-            ("gyro K 2e-7", "\"gyro K >= 2e-7\""),
+            ("gyro K 2e-7", "\"gyro K >= 0.5 deg/h^1.5\""),
             ("gyro R 2%", "N, B or K"),
             ("gyro B ±0%", "percentage above 0"),
             ("gyro K >= -1", "number above 0"),
             ("gyro K >= 1 deg/h", "deg/h^1.5"),
+            ("gyro K >= 0.04mg", "after a space"),
+            (
+                "gyro N <= 0.47",
+                "the unit of \"0.47\" is missing; gyro N is stated in rad/s/sqrt(Hz), deg/s/sqrt(Hz), deg/sqrt(h), deg/h/sqrt(Hz)",
+            ),
+            ("accel B >= 0.02", "m/s^2, mg, ug"),
+            ("mag K <= 1e-6", "field around it"),
+            ("gyro_x K <= 2e-7", "rad/s/sqrt(s), deg/s/sqrt(s), deg/h^1.5"),
             ("mag B", "field around it"),
             ("yaw N ±5%", "no axis of a sensor"),
             ("temperature N ±5%", "no axis of a sensor"),

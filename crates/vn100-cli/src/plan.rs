@@ -24,13 +24,13 @@ const USUAL: [&str; 13] = [
     "gyro N ±1%",
     "gyro B",
     "gyro B ±20%",
-    "gyro K >= 1e-6",
-    "gyro K >= 2e-7",
+    "gyro K >= 1e-6 rad/s/sqrt(s)",
+    "gyro K >= 2e-7 rad/s/sqrt(s)",
     "accel N ±5%",
     "accel N ±1%",
     "accel B",
     "accel B ±20%",
-    "accel K >= 2e-5",
+    "accel K >= 2e-5 m/s^2/sqrt(s)",
     "mag N ±5%",
 ];
 

@@ -173,7 +173,7 @@ pub(super) fn options() -> Vec<Vec<u8>> {
         "drop@12.5s flip@0.1%:bit6 unplug@20s+3s stale splice@2min stall@1s+100ms\nunplug@1h+1ms:other reboot@3s baud@0s:9600 badopen@50% drop@1s+2s",
         "5h\n10min\n18446744073709551615s\n1ns\n100000000y",
         "gyro N\naccel B\nmag K\ngyro_x N ±5%\ngyro B +- 20 %",
-        "gyro N ±5%\ngyro B\ngyro K >= 2e-7\naccel B >= 0.02 mg",
+        "gyro N ±5%\ngyro B\ngyro K >= 2e-7 rad/s/sqrt(s)\naccel B >= 0.02 mg",
         "40\n0.001\n1s\n18446744073709551615s",
         "100000\n0s\n0s",
     ]

@@ -21,7 +21,7 @@ fn plans_take_the_sensors_own_settings_where_they_fit() {
     assert_eq!((white.baud, white.wants[0].by_rule_s), (BaudRate::DEFAULT, None));
     let record_s = white.record_s.unwrap();
     assert!(record_s % 60.0 == 0.0 && record_s >= white.wants[0].record_s.unwrap() && record_s <= 600.0, "{record_s}");
-    let walk = plan(&["gyro K >= 1e-5"], free).unwrap();
+    let walk = plan(&["gyro K >= 1e-5 rad/s/sqrt(s)"], free).unwrap();
     let by_rule_s = walk.wants[0].by_rule_s.unwrap();
     assert!((by_rule_s - 20.0 * 3_f64.sqrt() * 6.0).abs() < 1e-6, "{by_rule_s}");
     assert_eq!((walk.warm_up_s, walk.wants[0].record_s), (1800.0, walk.wants[0].without_bias_instability_s));
