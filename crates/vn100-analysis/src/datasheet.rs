@@ -117,7 +117,7 @@ pub enum StreamUnknown {
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
-fn floor_of_flicker() -> f64 {
+pub(crate) fn floor_of_flicker() -> f64 {
     (2.0 * LN_2 / PI).sqrt()
 }
 
@@ -174,6 +174,13 @@ impl Datasheet {
             let first = figures.clone().next();
             figures.find(|figure| matches!(figure.claim, Claim::Typical { .. })).or(first)
         })
+    }
+
+    /// Whether a limit on this parameter is one on the minimum of the deviation, as the sheet's
+    /// figure is, or as that of most sheets where this one has none.
+    pub(crate) fn is_of_minimum(&self, sensor: Sensor, term: Term) -> bool {
+        let quoted = self.typical_figures(sensor).find(|figure| figure.term == term);
+        quoted.map_or(term == Term::BiasInstability, DatasheetFigure::is_curve_minimum)
     }
 
     /// The averaging on board, and whether it is known.

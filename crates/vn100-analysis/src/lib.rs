@@ -60,7 +60,7 @@ pub use detrend::Detrend;
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
-pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError};
+pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
 pub use pool::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, Unpooled};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};

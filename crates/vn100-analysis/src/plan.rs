@@ -10,7 +10,7 @@ use vn100_protocol::{
 };
 
 use crate::{
-    datasheet::Datasheet,
+    datasheet::{Datasheet, floor_of_flicker},
     sensor::{sensor_name, sensor_of},
     want::{Known, Want},
 };
@@ -177,9 +177,33 @@ pub struct PlannedWant {
     pub without_bias_instability_s: Option<f64>,
     /// For a random walk: the rule of thumb 20 √3 N/K, in seconds; else `None`.
     pub by_rule_s: Option<f64>,
-    /// For a limit: the value that the sensor is assumed to have, in SI units; else `None`. The
-    /// nearer the value is to the limit, the longer the record.
-    pub taken_at: Option<f64>,
+    /// For a limit: the value that the sensor is assumed to have; else `None`. The nearer the value
+    /// is to the limit, the longer the record.
+    pub taken_at: Option<TakenAt>,
+}
+
+/// The value that a sensor to be judged by a limit is assumed to have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TakenAt {
+    /// The value in SI units.
+    pub value: f64,
+    /// Where the value is from.
+    pub from: TakenFrom,
+    /// Whether the value and the limit are those of the minimum of the deviation, which a verdict
+    /// compares with a figure for B; else they are those of the parameter.
+    pub is_minimum: bool,
+}
+
+/// Where an assumed value is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TakenFrom {
+    /// It is the figure of the data sheet.
+    Datasheet,
+    /// [`TakenAt::BESIDE`] times the limit, because the figure of the data sheet is so near to the
+    /// limit that a verdict would take very long.
+    Limit,
+    /// [`TakenAt::BESIDE`] times the limit, because the data sheet has no figure.
+    LimitAlone,
 }
 
 /// Why no measurement can be planned.
@@ -289,15 +313,23 @@ impl PlannedWant {
         let term = want.figure.term;
         let typical = datasheet.typical_noise(want.figure.sensor);
         let quoted = typical.iter().find(|(quoted, _)| *quoted == term).map(|(_, value)| *value);
-        let (aim, assumed) = match want.known {
-            Known::Seen => (Aim::Found, None),
-            Known::Within(half_width) => (Aim::HalfWidth(half_width), None),
-            Known::AtLeast(value) => (Aim::Found, Some((term, value))),
+        let is_minimum = datasheet.is_of_minimum(want.figure.sensor, term);
+        let (aim, assumed, from) = match want.known {
+            Known::Seen => (Aim::Found, None, None),
+            Known::Within(half_width) => (Aim::HalfWidth(half_width), None, None),
+            Known::AtLeast(value) => (Aim::Found, Some((term, value)), None),
             Known::AtMost(limit) => {
-                let value = beside(limit, quoted);
-                (if value > limit { Aim::Above(limit) } else { Aim::Below(limit) }, Some((term, value)))
+                let limit = if is_minimum { limit / floor_of_flicker() } else { limit };
+                let (value, from) = TakenAt::beside(limit, quoted);
+                let aim = if value > limit { Aim::Above(limit) } else { Aim::Below(limit) };
+                (aim, Some((term, value)), Some(from))
             }
         };
+        let taken_at = assumed.zip(from).map(|((_, value), from)| TakenAt {
+            value: if is_minimum { value * floor_of_flicker() } else { value },
+            from,
+            is_minimum,
+        });
         let is_quoted = |term| typical.iter().any(|(quoted, _)| *quoted == term);
         let missing = match (is_quoted(Term::White), assumed.is_some() || is_quoted(term)) {
             (true, true) => None,
@@ -329,17 +361,22 @@ impl PlannedWant {
                 .zip(assumed)
                 .filter(|_| is_walk)
                 .map(|(white, (_, walk))| visible_random_walk(white, 1.0) / walk),
-            taken_at: assumed.map(|(_, value)| value).filter(|_| matches!(want.known, Known::AtMost(_))),
+            taken_at,
         })
     }
 }
 
-/// The value that a sensor to be judged by a `limit` is assumed to have: the typical value, but
-/// where that is not known, or is so near that a verdict would take very long, a fifth below the
-/// limit.
-fn beside(limit: f64, typical: Option<f64>) -> f64 {
-    const NEAREST: f64 = 0.2;
-    typical.filter(|typical| (typical / limit - 1.0).abs() > NEAREST).unwrap_or((1.0 - NEAREST) * limit)
+impl TakenAt {
+    /// The assumed value divided by the limit, where it is not that of the data sheet.
+    pub const BESIDE: f64 = 0.8;
+
+    fn beside(limit: f64, typical: Option<f64>) -> (f64, TakenFrom) {
+        match typical {
+            Some(typical) if (typical / limit - 1.0).abs() > 1.0 - Self::BESIDE => (typical, TakenFrom::Datasheet),
+            Some(_) => (Self::BESIDE * limit, TakenFrom::Limit),
+            None => (Self::BESIDE * limit, TakenFrom::LimitAlone),
+        }
+    }
 }
 
 /// The factory default of the baud rate where the message fits it, and the highest rate that it has
@@ -411,10 +448,15 @@ mod tests {
 
     #[test]
     fn what_shall_be_judged_lies_a_fifth_below_the_limit_unless_it_is_known_and_not_near() {
-        for (typical, taken) in
-            [(None, 8.0), (Some(8.1), 8.0), (Some(11.9), 8.0), (Some(7.9), 7.9), (Some(12.1), 12.1), (Some(1.0), 1.0)]
-        {
-            assert_eq!(beside(10.0, typical), taken, "{typical:?}");
+        for (typical, taken, from) in [
+            (None, 8.0, TakenFrom::LimitAlone),
+            (Some(8.1), 8.0, TakenFrom::Limit),
+            (Some(11.9), 8.0, TakenFrom::Limit),
+            (Some(7.9), 7.9, TakenFrom::Datasheet),
+            (Some(12.1), 12.1, TakenFrom::Datasheet),
+            (Some(1.0), 1.0, TakenFrom::Datasheet),
+        ] {
+            assert_eq!(TakenAt::beside(10.0, typical), (taken, from), "{typical:?}");
         }
     }
 }

@@ -5,7 +5,8 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use imu_noise::{BoxcarWindow, Sensor};
 use vn100_analysis::{
-    Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, Want, axes_name, letter,
+    Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom, Want,
+    axes_name, letter,
 };
 use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
 use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
@@ -148,9 +149,8 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
     for planned in &plan.wants {
         let length = planned.record_s.map_or(OUT_OF_REACH.into(), coarse);
         writeln!(out, "  {:<34} {length}", planned.want.to_string())?;
-        if let Some(value) = planned.taken_at {
-            let taken = Want { figure: planned.want.figure.clone(), known: Known::AtMost(value) }.to_string();
-            writeln!(out, "    if it is {}; nearer to the limit it takes longer", taken.replacen("<= ", "", 1))?;
+        if let Some(taken) = planned.taken_at {
+            writeln!(out, "{}", fill(&taken_words(&planned.want, taken), "    ", "    "))?;
         }
         if let Some(rule_s) = planned.by_rule_s {
             let without = planned.without_bias_instability_s.map_or(OUT_OF_REACH.into(), coarse);
@@ -162,6 +162,23 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
         writeln!(out, "  {:<34} {all}", "all targets")?;
     }
     writeln!(out, "{}", fill(METHOD, "", ""))
+}
+
+/// The value of the sensor that the length for a limit is for.
+fn taken_words(want: &Want, taken: TakenAt) -> String {
+    let value = Want { figure: want.figure.clone(), known: Known::AtMost(taken.value) }.to_string();
+    let beside = format!("{} times the limit", TakenAt::BESIDE);
+    let from = match taken.from {
+        TakenFrom::Datasheet => "the data sheet's figure".into(),
+        TakenFrom::Limit => format!("{beside}, because the data sheet's figure lies too near to the limit"),
+        TakenFrom::LimitAlone => format!("{beside}, because the data sheet has no figure"),
+    };
+    let minimum = if taken.is_minimum {
+        "; value and limit are the minimum of the deviation, 0.664 B, as in the verdict"
+    } else {
+        ""
+    };
+    format!("if it is {} ({from}); nearer to the limit it takes longer{minimum}", value.replacen("<= ", "", 1))
 }
 
 /// What each baud rate carries of the packets, the one that is given among them.
@@ -194,7 +211,7 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
         .flat_map(|(_, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(axes_name(sensor), quoted)))
         .collect();
     let text = format!(
-        "Assumed from the data sheet {}{note}: {}; the lower end of a range. A B printed as the minimum of the deviation is divided by 0.664; \
+        "Assumed from the data sheet {}{note}: {}; the lower end of a range, and of no parameter for which a target above has another value. A B printed as the minimum of the deviation is divided by 0.664; \
          a smaller B takes longer to detect.",
         printable(&datasheet.name),
         figures.join("; ")
@@ -307,6 +324,28 @@ mod tests {
                 let text = text(|out| write_plan(out, &plan, given, &sheet, false));
                 assert_eq!(text.contains("Hz, as given"), rate_hz.is_some(), "{text}");
             }
+        }
+    }
+
+    #[test]
+    fn a_limit_says_which_value_is_assumed() {
+        let given = Given { message: None, rate_hz: None, baud: None, confidence: 0.95 };
+        let sheet = vn100_datasheet().unwrap();
+        for (want, expected) in [
+            (
+                "gyro N <= 0.21 deg/sqrt(h)",
+                "(0.8 times the limit, because the data sheet's figure lies too near to the",
+            ),
+            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 6.109e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
+            ("gyro K <= 1 deg/h^1.5", "(0.8 times the limit, because the data sheet has no figure)"),
+            // 0.8 times 0.04 mg, not times 0.04 mg over 0.664
+            ("accel B <= 0.04 mg", "if it is accel B 3.138e-4 m/s^2 (0.8 times the limit"),
+            ("accel B <= 0.04 mg", "value and limit are the minimum of the deviation, 0.664 B, as in the verdict"),
+        ] {
+            let plan = Plan::new(&[want.parse().unwrap()], given, &sheet).unwrap();
+            let words = text(|out| write_plan(out, &plan, given, &sheet, true));
+            let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(words.contains(expected), "{want}: {words}");
         }
     }
 

@@ -40,9 +40,9 @@ struct WantDocument {
     want: String,
     relative_half_width: Option<f64>,
     at_least: Option<f64>,
-    /// The limit that the verdict is on.
+    /// The limit that the verdict is on; of B, as the figure of the data sheet has it.
     at_most: Option<f64>,
-    /// The assumed value of the sensor, where the want is a limit.
+    /// The assumed value of the sensor in the sense of the limit, where the want is one.
     taken_at: Option<f64>,
     record_s: Option<f64>,
     /// Of a random walk: without bias instability.
@@ -116,7 +116,7 @@ fn want(planned: &PlannedWant) -> WantDocument {
         relative_half_width,
         at_least,
         at_most,
-        taken_at: planned.taken_at,
+        taken_at: planned.taken_at.map(|taken| taken.value),
         record_s: planned.record_s,
         without_bias_instability_s: planned.without_bias_instability_s,
         by_rule_s: planned.by_rule_s,

@@ -2,7 +2,8 @@
 
 use imu_noise::{Claim, Sensor, Term};
 use vn100_analysis::{
-    Analysis, Assessment, Given, Goal, Plan, PlannedMessage, PlanningError, Settings, UnmetGoal, Want, WhyUnmet,
+    Analysis, Assessment, DatasheetFigure, Given, Goal, Plan, PlannedMessage, PlanningError, Settings, TakenFrom,
+    UnmetGoal, Want, WhyUnmet,
 };
 use vn100_protocol::BaudRate;
 
@@ -83,6 +84,29 @@ fn plans_of_sentences_have_their_rates_and_the_magnetic_field_has_its_packets() 
         assert!(PlannedMessage::named(name).is_some_and(|message| message.name().eq_ignore_ascii_case(name)));
     }
     assert_eq!(PlannedMessage::named("VNYMR"), None);
+}
+
+/// A verdict compares the minimum of the deviation with a figure that is one, and else B.
+#[test]
+fn a_limit_on_bias_instability_is_what_the_verdict_compares() {
+    let (white, bias) = (Term::White, Term::BiasInstability);
+    let given = Given { message: None, rate_hz: None, baud: None, confidence: 0.95 };
+    let plan = |is_minimum, limit: &str| {
+        let typical = DatasheetFigure { is_minimum, ..figure(Sensor::Accelerometer, bias, Claim::Limit(4e-4)) };
+        let quoted = sheet(vec![figure(Sensor::Accelerometer, white, Claim::Limit(1.4e-3)), typical]);
+        let want = format!("accel B <= {limit} m/s^2").parse().unwrap();
+        Plan::new(&[want], given, &quoted).unwrap().wants.remove(0)
+    };
+    let (minimum, parameter) = (plan(true, "4e-4"), plan(false, "4e-4"));
+    for (planned, is_minimum) in [(&minimum, true), (&parameter, false)] {
+        let taken = planned.taken_at.unwrap();
+        assert!((taken.value / 3.2e-4 - 1.0).abs() < 1e-9, "{taken:?}");
+        assert_eq!((taken.from, taken.is_minimum), (TakenFrom::Limit, is_minimum));
+    }
+    // the minimum of 4e-4 is a B of 4e-4/0.664, which shows sooner
+    assert!(minimum.record_s.unwrap() < 0.9 * parameter.record_s.unwrap(), "{minimum:?} {parameter:?}");
+    let of_sheet = [plan(true, "8e-4"), plan(false, "8e-4")].map(|planned| planned.taken_at.unwrap());
+    assert!(of_sheet.iter().all(|taken| taken.from == TakenFrom::Datasheet && (taken.value / 4e-4 - 1.0).abs() < 1e-9));
 }
 
 #[test]
