@@ -142,6 +142,9 @@ fn the_built_in_densities_are_given_as_both_readings() {
     let verdicts = text.split_once("data sheet: VectorNav VN-100 (nominal").unwrap().1;
     assert!(verdicts.lines().all(|line| line.chars().count() <= 80), "{verdicts}");
     assert!(verdicts.contains("gyro_x   N  undecidable"), "{verdicts}");
+    let summary = vn100().arg("replay").arg(&file).args(RATE).output().unwrap().stdout;
+    let summary = String::from_utf8(summary).unwrap();
+    assert!(summary.contains("] undecidable: the sheet's density may be one-sided"), "{summary}");
 }
 
 #[test]

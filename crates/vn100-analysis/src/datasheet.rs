@@ -229,23 +229,32 @@ impl DatasheetFigure {
 
     fn judge(&self, noise: &ChannelNoise, stream: StreamFactor, typical_is_limit: bool) -> Option<FigureVerdict> {
         let measured = if self.is_curve_minimum() { noise.curve_minimum()? } else { noise.parameter(self.term)? };
-        let read = |sides| {
+        let read = |sides, parameter: &Parameter| {
             let claim = match sides {
                 Sides::Two => self.claim,
                 Sides::One => self.claim.scaled(FRAC_1_SQRT_2),
             };
-            let verdict = claim.judge(&measured, &stream);
+            let verdict = claim.judge(parameter, &stream);
             let verdict = if typical_is_limit { verdict.with_typical_as_limit() } else { verdict };
             Reading { sides, verdict, expected: claim.expected(&stream) }
         };
-        let (as_two_sided, as_one_sided) = (read(Sides::Two), read(Sides::One));
-        let (verdict, readings) = match self.is_of_unknown_sides {
-            true => (as_two_sided.verdict.of_either_reading(as_one_sided.verdict), vec![as_two_sided, as_one_sided]),
-            false => (as_two_sided.verdict, Vec::new()),
+        let both = |parameter: &Parameter| [Sides::Two, Sides::One].map(|sides| read(sides, parameter));
+        let of = |[as_two_sided, as_one_sided]: &[Reading; 2]| match self.is_of_unknown_sides {
+            true => as_two_sided.verdict.of_either_reading(as_one_sided.verdict),
+            false => as_two_sided.verdict,
         };
+        let readings = both(&measured);
+        let mut verdict = of(&readings);
+        if verdict == Verdict::Inconclusive {
+            // what no record decides, however long, is not left to a longer one
+            let known = measured.value.map(|value| of(&both(&Parameter::estimated(value, value, value))));
+            verdict = known.filter(|known| *known == Verdict::Consistent).unwrap_or(verdict);
+        }
+        let expected = readings[0].expected;
+        let readings = if self.is_of_unknown_sides { readings.to_vec() } else { Vec::new() };
         Some(FigureVerdict {
             verdict,
-            expected: as_two_sided.expected,
+            expected,
             figure: self.clone(),
             measured,
             stream,

@@ -266,6 +266,18 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, the share of a \
      removed spectral peak, or whether the density is one-sided or two-sided";
 
+/// What is unknown that a verdict on this figure needs; `None` where it is the interval.
+#[must_use]
+pub fn undecided_by(verdict: &FigureVerdict) -> Option<&'static str> {
+    match verdict.unknown {
+        Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
+        Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
+        Some(StreamUnknown::LineRemoved) => Some("spectral peaks were removed"),
+        None if !verdict.readings.is_empty() => Some("the sheet's density may be one-sided"),
+        None => None,
+    }
+}
+
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {
         (Verdict::AboveTypical, _) => ": above the typical range, which is no guarantee",

@@ -3,8 +3,11 @@
 
 use imu_noise::{Claim, Convention, Term, Verdict};
 use ratatui::style::Style;
-use vn100_analysis::{DatasheetFigure, FigureVerdict, StreamUnknown};
-use vn100_report::numbers::plain::{digits, digits_trimmed};
+use vn100_analysis::{DatasheetFigure, FigureVerdict};
+use vn100_report::{
+    names::undecided_by,
+    numbers::plain::{digits, digits_trimmed},
+};
 
 use super::{
     model_line::ModelLine,
@@ -49,14 +52,7 @@ pub(crate) fn explanation(judged: &[Option<&FigureVerdict>], unit: Convention) -
     }
     let is_open = |figure: &&FigureVerdict| matches!(figure.verdict, Verdict::Consistent | Verdict::Undecided);
     if let Some(open) = judged.iter().flatten().copied().find(is_open) {
-        let why = match open.unknown {
-            Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
-            Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
-            Some(StreamUnknown::LineRemoved) => Some("spectral peaks were removed"),
-            None if !open.readings.is_empty() => Some("the sheet's density may be one-sided"),
-            None => None,
-        };
-        texts.extend(why.map(|why| format!(" undecidable: {why}")));
+        texts.extend(undecided_by(open).map(|why| format!(" undecidable: {why}")));
     }
     texts
 }

@@ -50,8 +50,8 @@ pub enum Verdict {
     BelowTypical,
     /// The interval spans the limit, or the upper end of what is typical.
     Inconclusive,
-    /// No evidence against the claim, and what would decide is unknown: the effect of the stream
-    /// on the parameter, or what the figure means.
+    /// No evidence against the claim, and what would decide is unknown, so that no longer record
+    /// does: the effect of the stream on the parameter, or what the figure means.
     Consistent,
     /// There is no interval; or it lies beyond the claim, and the effect of the stream is unknown.
     Undecided,

@@ -8,7 +8,7 @@ use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
     codes::{code_of_status, code_of_verdict},
     measured::Record,
-    names::{ParameterNames, QUANTITIES, names_of, parameter_names},
+    names::{ParameterNames, QUANTITIES, names_of, parameter_names, undecided_by},
     numbers::plain::{digits_trimmed, short},
     units::ChannelValues,
 };
@@ -89,11 +89,7 @@ fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<Se
                 places.extend(alias_note(axes, notes));
             }
         }
-        if axes.iter().flat_map(|axis| axis.verdicts).any(|verdict| verdict.verdict == Verdict::Inconclusive) {
-            places.push(
-                notes.place(format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan))),
-            );
-        }
+        places.extend(undecided_note(axes, notes));
     }
     let axis_name = |axis: &Axis<'_>| match axis.channel.name.rsplit_once('_') {
         Some((_, letter)) if letter.len() == 1 => letter.to_owned(),
@@ -106,6 +102,19 @@ fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<Se
         notes: places,
         rows,
     })
+}
+
+/// Which verdicts a longer record may decide, and which it does not: in one note, since the head of
+/// the table has room for two marks.
+fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
+    let verdicts = || axes.iter().flat_map(|axis| axis.verdicts);
+    let is_open = |judged: &&FigureVerdict| matches!(judged.verdict, Verdict::Consistent | Verdict::Undecided);
+    let mut parts: Vec<String> = Vec::new();
+    parts.extend(verdicts().filter(is_open).find_map(undecided_by).map(|why| format!("undecidable: {why}")));
+    if verdicts().any(|verdict| verdict.verdict == Verdict::Inconclusive) {
+        parts.push(format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan)));
+    }
+    (!parts.is_empty()).then(|| notes.place(parts.join("; ")))
 }
 
 /// What the data sheet is multiplied by, and how that is avoided.

@@ -167,7 +167,7 @@ fn a_density_of_unknown_sides_has_two_readings_and_passes_by_neither() {
         let (verdict, unmet) = judged(claim, typical_is_limit);
         (verdict.verdict, [verdict.readings[0].verdict, verdict.readings[1].verdict], unmet)
     };
-    use Verdict::{AboveTypical, BelowTypical, Consistent, Fail, Pass, Typical};
+    use Verdict::{AboveTypical, BelowTypical, Consistent, Fail, Inconclusive, Pass, Typical};
     assert_eq!(of(Claim::Limit(1e-4), false), (Consistent, [Pass, Pass], 3));
     assert_eq!(of(Claim::Limit(1e-6), false), (Fail, [Fail, Fail], 3));
     assert_eq!(of(typical(2.12e-5), false), (Consistent, [Typical, AboveTypical], 0));
@@ -175,6 +175,13 @@ fn a_density_of_unknown_sides_has_two_readings_and_passes_by_neither() {
     assert_eq!(of(typical(1e-3), false), (Consistent, [BelowTypical, BelowTypical], 0));
     assert_eq!(of(typical(1e-6), false), (AboveTypical, [AboveTypical, AboveTypical], 0));
     assert_eq!(of(typical(1e-6), true), (Fail, [Fail, Fail], 3));
+    // the interval spans the higher reading, and the value lies between both: no record decides
+    let measured = judged(Claim::Limit(1e-4), false).0.measured;
+    let between = (measured.value.unwrap() + measured.upper.unwrap()) / 2.0 / 2.236 / 1.1;
+    assert_eq!(of(typical(between), false), (Consistent, [Inconclusive, AboveTypical], 0));
+    // where the value lies above both readings, a longer record may say that
+    let above = (measured.value.unwrap() + measured.lower.unwrap()) / 2.0 / 2.236 / 1.1;
+    assert_eq!(of(typical(above), false), (Inconclusive, [Inconclusive, AboveTypical], 0));
     let (verdict, _) = judged(Claim::Limit(1e-4), false);
     let [two, one] = [0, 1].map(|reading| verdict.readings[reading].expected.1);
     assert!(two == verdict.expected.1 && (two / one - 2_f64.sqrt()).abs() < 1e-12);
