@@ -52,6 +52,18 @@ fn gyro_csv(capture: &Path, factor: f64) -> PathBuf {
     path
 }
 
+/// One angular rate of a `$VNIMU` capture as CSV, with times from so long after a day of 2025 on.
+fn dated_csv(capture: &Path, after_s: u64) -> PathBuf {
+    let mut rows = String::from("t,wx\n");
+    for (line, number) in fs::read_to_string(capture).unwrap().lines().zip(0..) {
+        let at_ns = 1_763_700_000_000_000_000 + after_s * 1_000_000_000 + number * 25_000_000;
+        writeln!(rows, "{at_ns},{}", line.split(['*', ',']).nth(7).unwrap()).unwrap();
+    }
+    let path = capture.with_extension("dated.csv");
+    fs::write(&path, rows).unwrap();
+    path
+}
+
 const GYRO_COLUMNS: [&str; 4] = ["--columns", "gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s", "--rate", "40"];
 
 #[test]
@@ -170,9 +182,15 @@ fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() 
     let second = capture(folder.path(), "second.mcap", &options("2"));
     let files = [first, second];
     let (document, _) = compare(&files, &[]);
-    assert!(kinds(&document["caveats"]).contains(&"may-have-been-off"), "{}", document["caveats"]);
+    // a recording of `sim` bears no date
+    assert!(kinds(&document["caveats"]).contains(&"start-unknown"), "{}", document["caveats"]);
     let text = String::from_utf8(vn100().arg("compare").args(&files).output().unwrap().stdout).unwrap();
-    assert!(text.contains("not tested: made at the same time"), "{text}");
+    assert!(text.contains("not tested: the time between the runs is unknown"), "{text}");
+    let dated = [(1, 0), (2, 3600)].map(|(seed, after_s)| dated_csv(&seeded(folder.path(), seed), after_s));
+    let columns = ["--columns", "t=t:ns,gyro_x=wx:rad/s", "--rate", "40"];
+    let (document, _) = compare(&dated, &columns);
+    assert!(kinds(&document["caveats"]).contains(&"may-have-been-off"), "{}", document["caveats"]);
+    let text = String::from_utf8(vn100().arg("compare").args(&dated).args(columns).output().unwrap().stdout).unwrap();
     assert!(text.contains("--stayed-on") && text.lines().take(4).any(|line| line.contains("Use run ")), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }

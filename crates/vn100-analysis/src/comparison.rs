@@ -30,8 +30,15 @@ pub struct ComparedRecord<'a> {
     /// The assessment of the snapshot.
     pub assessment: &'a Assessment,
     /// When the source of the record began, before any skip, in nanoseconds since 1970-01-01 UTC;
-    /// `None` where that is not known.
+    /// 0 or `None` where that is not known.
     pub started_ns: Option<i64>,
+}
+
+impl ComparedRecord<'_> {
+    /// When the source began, where that is known: a recording that bears no date begins at 0.
+    fn start_ns(&self) -> Option<i64> {
+        self.started_ns.filter(|started_ns| *started_ns > 0)
+    }
 }
 
 /// A comparison of several records. A record is referred to by its place among those given, from 0.

@@ -123,7 +123,7 @@ fn without_chance(records: &[ComparedRecord<'_>], stayed_on: bool) -> Option<Cav
     if measured.len() < 2 {
         return None;
     }
-    let unknown: Vec<usize> = measured.iter().copied().filter(|number| records[*number].started_ns.is_none()).collect();
+    let unknown: Vec<usize> = measured.iter().copied().filter(|number| records[*number].start_ns().is_none()).collect();
     if !unknown.is_empty() {
         let names: Vec<&str> = unknown.iter().map(|number| records[*number].name).collect();
         let text = format!(

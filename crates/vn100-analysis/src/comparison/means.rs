@@ -304,7 +304,7 @@ fn test(first: &Mean, second: &Mean, records: &[ComparedRecord<'_>]) -> Result<M
 
 /// The measured stretch of time, in seconds since 1970-01-01 UTC; `None` where that is not known.
 fn stretch(record: &ComparedRecord<'_>) -> Option<Stretch> {
-    let start_s = record.started_ns? as f64 * 1e-9 + record.snapshot.skipped.as_secs_f64();
+    let start_s = record.start_ns()? as f64 * 1e-9 + record.snapshot.skipped.as_secs_f64();
     Some(Stretch { start_s, duration_s: record.snapshot.timing.duration_s() })
 }
 

@@ -11,6 +11,9 @@ use vn100_protocol::{Channel, Quantity, VNIMU, VNYMR};
 
 use super::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
 
+/// 2025-11-21, in nanoseconds since 1970.
+const FIRST_START_NS: i64 = 1_763_700_000_000_000_000;
+
 /// As of one sensor that stayed on, each an hour behind the one before.
 fn compared(records: &[(Snapshot, Assessment)]) -> Comparison {
     compared_as(records, |number| Some(number * 3_600_000_000_000), true)
@@ -27,7 +30,7 @@ fn compared_as(
             name,
             snapshot,
             assessment,
-            started_ns: started_ns(number),
+            started_ns: started_ns(number).map(|after_first_ns| FIRST_START_NS + after_first_ns),
         })
         .collect();
     Comparison::of(&records, stayed_on, 0.95)
@@ -128,6 +131,8 @@ fn a_difference_of_means_has_no_probability_where_nothing_bounds_what_lies_betwe
     let unknown = compared_as(&records, |_| None, true);
     assert_eq!((kinds(&unknown), tests(&unknown)), (vec![CaveatKind::StartUnknown], Err(Untested::StartUnknown)));
     assert_eq!(unknown.caveats[0].records, [0, 1]);
+    let undated = compared_as(&records, |_| Some(-FIRST_START_NS), true);
+    assert_eq!((kinds(&undated), tests(&undated)), (vec![CaveatKind::StartUnknown], Err(Untested::StartUnknown)));
     let off = compared_as(&records, |number| Some(number << 40), false);
     assert_eq!((kinds(&off), tests(&off)), (vec![CaveatKind::MayHaveBeenOff], Err(Untested::MayHaveBeenOff)));
     let at_once = compared_as(&records, |_| Some(5), true);
