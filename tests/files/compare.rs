@@ -119,7 +119,14 @@ fn of_records_whose_white_noise_folds_differently_none_is_the_quietest() {
         .collect();
     assert!((0.8..=1.0).contains(&(own[0] / own[1])), "one sensor, as far as the factors are known: {own:?}");
     let text = vn100().arg("compare").args([&slow, &fast]).output().unwrap().stdout;
-    assert!(String::from_utf8(text).unwrap().contains("N is not compared"));
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("N is not compared"), "{text}");
+    let said = document["recommended"]["text"].as_str().unwrap();
+    assert!(said.contains("cannot be compared with that of run") && !said.contains("significantly quieter"), "{said}");
+    let short = capture(folder.path(), "short.mcap", &["--duration", "2min", "--message", "VNIMU", "--rate", "40"]);
+    let (document, _) = compare(&[fast, short], &[]);
+    let said = document["recommended"]["text"].as_str().unwrap();
+    assert!(said.contains("significantly quieter") && !said.contains("cannot be compared"), "{said}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn conclusion(all: &[Measured], comparison: &Comparison) -> String {
         .collect();
     parts.extend(white_conclusion(comparison, all.len()));
     parts.extend(means_conclusion(comparison));
-    parts.push(recommendation(comparison.recommended, run_name));
+    parts.push(recommendation(comparison, run_name));
     parts.iter().map(|part| sentence(part)).collect::<Vec<_>>().join(" ")
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn several(
         section id="comparison" {
             h2 { "Comparison" }
             (list(records, captions))
-            p { b { "Which record to use" } ": " (recommendation(comparison.recommended, run_name)) "." }
+            p { b { "Which record to use" } ": " (recommendation(&comparison, run_name)) "." }
             @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat.text.in_words(options.words).trim_end_matches('.'))) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes, captions))

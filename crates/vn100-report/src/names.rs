@@ -3,8 +3,8 @@
 use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::protocol::{Quantity, Tally};
 use vn100_analysis::{
-    Aliasing, ChannelNoise, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, Recommendation, StreamUnknown,
-    Untested, WhiteBudget, WhyNone, WhyUse, WindowFrom,
+    Aliasing, ChannelNoise, Comparison, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, StreamUnknown, Untested,
+    WhiteBudget, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
@@ -322,29 +322,61 @@ pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
 /// Which record to use and why, by the names that `name` gives to places from 0; without a full
 /// stop.
 #[must_use]
-pub fn recommendation(recommended: Result<Recommendation, WhyNone>, name: fn(usize) -> String) -> String {
-    match recommended {
-        Ok(Recommendation { record, why }) => {
-            let why = match why {
-                WhyUse::OnlyUndisturbed => "it is the only undisturbed one",
-                WhyUse::Quietest => "it is undisturbed, and significantly quieter than every other undisturbed one",
-                WhyUse::LongestOfQuiet => {
-                    "it is the longest undisturbed one, and none of the others is significantly quieter"
-                }
-                WhyUse::SmallestOfQuiet => {
-                    "it is undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
-                }
-            };
-            format!("use {}, because {why}", name(record))
-        }
+pub fn recommendation(comparison: &Comparison, name: fn(usize) -> String) -> String {
+    let recommended = match &comparison.recommended {
+        Ok(recommended) => recommended,
         Err(why) => {
             let why = match why {
                 WhyNone::SeveralSensors => "they are of several sensors",
                 WhyNone::AllDisturbed => "each is disturbed or empty",
                 WhyNone::NotRanked => "no undisturbed one has N on every axis",
             };
-            format!("no run is recommended, because {why}")
+            return format!("no run is recommended, because {why}");
         }
+    };
+    let record = recommended.record;
+    let names = |records: &[usize]| records.iter().map(|record| name(*record)).collect::<Vec<_>>().join(", ");
+    let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
+    let is_tested = recommended.untested.is_empty() || tests.any(|test| test.records.contains(&record));
+    let why = match recommended.why {
+        WhyUse::OnlyUndisturbed => "it is the only undisturbed one",
+        WhyUse::Quietest => "it is undisturbed, and significantly quieter than every other undisturbed one",
+        WhyUse::LongestOfQuiet if is_tested => {
+            "it is the longest undisturbed one, and none of the others is significantly quieter"
+        }
+        WhyUse::LongestOfQuiet => "it is the longest undisturbed one",
+        WhyUse::SmallestOfQuiet if is_tested => {
+            "it is undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
+        }
+        WhyUse::SmallestOfQuiet => "it is undisturbed, and none of the others is longer",
+    };
+    let mut text = format!("use {}, {}because {why}", name(record), if is_tested { "" } else { "only " });
+    if !recommended.untested.is_empty() {
+        let mut reasons: Vec<&str> =
+            recommended.untested.iter().map(|other| why_incomparable(comparison, [record, *other])).collect();
+        reasons.sort_unstable();
+        reasons.dedup();
+        let (others, reasons) = (names(&recommended.untested), reasons.join(", or "));
+        text.push_str(&format!("; its N cannot be compared with that of {others}, because {reasons}"));
+    }
+    if !recommended.longer_disturbed.is_empty() && recommended.why != WhyUse::OnlyUndisturbed {
+        text.push_str(&format!("; longer, but disturbed: {}", names(&recommended.longer_disturbed)));
+    }
+    text
+}
+
+/// Why N of two records was not tested.
+fn why_incomparable(comparison: &Comparison, pair: [usize; 2]) -> &'static str {
+    let has = |records: &[usize]| pair.iter().any(|record| records.contains(record));
+    let ranks_both =
+        |ranking: &Ranking| pair.iter().all(|record| ranking.records.iter().any(|ranked| ranked.record == *record));
+    match &comparison.rankings {
+        _ if comparison.same_samples.iter().any(|same| pair.iter().all(|record| same.records.contains(record))) => {
+            "they share samples"
+        }
+        rankings if rankings.iter().any(|ranking| has(&ranking.not_ranked)) => "N is not estimated on every axis",
+        rankings if !rankings.iter().any(ranks_both) => "they have no sensor in common",
+        _ => "aliasing raises it differently",
     }
 }
 
@@ -368,13 +400,18 @@ pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {
             Some(factor) => format!("{} {factor:.2}, {}", name(ranked.record), four_digits(ranked.own())),
-            None => format!("{} not known", name(ranked.record)),
+            None => format!("{} unknown, {} undivided", name(ranked.record), four_digits(ranked.own())),
         })
         .collect();
+    let percent = 100.0 * Onboard::UNCERTAINTY;
+    let factor = match ranking.records.iter().all(|ranked| ranked.white_factor.is_some()) {
+        true => format!("aliasing raises it differently in them, by a factor known to ±{percent:.0} %"),
+        false => format!(
+            "aliasing may raise it differently in them, by a factor unknown in some, and else known to ±{percent:.0} %"
+        ),
+    };
     format!(
-        "N is not compared: aliasing raises it differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by which they \
-         are ordered: {}. Compare records of one rate and averaging window",
-        100.0 * Onboard::UNCERTAINTY,
+        "N is not compared: {factor}. The factor, and N over it, by which they are ordered: {}. Compare records of one rate and averaging window",
         own.join("; ")
     )
 }

@@ -1,18 +1,23 @@
 //! Which of several records of one sensor to use.
 
-use super::{ComparedRecord, Comparison, SameSamples};
+use super::{ComparedRecord, Comparison, Ranking, SameSamples};
 use crate::SharedRows;
 
 /// Relative difference up to which the lengths of two records are the same.
 const SAME_LENGTH: f64 = 0.01;
 
 /// The record to use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recommendation {
     /// The number of the record.
     pub record: usize,
     /// The reason.
     pub why: WhyUse,
+    /// The other undisturbed records whose N could not be tested against that of the record; not
+    /// those whose samples are all in another.
+    pub untested: Vec<usize>,
+    /// The disturbed records that are longer.
+    pub longer_disturbed: Vec<usize>,
 }
 
 /// Why a record is the one to use.
@@ -66,9 +71,9 @@ impl WhyNone {
     }
 }
 
-/// The recommendation: of the undisturbed records with N on every axis those that no other has a
-/// significantly smaller N than, in any sensor; of these the longest; of several as long the one
-/// with the smallest N.
+/// The recommendation: of the undisturbed records with N on every axis of their sensors those that
+/// no other has a significantly smaller N than, in any sensor; of these the longest; of several as
+/// long the one with the smallest N.
 pub(super) fn recommendation(
     comparison: &Comparison,
     records: &[ComparedRecord<'_>],
@@ -87,8 +92,10 @@ pub(super) fn recommendation(
         return Err(WhyNone::AllDisturbed);
     }
     let is_ranked = |record: &usize| {
-        let is_among = |ranked: &[super::RankedRecord]| ranked.iter().any(|ranked| ranked.record == *record);
-        !comparison.rankings.is_empty() && comparison.rankings.iter().all(|ranking| is_among(&ranking.records))
+        let is_among = |ranking: &Ranking| ranking.records.iter().any(|ranked| ranked.record == *record);
+        // another message may lack a sensor
+        let is_unknown = |ranking: &Ranking| ranking.not_ranked.contains(record);
+        comparison.rankings.iter().any(is_among) && !comparison.rankings.iter().any(is_unknown)
     };
     let is_new = |record: &usize| !undisturbed.iter().any(|other| is_part(&comparison.same_samples, *record, *other));
     let candidates: Vec<usize> = undisturbed.iter().copied().filter(is_ranked).filter(is_new).collect();
@@ -111,7 +118,8 @@ pub(super) fn recommendation(
     let longest = quiet.iter().map(|record| length(*record)).fold(0.0, f64::max);
     let long = quiet.iter().copied().filter(|record| length(*record) >= (1.0 - SAME_LENGTH) * longest);
     let long: Vec<usize> = long.collect();
-    let record = long.iter().copied().min_by(|a, b| size(comparison, *a).total_cmp(&size(comparison, *b)));
+    let size = |record: &usize| size(comparison, *record, &long);
+    let record = long.iter().copied().min_by(|a, b| size(a).total_cmp(&size(b)));
     let record = record.ok_or(WhyNone::NotRanked)?;
     let why = match (undisturbed.len(), quiet.len(), long.len()) {
         (1, ..) => WhyUse::OnlyUndisturbed,
@@ -119,12 +127,25 @@ pub(super) fn recommendation(
         (.., 1) => WhyUse::LongestOfQuiet,
         _ => WhyUse::SmallestOfQuiet,
     };
-    Ok(Recommendation { record, why })
+    let is_tested = |other: &usize| {
+        let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
+        tests.any(|test| test.records.contains(&record) && test.records.contains(other))
+    };
+    let is_longer = |other: &usize| is_disturbed(*other) && length(*other) > (1.0 + SAME_LENGTH) * length(record);
+    let others = undisturbed.iter().copied().filter(|other| *other != record).filter(is_new);
+    Ok(Recommendation {
+        record,
+        why,
+        untested: others.filter(|other| !is_tested(other)).collect(),
+        longer_disturbed: (0..records.len()).filter(is_longer).collect(),
+    })
 }
 
-/// N of all sensors together, on a logarithmic scale.
-fn size(comparison: &Comparison, record: usize) -> f64 {
-    let ranked = comparison.rankings.iter().flat_map(|ranking| &ranking.records);
+/// N of all sensors that each of `records` has, together, on a logarithmic scale.
+fn size(comparison: &Comparison, record: usize, records: &[usize]) -> f64 {
+    let has = |ranking: &Ranking, record: usize| ranking.records.iter().any(|ranked| ranked.record == record);
+    let shared = comparison.rankings.iter().filter(|ranking| records.iter().all(|record| has(ranking, *record)));
+    let ranked = shared.flat_map(|ranking| &ranking.records);
     ranked.filter(|ranked| ranked.record == record).map(|ranked| ranked.own().ln()).sum()
 }
 

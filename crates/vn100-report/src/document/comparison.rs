@@ -290,11 +290,11 @@ fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -
 }
 
 fn recommended(comparison: &Comparison) -> RecommendationDocument {
-    let (record, why) = match comparison.recommended {
+    let (record, why) = match &comparison.recommended {
         Ok(recommended) => (Some(recommended.record), recommended.why.name()),
         Err(why) => (None, why.name()),
     };
-    RecommendationDocument { record, why, text: recommendation(comparison.recommended, run_name) }
+    RecommendationDocument { record, why, text: recommendation(comparison, run_name) }
 }
 
 fn of_difference(difference: &MeanDifference, comparison: &Comparison) -> DifferenceDocument {

@@ -7,7 +7,7 @@ use vn100_analysis::{
     Assessment, CaveatKind, ChannelMeans, ComparedRecord, Comparison, Recommendation, Settings, Snapshot, Untested,
     WhyNone, WhyUse,
 };
-use vn100_protocol::{Channel, Quantity, VNIMU, VNYMR};
+use vn100_protocol::{Channel, PACKET_MESSAGES, Quantity, VNIMU, VNYMR};
 
 use super::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
 
@@ -171,7 +171,9 @@ fn records_of_the_same_samples_are_told_so_and_not_tested() {
     assert!(same.rankings.iter().all(|ranking| ranking.tests.is_empty() && ranking.lead().is_none()));
     let shared = same.same_samples[0];
     assert_eq!((shared.records, shared.shared.of_first, shared.shared.of_second), ([0, 1], 1.0, 1.0));
-    assert_eq!(same.recommended, Ok(Recommendation { record: 0, why: WhyUse::LongestOfQuiet }));
+    let recommended =
+        Recommendation { record: 0, why: WhyUse::LongestOfQuiet, untested: vec![], longer_disturbed: vec![] };
+    assert_eq!(same.recommended, Ok(recommended));
     // the second half of the first
     let part = compared(&[record(8000, 0), record(8000, 100)]);
     let text = part.caveats[0].text.to_string();
@@ -201,7 +203,7 @@ fn the_record_to_use_is_undisturbed_quiet_and_long() {
         |channel, sample| if channel.name == "gyro_z" && sample >= 12_000 { 3000.0 } else { 0.0 };
     let disturbed = |seed| Simulated { added: stepped, seed, ..Simulated::default() }.record();
     let recommended = |records: &[(Snapshot, Assessment)]| compared(records).recommended;
-    let used = |record, why| Ok(Recommendation { record, why });
+    let used = |record, why| Ok(Recommendation { record, why, untested: vec![], longer_disturbed: vec![] });
     assert_eq!(recommended(&[disturbed(1), louder.clone()]), used(1, WhyUse::OnlyUndisturbed));
     assert_eq!(recommended(&[disturbed(1), disturbed(2)]), Err(WhyNone::AllDisturbed));
     assert_eq!(recommended(&[louder, quiet(2, 8000)]), used(1, WhyUse::Quietest));
@@ -218,6 +220,20 @@ fn the_record_to_use_is_undisturbed_quiet_and_long() {
     let smaller = usize::from(size(&b) < size(&a));
     assert_eq!(recommended(&[a, b]), used(smaller, WhyUse::SmallestOfQuiet));
     assert_eq!(recommended(&[quiet(2, 3), quiet(3, 3)]), Err(WhyNone::NotRanked));
+    // a longer one is disturbed, or aliases differently
+    let longer_disturbed = recommended(&[quiet(2, 8000), disturbed(1), quiet(3, 4000)]).unwrap();
+    assert_eq!(
+        (longer_disturbed.record, longer_disturbed.longer_disturbed, longer_disturbed.untested),
+        (0, vec![1], vec![])
+    );
+    let settings = Settings { rate_hz: Some(20.0), ..Settings::default() };
+    let slower = Simulated { seed: 4, samples: 8000, settings, ..Simulated::default() }.record();
+    let untested = recommended(&[quiet(2, 8000), slower]).unwrap();
+    assert_eq!((untested.record, untested.why, untested.untested), (1, WhyUse::LongestOfQuiet, vec![0]));
+    // without a magnetometer, and longer
+    let packets = PACKET_MESSAGES[0].layout().unwrap();
+    let without = Simulated { seed: 4, layout: (*packets).clone(), ..Simulated::default() }.record();
+    assert_eq!(recommended(&[quiet(2, 8000), without]).unwrap().record, 1);
 }
 
 #[test]
