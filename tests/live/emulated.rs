@@ -292,6 +292,26 @@ fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
     assert!(number(&whole, "/timing/samples") >= number(&recorded, "/timing/samples") + 40);
 }
 
+/// A replay measures one message: another one behind it would be recorded in vain.
+#[test]
+fn a_recording_is_resumed_with_its_own_message_alone() {
+    let sensor = Sensor::start(&[]);
+    for rotation in [&[][..], &["--rotate", "1h"]] {
+        let recording = sensor.file(&format!("packets-{}.mcap", rotation.len()));
+        let attach = |message: &str| {
+            let mut attach = sensor.command("attach", &["--duration", "1s", "--resume", "--set-message", message]);
+            run(attach.args(rotation).arg("--record").arg(&recording))
+        };
+        assert!(attach("BINARY").status.success());
+        for (message, expected) in [("VNIMU", 1), ("BINARY+MAG", 1), ("BINARY", 0)] {
+            let resumed = attach(message);
+            let error = String::from_utf8(resumed.stderr).unwrap();
+            assert_eq!(resumed.status.code(), Some(expected), "{message}: {error}");
+            assert_eq!(error.contains("holds BINARY, and a replay would not measure"), expected == 1, "{error}");
+        }
+    }
+}
+
 #[test]
 fn a_recording_that_was_resumed_is_replayed_to_its_end_and_nobody_else_resumes_it_meanwhile() {
     let sensor = Sensor::start(&[]);

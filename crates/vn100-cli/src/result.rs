@@ -62,7 +62,9 @@ pub(crate) fn measured(result: SessionResult, is_live: bool) -> Measured {
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
     match *end {
         // the source itself may be fine
-        EndReason::NotStarted(StartError::Recording(_)) => measured.completion = Completion::Failed,
+        EndReason::NotStarted(StartError::Recording(_) | StartError::OtherMessage { .. }) => {
+            measured.completion = Completion::Failed
+        }
         EndReason::NotStarted(StartError::RateUnknown { .. }) => measured.completion = Completion::NotGiven,
         _ => {}
     }

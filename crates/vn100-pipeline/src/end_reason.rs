@@ -1,6 +1,6 @@
 //! Why a session ended.
 
-use std::{error::Error, fmt, io, time::Duration};
+use std::{error::Error, fmt, io, path::PathBuf, time::Duration};
 
 use vn100_analysis::protocol::stream::MessageName;
 use vn100_analysis::timebase::Refusal;
@@ -87,6 +87,19 @@ pub enum StartError {
     /// No recording could be made.
     #[error(transparent)]
     Recording(#[from] RecordError),
+    /// The recording to be resumed holds another message.
+    #[error(
+        "{} holds {recorded}, and a replay would not measure {asked} behind it: record {asked} to another file",
+        path.display()
+    )]
+    OtherMessage {
+        /// The recording.
+        path: PathBuf,
+        /// The message in it.
+        recorded: String,
+        /// The message that the sensor was to be set to.
+        asked: String,
+    },
     /// The sensor could not be set as requested.
     #[error(transparent)]
     Setup(#[from] SetupError),

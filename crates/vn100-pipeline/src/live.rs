@@ -73,6 +73,10 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     // first, so that no setting is changed for a recording that cannot be made
     let recorder = match &spec.recording {
         Some(recording) => {
+            let message = spec.output.as_ref().and_then(|output| output.message.as_deref());
+            if let Err(error) = recording.continues(message).await {
+                return channels.end(not_started(error, &channels));
+            }
             match recording.begin(metadata(&spec.conditions, &spec.settings, source.options.read.measured)).await {
                 Ok(recorder) => Some(recorder),
                 Err(error) => return channels.end(not_started(error, &channels)),

@@ -1,11 +1,22 @@
 //! The recording of a session, with the conditions of the measurement, and when the measurement was
 //! to end. A replay ends there too, although the recording may hold a line more.
 
-use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
+use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 
 use tokio::task;
-use vn100_analysis::{Goal, Settings, protocol::stream::MeasuredFrames};
-use vn100_capture::{RecordError, Recorded, Recorder, RecordingState, Rotation};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{
+    Goal, Settings,
+    protocol::{
+        Layout, MESSAGES, PacketMessage,
+        stream::{MeasuredFrames, ReadOptions},
+    },
+};
+use vn100_capture::{
+    Capture, CaptureOptions, Event, RecordError, Recorded, Recorder, RecordingState, Rotation, part_path,
+};
+
+use crate::end_reason::StartError;
 
 /// Which recording is made.
 #[derive(Debug, Clone)]
@@ -35,6 +46,21 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
+    /// Whether a sensor set to this message continues what the recording to be resumed holds: where
+    /// it sends another one, a replay would not measure what is appended.
+    pub(crate) async fn continues(&self, message: Option<&str>) -> Result<(), StartError> {
+        let Some(asked) = message.and_then(layout_named).filter(|_| self.resume) else { return Ok(()) };
+        let path = self.rotation.map_or_else(|| self.path.clone(), |_| part_path(&self.path, 1));
+        match first_layout(path).await {
+            Some(recorded) if !is_same(&recorded, &asked) => Err(StartError::OtherMessage {
+                path: self.path.clone(),
+                recorded: recorded.message.to_string(),
+                asked: message.unwrap_or_default().to_owned(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Ends the recording. A new recording in which nothing arrived is removed, so that its name is
     /// free for the next.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
@@ -49,6 +75,34 @@ impl RecordingSpec {
         }
         state
     }
+}
+
+/// The layout of a message that a sensor is set to.
+fn layout_named(name: &str) -> Option<Arc<Layout>> {
+    let sentence = MESSAGES.iter().find(|layout| layout.message == name);
+    sentence.map(|layout| Arc::new((*layout).clone())).or_else(|| PacketMessage::named(name)?.layout())
+}
+
+/// The layout by which a replay measures a recording; `None` where it has none or is not there.
+async fn first_layout(path: PathBuf) -> Option<Arc<Layout>> {
+    let capture = task::spawn_blocking(move || Capture::open(path, &CaptureOptions::default())).await.ok()?.ok()?;
+    let measured = recorded_frames(MeasuredFrames::First, capture.recorded.as_ref()?);
+    let stop = CancellationToken::new();
+    let mut events = capture.read(ReadOptions { measured, ..ReadOptions::default() }, stop.clone()).ok()?;
+    let _stop_reading = stop.drop_guard();
+    while let Some(event) = events.recv().await {
+        if let Event::Batch(batch) = event
+            && let Some(layout) = batch.layout
+        {
+            return Some(layout);
+        }
+    }
+    None
+}
+
+fn is_same(recorded: &Layout, asked: &Layout) -> bool {
+    let names = |layout: &Layout| layout.channels.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
+    recorded.message == asked.message && names(recorded) == names(asked)
 }
 
 /// The data time that was to be measured.
