@@ -9,9 +9,9 @@ use super::{link::baud_rate, measure::confidence};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
-    /// Parameter to measure, as in "gyro N ±5%", "gyro B", "gyro K >= 0.5 deg/h^1.5" or "accel B
-    /// >= 0.02 mg", or a limit to decide on, as in "accel B <= 0.04 mg", always with a unit
-    /// [default: a table of the usual ones]
+    /// Parameter to measure, as in "gyro N ±5%", "gyro B" or "gyro K >= 0.5 deg/h^1.5",
+    /// or a limit to decide on, as in "accel B <= 0.04 mg", always with a unit [default: a table of
+    /// the usual ones]
     #[arg(long, value_name = "WANT")]
     pub(crate) want: Vec<Want>,
 
