@@ -11,7 +11,7 @@ use std::{
 
 use vn100_page::Program;
 use vn100_report::{Asked, Evaluation};
-use vn100_serve::{ServeSpec, Server, Words};
+use vn100_serve::{ServeSpec, Server};
 
 /// A test that waits for longer has failed.
 const DEADLOCK: Duration = Duration::from_secs(60);
@@ -80,7 +80,6 @@ fn page() -> SocketAddr {
             host_advice: "",
             sources: Vec::new(),
             evaluation: Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
-            words: Words { remedy: |remedy| remedy.to_string(), end: |_, _, _| None },
             asked: String::new(),
             program: Program { name: "vn100", commit: None },
             confidence: 0.95,
