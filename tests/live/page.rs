@@ -140,6 +140,20 @@ fn every_address_of_the_page_answers() {
 }
 
 #[test]
+fn a_warm_up_is_no_lack_of_samples() {
+    let folder = TempDir::new().unwrap();
+    let file = capture(folder.path(), "still.mcap", &["--message", "VNIMU", "-d", "1min"]);
+    let mut served = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max", "--skip", "30min"]);
+    served.wait_for_the_end();
+    let (_, page) = served.get("/");
+    assert!(page.contains("Warm-up excluded: </b>1 min of 30 min"), "{page}");
+    assert!(page.contains("<div id=\"parameters\"></div>") && !page.contains("No sample yet"), "{page}");
+    assert!(!page.contains("too-short"), "{page}");
+    let (_, style) = served.get("/page.css");
+    assert!(style.contains("div:empty) { display: none; }"), "headings with nothing below them are not shown");
+}
+
+#[test]
 fn what_writes_or_asks_for_another_name_is_refused() {
     let folder = TempDir::new().unwrap();
     let served = replayed(folder.path());

@@ -109,6 +109,12 @@ impl Snapshot {
         self.layout.as_ref().map_or(&[], |layout| &layout.channels)
     }
 
+    /// Whether all samples so far lie in the time excluded at the beginning.
+    #[must_use]
+    pub fn is_in_warm_up(&self) -> bool {
+        self.timing.samples == 0 && self.timing.excluded > 0 && !self.skipped.is_zero()
+    }
+
     /// The channels of the layout, each with its results.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)

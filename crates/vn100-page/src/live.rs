@@ -8,7 +8,7 @@ use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, So
 use vn100_report::{
     History, Record,
     figure::{Figure, Figures, last_minutes},
-    goals::Goals,
+    goals::{Goals, warm_up},
     health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
     names::rejected_lines,
     numbers::{
@@ -182,6 +182,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         @for (fault, cause) in faults { p.warning.problem { b.badge.problem { (fault.name()) } " " (cause) ". " (fault.details()) } }
         @if let Some(error) = error { p.warning.problem { (error) } }
         (glance::rows(rows.into_iter().map(|(name, value)| (name, value.map(|value| with_powers(&value))))))
+        @if let Some(passed) = warm_up(snapshot) { p.goal { b { "Warm-up excluded: " } (passed) } }
         @for goal in goals { p.goal { b { "Goal: " } (goal) } }
     };
     PagePart::new(prefix, "now", content)
@@ -204,7 +205,12 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
         warnings(record, words)
     };
     if is_empty {
-        let waiting = html! { p.absent { "No sample yet." } };
+        // how far it is stands above, where it changes with every sample
+        let waiting = match warm_up(&record.measured.snapshot) {
+            Some(_) => "The warm-up is excluded: the curves begin after it.",
+            None => "No sample yet.",
+        };
+        let waiting = html! { p.absent { (waiting) } };
         // what was there before the measurement was started over
         let others = ["verdicts", "parameters", "axes", "spectrum", "statistics", "datasheet", "marks"];
         let parts = [part("identity", identity), part("cautions", warned), part("allan", waiting)];

@@ -41,6 +41,13 @@ impl Goals {
     }
 }
 
+/// How far the warm-up is, where all data so far lie in it: `17 s of 20 s`; `None` elsewhere.
+#[must_use]
+pub fn warm_up(snapshot: &Snapshot) -> Option<String> {
+    let skip_s = snapshot.skipped.as_secs_f64();
+    snapshot.is_in_warm_up().then(|| format!("{} of {}", time(data_time_s(snapshot).min(skip_s)), span(skip_s, " ")))
+}
+
 /// Data time so far, with what is excluded as warm-up.
 fn data_time_s(snapshot: &Snapshot) -> f64 {
     let (timing, skipped) = (&snapshot.timing, snapshot.skipped);
@@ -93,7 +100,22 @@ fn about(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::Analysis;
+
     use super::*;
+
+    #[test]
+    fn a_warm_up_is_as_far_as_its_samples() {
+        let skip = Duration::from_secs(20);
+        let mut snapshot = Analysis::new(Settings { skip, ..Settings::default() }).snapshot();
+        assert_eq!(warm_up(&snapshot), None, "nothing arrived");
+        snapshot.timing.excluded = 17 * 40;
+        assert_eq!(warm_up(&snapshot).as_deref(), Some("17 s of 20 s"));
+        snapshot.timing.samples = 1;
+        assert_eq!(warm_up(&snapshot), None, "the measurement has begun");
+        (snapshot.timing.samples, snapshot.skipped) = (0, Duration::ZERO);
+        assert_eq!(warm_up(&snapshot), None, "excluded for another reason");
+    }
 
     #[test]
     fn the_remaining_time_is_rounded() {

@@ -193,6 +193,11 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     });
     held.snapshot = snapshot.into();
     check("waiting-held", &one(), &[held]);
+    let mut warming_up = SourceView { phase: SourcePhase::Measuring, link: Some(up()), ..nothing() };
+    let mut snapshot = (*warming_up.snapshot).clone();
+    (snapshot.timing.excluded, snapshot.skipped) = (17 * 40, Duration::from_secs(20));
+    warming_up.snapshot = snapshot.into();
+    check("waiting-warm-up", &one(), &[warming_up]);
     check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
     check("waiting-failed", &one(), &[SourceView { phase: SourcePhase::Ended(Some(error)), ..nothing() }]);

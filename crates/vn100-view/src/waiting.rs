@@ -7,7 +7,7 @@ use ratatui::{
     widgets::{Block, Borders, Padding, Paragraph, Wrap},
 };
 use vn100_driver::LinkState;
-use vn100_report::numbers::plain::grouped;
+use vn100_report::{goals::warm_up, numbers::plain::grouped};
 
 use super::{
     scene::Scene,
@@ -18,9 +18,13 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
     let source = scene.source;
     let selection = scene.state.selection;
     let reads_part = selection.from.is_some() && selection.to.is_some();
-    let (what, why) = match (&source.phase, &source.link) {
-        (SourcePhase::Measuring, None) if reads_part => {
+    let warm_up = warm_up(&source.snapshot);
+    let (what, why) = match (&source.phase, &source.link, &warm_up) {
+        (SourcePhase::Measuring, None, _) if reads_part => {
             (format!("Reading the part of {} between ( and ).", source.name), vec!["0 chooses the whole again."])
+        }
+        (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(passed)) => {
+            (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now."])
         }
         _ => waiting_for(source),
     };
@@ -39,7 +43,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
         .borders(Borders::ALL)
         .border_style(scene.theme.faint())
         .padding(Padding::symmetric(2, 1))
-        .title(" No measurement yet ");
+        .title(if warm_up.is_some() { " Warm-up " } else { " No measurement yet " });
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
 }
 

@@ -367,6 +367,15 @@ fn skipped_time_is_left_out_with_its_gaps() {
 }
 
 #[test]
+fn a_record_in_its_warm_up_is_not_too_short() {
+    let lines: Vec<Line> = (0..80).map(Good).collect();
+    let skipped = |skip| analysed(&lines, 10, Settings { skip, ..Settings::default() });
+    let (within, behind) = (skipped(Duration::from_secs(3)), skipped(Duration::from_millis(1975)));
+    assert_eq!((within.timing.samples, within.timing.excluded, behind.timing.samples), (0, 80, 1));
+    assert!(!warned(&within, WarningKind::TooShort) && warned(&behind, WarningKind::TooShort));
+}
+
+#[test]
 fn too_short_is_what_leaves_the_fourth_octave_less_than_ten_degrees_of_freedom() {
     let is_too_short = |samples: u64| {
         let lines: Vec<Line> = (0..samples).map(|i| Good((7 * i % 11) as i32)).collect();
