@@ -55,6 +55,27 @@ fn every_kind_of_record_fits_and_begins_with_what_may_be_wrong() {
 }
 
 #[test]
+fn what_too_few_samples_cannot_show_is_untested() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "imu.txt", &["--message", "VNIMU", "--duration", "30s"]);
+    let of = |options: &[&str]| {
+        let text = summary(&file, options);
+        let words = ["  data ", "  time ", "  at rest "].map(|aspect| {
+            let line = text.lines().find(|line| line.starts_with(aspect))?;
+            line[aspect.len()..].split_whitespace().next().map(str::to_owned)
+        });
+        (words, text)
+    };
+    let (words, text) = of(&["--rate", "40"]);
+    assert_eq!(words[2].as_deref(), Some("ok"), "{text}");
+    let (words, text) = of(&["--rate", "40", "--duration", "2s"]);
+    assert_eq!(words[2].as_deref(), Some("untested"), "{text}");
+    let (words, text) = of(&["--rate", "40", "--skip", "1min"]);
+    assert_eq!(words.each_ref().map(Option::as_deref), [Some("untested"), None, None], "{text}");
+    assert!(text.contains("warm-up excluded, 30 s of 1 min"), "{text}");
+}
+
+#[test]
 fn the_parameters_are_those_of_the_document_in_the_units_of_data_sheets() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "imu.txt", &["--message", "VNIMU", "--duration", "1h"]);

@@ -49,6 +49,13 @@ fn of_word(status: StatusWord) -> Explanation {
             "Where such a parameter is needed, record the message that the note names.",
             &[],
         ),
+        StatusWord::Untested => (
+            &[],
+            "There are too few samples to test this aspect.",
+            "What would disturb the numbers is not excluded.",
+            "Record longer.",
+            &[],
+        ),
         StatusWord::Ok => (
             &[],
             "No warning of this aspect.",

@@ -14,7 +14,7 @@ fn every_code_warning_and_parameter_is_explained() {
     let wanted = wanted
         .chain(WarningKind::ALL.map(WarningKind::name))
         .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"]);
-    let words = ["CHECK", "PROBLEM", "limited", "MOVED", "ok"].into_iter();
+    let words = ["CHECK", "PROBLEM", "limited", "MOVED", "untested", "ok"].into_iter();
     let messages = MESSAGES.iter().map(|layout| layout.message.to_string());
     let messages = messages.chain(PACKET_MESSAGES.map(|packet| packet.name.into()));
     for code in wanted.chain(words).map(String::from).chain(messages) {

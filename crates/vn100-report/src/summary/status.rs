@@ -3,11 +3,12 @@
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
 use vn100_analysis::timebase::TimebaseSummary;
-use vn100_analysis::{MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
 
 use super::{AspectStatus, Notes};
 use crate::{
     codes::code_of_rate,
+    goals::warm_up,
     measured::Record,
     names::rejected_lines,
     numbers::plain::{counted, grouped, ppm, short},
@@ -96,11 +97,13 @@ pub(crate) enum StatusWord {
     Problem,
     Check,
     Limited,
+    Untested,
     Ok,
 }
 
 impl StatusWord {
-    pub(crate) const ALL: [Self; 5] = [Self::Moved, Self::Problem, Self::Check, Self::Limited, Self::Ok];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Moved, Self::Problem, Self::Check, Self::Limited, Self::Untested, Self::Ok];
 
     const fn of(severity: Option<Severity>, is_moved: bool) -> Self {
         match severity {
@@ -119,6 +122,7 @@ impl StatusWord {
             Self::Problem => "PROBLEM",
             Self::Check => "CHECK",
             Self::Limited => "limited",
+            Self::Untested => "untested",
             Self::Ok => "ok",
         }
     }
@@ -152,13 +156,17 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
             findings.push(("the recording was cut: its file has no end".into(), Vec::new()));
             severity = severity.or(Some(Severity::Caution));
         }
-        if severity.is_none() {
-            findings.extend(undisturbed(aspect, &measured.snapshot).map(|text| (text, Vec::new())));
-        }
+        let untested = untested(aspect, &measured.snapshot, &measured.assessment).filter(|_| severity.is_none());
+        let (severity, word) = match untested {
+            Some(_) => (Some(Severity::Note), StatusWord::Untested),
+            None => (severity, StatusWord::of(severity, is_moved)),
+        };
+        let undisturbed = || undisturbed(aspect, &measured.snapshot).filter(|_| severity.is_none());
+        findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
         if findings.is_empty() {
             continue;
         }
-        let word = StatusWord::of(severity, is_moved).word();
+        let word = word.word();
         statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
     }
     statuses
@@ -210,11 +218,29 @@ fn actions(warning: &Warning, notes: &mut Notes) -> Vec<usize> {
     actions.into_iter().map(|action| notes.place(action)).collect()
 }
 
+/// In a shorter record no warm-up and no slow motion would be found.
+const LEAST_AT_REST_S: f64 = 10.0;
+
+/// Why an aspect could not be tested; `None` where it was.
+fn untested(aspect: Aspect, snapshot: &Snapshot, assessment: &Assessment) -> Option<String> {
+    match aspect {
+        Aspect::Data => warm_up(snapshot).map(|passed| format!("no sample: warm-up excluded, {passed}")),
+        Aspect::AtRest => {
+            let has_signals = snapshot.channels.iter().any(|results| results.signal.is_some());
+            let is_searched = assessment.channels.iter().any(|channel| channel.disturbed.detectable_step.is_some());
+            let is_short = !is_searched || snapshot.timing.duration_s() < LEAST_AT_REST_S;
+            (has_signals && is_short && snapshot.timing.samples > 0)
+                .then(|| "the record is too short to show it".into())
+        }
+        Aspect::Time | Aspect::Message | Aspect::Values => None,
+    }
+}
+
 /// What an aspect without a warning says; `None` for nothing.
 fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
     let timing = &snapshot.timing;
     match aspect {
-        Aspect::Data if timing.samples == 0 => None,
+        Aspect::Data | Aspect::Time | Aspect::AtRest if timing.samples == 0 => None,
         Aspect::Data => {
             let rejected = rejected_lines(&snapshot.link.tally);
             let dropped = match timing.missing_from {
