@@ -160,7 +160,8 @@ fn states_that_cannot_be_kept_cost_the_exit_code_and_nothing_else() {
     assert_eq!(said.matches("cannot keep states in kept").count(), 1, "{said}");
     let left = fs::read_dir(folder.path().join("kept")).unwrap();
     assert!(left.map(|entry| entry.unwrap().path()).all(|path| path.is_dir()), "no part of a file is left");
-    for wrong in [["--state", "in/3.vnimu"], ["-o", "nowhere/out.json"], ["-o", "in/3.vnimu"]] {
+    fs::copy(folder.path().join("in/3.vnimu"), folder.path().join("in/3.csv")).unwrap();
+    for wrong in [["--state", "in/3.vnimu"], ["-o", "nowhere/out.json"], ["-o", "in/3.csv"]] {
         assert_eq!(run(folder.path(), &wrong).1, 1, "{wrong:?}");
     }
 }
@@ -204,6 +205,27 @@ fn an_interrupted_recording_is_marked_and_read_again() {
     assert!(row["error"].as_str().unwrap().contains("interrupted"), "{row}");
     fs::remove_file(&pipe).unwrap();
     assert_eq!(run(folder.path(), &["--state", "kept"]).0, run(folder.path(), &[]).0);
+}
+
+#[test]
+fn exports_beside_the_captures_are_skipped_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("in")).unwrap();
+    capture(&folder.path().join("in"), "a.mcap", &["--message", "VNIMU", "--duration", "30s"]);
+    let forms = ["--export", "csv,json,mcap,lot", "--force", "-q"];
+    let report = vn100().current_dir(folder.path().join("in")).args(["report", "a.mcap"]).args(forms).output().unwrap();
+    assert!(report.status.success(), "{report:?}");
+    let table = ["-o", "in/all.csv"];
+    let (_, exit, said) = run(folder.path(), &table);
+    assert_eq!(exit, 0, "{said}");
+    assert!(said.contains("12 files are exports, no captures, as in/a.allan.csv: skipped"), "{said}");
+    let first = fs::read_to_string(folder.path().join("in/all.csv")).unwrap();
+    assert!(first.lines().skip(1).all(|row| row.starts_with("in/a.mcap,")), "{first}");
+    let (_, exit, said) = run(folder.path(), &table);
+    assert_eq!(exit, 0, "its own table of the run before is no capture: {said}");
+    assert_eq!(fs::read_to_string(folder.path().join("in/all.csv")).unwrap(), first);
+    let (_, exit, said) = run(folder.path(), &["-o", "out.txt"]);
+    assert!(exit == 2 && said.contains("must end in .json") && !folder.path().join("out.txt").exists(), "{said}");
 }
 
 #[test]

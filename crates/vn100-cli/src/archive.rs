@@ -4,7 +4,8 @@
 mod state_folder;
 
 use std::{
-    io::Write,
+    fs::File,
+    io::{Read, Write},
     path::{Path, PathBuf},
     sync::Arc,
     thread,
@@ -17,7 +18,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::State;
 use vn100_capture::captures_below;
 use vn100_pipeline::{EndReason, Session, StartError};
-use vn100_report::{ArchiveDocument, Completion, archive_table, state_of_measured};
+use vn100_report::{ArchiveDocument, Completion, archive_table, is_export, state_of_measured};
 
 use self::state_folder::StateFolder;
 use vn100_words::remedy_words;
@@ -35,9 +36,18 @@ use crate::{
 
 pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure, false)?;
-    let mut files: Vec<PathBuf> = args.files.files.iter().flat_map(|path| captures_below(path)).collect();
+    let (exports, mut files): (Vec<PathBuf>, Vec<PathBuf>) =
+        args.files.files.iter().flat_map(|path| captures_below(path)).partition(|file| {
+            // a file that is named is measured, whatever it is
+            !args.files.files.contains(file) && is_exported(file)
+        });
     files.sort();
     files.dedup();
+    match exports.len() {
+        0 => {}
+        1 => report(&format!("{} is an export, no capture: skipped", exports[0].display())),
+        count => report(&format!("{count} files are exports, no captures, as {}: skipped", exports[0].display())),
+    }
     if files.is_empty() {
         report("no capture is there: in folders they are known by their endings, and a file that is named is one");
     }
@@ -71,6 +81,15 @@ pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
 
 fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+}
+
+/// Whether this program wrote the file from captures.
+fn is_exported(path: &Path) -> bool {
+    let mut beginning = Vec::new();
+    // a pipe is read once, and what cannot be read says why later
+    path.is_file()
+        && File::open(path).and_then(|file| file.take(1024).read_to_end(&mut beginning)).is_ok()
+        && is_export(&beginning)
 }
 
 struct Job {

@@ -44,6 +44,7 @@ pub use export::{
     kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
     lot::lot_table,
     metrics::{MeasuredSource, MetricsForm, metrics_text},
+    own::is_export,
     ros2::{Ros2Error, Ros2Messages, RosFrame, Stamps},
     samples::SampleTable,
     tables::CsvTable,

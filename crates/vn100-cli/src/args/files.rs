@@ -128,7 +128,7 @@ pub(crate) struct ArchiveArgs {
 
     /// Write the document here, ending in .json, or the table, ending in .csv [default: standard
     /// output]
-    #[arg(short, long, help_heading = "Output", value_name = "FILE")]
+    #[arg(short, long, help_heading = "Output", value_name = "FILE", value_parser = document_or_table)]
     pub(crate) output: Option<PathBuf>,
 
     /// Print the table instead of the document: a row for each recording and channel
@@ -149,6 +149,14 @@ pub(crate) struct CompareArgs {
     /// Print one JSON document, and nothing else, on standard output
     #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
+}
+
+fn document_or_table(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().map(|ending| ending.to_ascii_lowercase()) {
+        Some(ending) if ending == "json" || ending == "csv" => Ok(path),
+        _ => Err("it must end in .json, for the document, or .csv, for the table".into()),
+    }
 }
 
 fn yes_or_no(text: &str) -> Result<bool, String> {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::tables::{Table, number};
 use crate::document::archive::{ArchiveDocument, ChannelRow, RecordingRow};
 
-const HEADER: [&str; 27] = [
+pub(super) const HEADER: [&str; 27] = [
     "name",
     "serial",
     "model",

@@ -10,6 +10,9 @@ use crate::{
     units::ChannelValues,
 };
 
+/// The beginning of the header: columns of the identity.
+pub(super) const FIRST_COLUMNS: &str = "capture,stream,sha256,model,serial_number,firmware,started_utc,";
+
 /// The sensor by its short name, and of each parameter the letter and the unit.
 type SensorColumns = (&'static str, Sensor, &'static [(&'static str, Term, &'static str)]);
 

@@ -42,6 +42,23 @@ impl CsvTable {
     ];
 }
 
+const ALLAN: &str = "channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha,fitted";
+const STATISTICS: &str = "channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution";
+const PARAMETERS: &str = "channel,parameter,status,value,lower,upper,unit,p,sides,is_si";
+const FIT: &str = "channel,tau_min_s,tau_max_s,chi2,dof,p";
+const VERDICTS: &str = "channel,parameter,verdict,datasheet,figure,claim,measured,measured_lower,measured_upper,expected_low,expected_high,unit,text";
+const WARNINGS: &str = "kind,severity,channels,headline,details";
+pub(super) const METADATA: &str = "name,value";
+/// The beginning of its first row.
+pub(super) const METADATA_ROW: &str = "capture,";
+const SPECTRUM: &str = "channel,unit,frequency_hz,psd_one_sided";
+const SEGMENTS: &str = "channel,unit,start_s,duration_s,count,mean,std,min,max";
+const HISTOGRAM: &str = "channel,unit,from,to,count";
+
+/// Of all tables.
+pub(super) const HEADERS: [&str; 10] =
+    [ALLAN, STATISTICS, PARAMETERS, FIT, VERDICTS, WARNINGS, METADATA, SPECTRUM, SEGMENTS, HISTOGRAM];
+
 pub(super) struct Table(pub(super) String);
 
 impl Table {
@@ -80,7 +97,7 @@ pub(super) fn number(value: Option<f64>) -> String {
 }
 
 fn allan(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha,fitted");
+    let mut table = Table::new(ALLAN);
     for channel in &record.channels {
         for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha, fitted } in &channel.deviations {
             let (m, terms, alpha) = (Some(m as f64), Some(terms as f64), alpha.map(f64::from));
@@ -92,7 +109,7 @@ fn allan(record: &Record<'_>) -> String {
 }
 
 fn statistics(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution");
+    let mut table = Table::new(STATISTICS);
     for channel in &record.channels {
         let ChannelValues { mean, std, min, max, skewness, excess_kurtosis, .. } = *channel;
         let (count, resolution) = (Some(channel.count as f64), Some(channel.resolution));
@@ -108,7 +125,7 @@ fn statistics(record: &Record<'_>) -> String {
 
 /// Each parameter in every unit in use, the SI unit first.
 fn parameters(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit,p,sides,is_si");
+    let mut table = Table::new(PARAMETERS);
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
         let mut rows = |name: &str, parameter: Option<Parameter>, conventions: &[Convention]| {
@@ -149,7 +166,7 @@ fn graphical(table: &mut Table, channel: &ChannelValues, noise: &ChannelNoise) {
 }
 
 fn fit(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,tau_min_s,tau_max_s,chi2,dof,p");
+    let mut table = Table::new(FIT);
     for channel in &record.channels {
         let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit.quality) else { continue };
         let values = [quality.tau_min_s, quality.tau_max_s, quality.chi2, quality.dof as f64, quality.p];
@@ -161,9 +178,7 @@ fn fit(record: &Record<'_>) -> String {
 }
 
 fn verdicts(record: &Record<'_>) -> String {
-    let mut table = Table::new(
-        "channel,parameter,verdict,datasheet,figure,claim,measured,measured_lower,measured_upper,expected_low,expected_high,unit,text",
-    );
+    let mut table = Table::new(VERDICTS);
     let datasheet = record.measured.verdicts.as_ref().map_or("", |verdicts| &verdicts.datasheet);
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
@@ -196,7 +211,7 @@ fn verdicts(record: &Record<'_>) -> String {
 }
 
 fn warnings(record: &Record<'_>, words: RemedyWords) -> String {
-    let mut table = Table::new("kind,severity,channels,headline,details");
+    let mut table = Table::new(WARNINGS);
     for warning in record.measured.warnings() {
         let (channels, details) = (warning.channels.join(" "), warning.details.in_words(words));
         table.row(&[warning.kind.name(), warning.severity.name(), &channels, &warning.headline, &details]);
@@ -233,13 +248,13 @@ pub(super) fn identity(record: &Record<'_>) -> Vec<(&'static str, String)> {
 }
 
 fn metadata(record: &Record<'_>) -> String {
-    let mut table = Table::new("name,value");
+    let mut table = Table::new(METADATA);
     identity(record).iter().for_each(|(name, value)| table.row(&[name, value]));
     table.0
 }
 
 fn spectrum(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,frequency_hz,psd_one_sided");
+    let mut table = Table::new(SPECTRUM);
     for channel in &record.channels {
         let unit = format!("({})^2/Hz", channel.unit);
         let density = channel.signal.as_ref().and_then(|signal| signal.density.as_ref());
@@ -251,7 +266,7 @@ fn spectrum(record: &Record<'_>) -> String {
 }
 
 fn segments(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,start_s,duration_s,count,mean,std,min,max");
+    let mut table = Table::new(SEGMENTS);
     for channel in &record.channels {
         for block in channel.signal.iter().flat_map(|signal| &signal.blocks) {
             let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
@@ -265,7 +280,7 @@ fn segments(record: &Record<'_>) -> String {
 }
 
 fn histogram(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,from,to,count");
+    let mut table = Table::new(HISTOGRAM);
     for channel in &record.channels {
         let Some(bars) = &channel.bars else { continue };
         for (index, count) in bars.counts.iter().enumerate() {
