@@ -126,9 +126,9 @@ impl fmt::Display for EndReason {
         match self {
             Self::NotStarted(error) => error.fmt(f),
             Self::SourceFailed(error) => error.fmt(f),
-            Self::SourceEnded | Self::DurationReached | Self::GoalsDecided => {
-                f.write_str("end of the source, or duration reached")
-            }
+            Self::SourceEnded => f.write_str("end of the source"),
+            Self::DurationReached => f.write_str("duration reached"),
+            Self::GoalsDecided => f.write_str("goals decided"),
             Self::Stopped | Self::NoMeasurement => f.write_str("stopped"),
             Self::OtherMessages { .. } => f.write_str("the sensor sends another message"),
             Self::OtherRate(_) => f.write_str("the sensor sends at another rate"),
@@ -146,12 +146,11 @@ mod tests {
     fn a_recording_says_why_it_ended() {
         let change = RateChange { after_samples: 1, from_hz: 200.0, to_hz: 40.0 };
         let other = EndReason::OtherMessages { message: "VNYMR".into(), other: None, rate_hz: None };
-        let whole = "end of the source, or duration reached";
         for (reason, text) in [
             (EndReason::NotStarted(StartError::Stopped), "not read, interrupted"),
-            (EndReason::SourceEnded, whole),
-            (EndReason::DurationReached, whole),
-            (EndReason::GoalsDecided, whole),
+            (EndReason::SourceEnded, "end of the source"),
+            (EndReason::DurationReached, "duration reached"),
+            (EndReason::GoalsDecided, "goals decided"),
             (EndReason::Stopped, "stopped"),
             (EndReason::NoMeasurement, "stopped"),
             (EndReason::SourceFailed(io::Error::other("unplugged")), "unplugged"),

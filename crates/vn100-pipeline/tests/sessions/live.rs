@@ -179,7 +179,7 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     let recording = result.recording.unwrap();
     assert!(recording.ended && recording.error.is_none() && recording.bytes >= 120 * LINE.len() as u64);
     assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
-    assert_eq!(reason(&recording.path), "end of the source, or duration reached");
+    assert_eq!(reason(&recording.path), "duration reached");
     let replay = Session::replay(ReplaySpec::of(recording.path)).result.await.unwrap();
     assert!(matches!(*replay.end, EndReason::DurationReached));
     assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
