@@ -106,7 +106,7 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
         tbody {
             (in_units(axes, temperature_conventions(sensor), html! { "temperature coefficient of the bias" }, of))
             @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
-                (row(axes, "lag behind the temperature", "s", |noise| found(noise).as_ref().map(lag_text)))
+                (row(axes, "lag behind the temperature", "s", |noise| lag_text(noise.temperature.as_ref()?)))
                 (row(axes, "p without it", "", |noise| found(noise).map(|found| p_value(found.p))))
                 (row(axes, "its largest share of the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
             }

@@ -1,6 +1,6 @@
 //! The temperature coefficient of the bias, for tables.
 
-use vn100_analysis::noise::{Parameter, TemperatureCoefficient};
+use vn100_analysis::noise::Parameter;
 use vn100_analysis::{AxisTemperature, Detrend};
 
 use crate::{codes::status_of_temperature, numbers::plain::short};
@@ -19,11 +19,14 @@ pub fn coefficient_parameter(temperature: &AxisTemperature) -> Parameter {
     }
 }
 
-/// The most likely lag and its range, in seconds, as text.
+/// The most likely lag and its range, in seconds, as text; `None` where the record does not show
+/// it: without a significant coefficient, or where the range reaches the longest lag searched.
 #[must_use]
-pub fn lag_text(found: &TemperatureCoefficient) -> String {
+pub fn lag_text(temperature: &AxisTemperature) -> Option<String> {
+    let found = temperature.coefficient.ok().filter(|found| temperature.is_proved && !found.is_lag_open)?;
     let seconds = |lag_s: f64| short(if lag_s < 10.0 { (10.0 * lag_s).round() / 10.0 } else { lag_s.round() });
-    format!("{} ({} to {})", seconds(found.lag_s), seconds(found.lag_range_s.0), seconds(found.lag_range_s.1))
+    let (from_s, to_s) = found.lag_range_s;
+    Some(format!("{} ({} to {})", seconds(found.lag_s), seconds(from_s), seconds(to_s)))
 }
 
 /// The largest share of the temperature in the variance of an octave, in percent, as text; `None`
@@ -40,5 +43,32 @@ pub const fn detrend_name(detrend: Detrend) -> &'static str {
     match detrend {
         Detrend::Line => "linear",
         Detrend::Temperature => "temperature",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::noise::TemperatureCoefficient;
+
+    use super::*;
+
+    #[test]
+    fn a_lag_that_the_record_does_not_show_is_not_printed() {
+        let of = |is_proved, is_lag_open| {
+            let (lag_s, lag_range_s) = (22.0, (3.04, 48.0));
+            let found =
+                TemperatureCoefficient { value: 1.0, lower: 0.5, upper: 1.5, lag_s, lag_range_s, is_lag_open, p: 1e-4 };
+            lag_text(&AxisTemperature {
+                excursion_c: Some(3.0),
+                correlation_with_time: Some(0.1),
+                is_polled: false,
+                coefficient: Ok(found),
+                is_proved,
+                is_removed: false,
+                deviations: Vec::new(),
+            })
+        };
+        assert_eq!(of(true, false).as_deref(), Some("22 (3 to 48)"));
+        assert_eq!([of(false, false), of(true, true)], [None, None]);
     }
 }

@@ -93,6 +93,8 @@ pub struct TemperatureCoefficient {
     pub lag_s: f64,
     /// The lags that the record does not exclude at the same level, in seconds.
     pub lag_range_s: (f64, f64),
+    /// The longest lag that is searched is not excluded: the range may be wider.
+    pub is_lag_open: bool,
     /// Probability that noise without any influence of the temperature would show as much, the
     /// search for the lag allowed for.
     pub p: f64,
@@ -190,7 +192,8 @@ impl TemperatureSearch {
         let (value, lower, upper) = (value?, lower?, upper?);
         let (lag_s, lag_range_s) = lags(&candidates, &regressors_now, risk)?;
         let (lower, upper) = (lower.min(upper), lower.max(upper));
-        Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, p })
+        let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
+        Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p })
     }
 
     /// The temperature with lags from `from` to `to`, see [`log_lag`].

@@ -186,7 +186,7 @@ fn write_temperature(out: &mut String, group: &[AxisNoise<'_>]) -> fmt::Result {
     let found = |axis: &Option<AxisTemperature>| axis.as_ref()?.coefficient.ok();
     if all.iter().any(|axis| found(axis).is_some()) {
         let cell = |text: Option<String>| text.unwrap_or_else(|| "-".into());
-        row(out, "  lag (s)", &all, |axis| cell(found(axis).as_ref().map(lag_text)))?;
+        row(out, "  lag (s)", &all, |axis| cell(axis.as_ref().and_then(lag_text)))?;
         row(out, "  p without it", &all, |axis| cell(found(axis).map(|found| p_value(found.p))))?;
         row(out, "  largest share, %", &all, |axis| cell(axis.as_ref().and_then(share_text)))?;
     }

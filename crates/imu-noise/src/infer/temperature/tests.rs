@@ -70,6 +70,7 @@ fn a_coefficient_is_found_with_its_lag() {
             held += usize::from(found.lower < 0.2 && 0.2 < found.upper);
             let (shortest, longest) = found.lag_range_s;
             assert!(shortest <= lag_s && lag_s <= longest && longest - shortest < 60.0, "{found:?}");
+            assert!(!found.is_lag_open, "{found:?}");
         }
         assert!(held >= 7, "{held} of 8 behind {lag_s} s");
     }
@@ -80,6 +81,7 @@ fn an_axis_that_does_not_follow_has_an_interval_about_zero() {
     let found: Vec<_> = (1..=20).map(|seed| SyntheticRecord::new(900, cycle, 0.0, 0.0, seed).coefficient()).collect();
     assert!(found.iter().filter(|found| found.lower < 0.0 && 0.0 < found.upper).count() >= 18);
     assert!(found.iter().filter(|found| found.p < 0.05).count() <= 3);
+    assert!(found.iter().filter(|found| found.is_lag_open).count() >= 15, "nothing shows the lag");
 }
 
 #[test]
