@@ -11,7 +11,7 @@ use vn100_report::{
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
-    units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, pretty_unit},
+    units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, not_normal, pretty_unit},
 };
 
 use crate::{
@@ -27,6 +27,7 @@ pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
         let time = figures.times.iter().find(|figure| ends(figure, "time"));
         time.into_iter().chain(figures.histograms.iter().find(|figure| ends(figure, "histogram"))).collect::<Vec<_>>()
     };
+    let not_normal = not_normal(&record.channels);
     html! {
         p { "Time plots: the range of the samples in each of at most 96 blocks, one standard deviation on either side of their mean, and the mean; gaps are open. Histograms: the normal curve has the same mean, standard deviation and area [7]." }
         @for quantity in QUANTITIES {
@@ -35,8 +36,8 @@ pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
             @if !channels.is_empty() {
                 @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
                 h3 { (name) ", " (pretty_unit(&channels[0].unit)) }
-                (values(&channels, norm, &captions.table(&format!("{name}: descriptive statistics"))))
-                @for sentence in sentences(quantity, &channels, norm) { p { (sentence) } }
+                (values(&channels, norm, &not_normal, &captions.table(&format!("{name}: descriptive statistics"))))
+                @for sentence in sentences(quantity, &channels, norm, &not_normal) { p { (sentence) } }
                 @let drawn: Vec<&Figure> = channels.iter().flat_map(|channel| of_channel(channel)).collect();
                 @if !drawn.is_empty() { (grid(drawn, captions)) }
             } @else if quantity == Quantity::Temperature {
@@ -49,19 +50,20 @@ pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
 
 /// The tables alone.
 pub(crate) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
+    let not_normal = not_normal(&record.channels);
     html! {
         @for quantity in QUANTITIES {
             @let channels = record.of(quantity);
             @let name = names_of(quantity).title;
             @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
             @if let Some(first) = channels.first() {
-                (values(&channels, norm, &captions.table(&format!("{name}, {}", pretty_unit(&first.unit)))))
+                (values(&channels, norm, &not_normal, &captions.table(&format!("{name}, {}", pretty_unit(&first.unit)))))
             }
         }
     }
 }
 
-fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, caption: &Markup) -> Markup {
+fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, not_normal: &[&str], caption: &Markup) -> Markup {
     let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {
         @for channel in channels {
@@ -74,7 +76,7 @@ fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, caption: &Mark
                 fixed(channel.max, decimals),
                 fixed(channel.skewness, 3),
                 fixed(channel.excess_kurtosis, 3),
-                normality(channel).into(),
+                normality(channel, not_normal).into(),
             ]))
         }
         @if let Some(norm) = norm {
@@ -92,16 +94,21 @@ fn fixed(value: Option<f64>, decimals: usize) -> String {
     value.map_or(NOTHING.into(), |value| format!("{value:.decimals$}").replace('-', "−"))
 }
 
-fn normality(channel: &ChannelValues) -> &'static str {
+fn normality(channel: &ChannelValues, not_normal: &[&str]) -> &'static str {
     match channel.signal.as_ref().and_then(|signal| signal.normality) {
         None => NOTHING,
-        Some(Ok(normality)) if normality.is_consistent() => "consistent",
+        Some(Ok(_)) if !not_normal.contains(&&*channel.name) => "consistent",
         Some(Ok(_)) => "no",
         Some(Err(_)) => "not tested",
     }
 }
 
-fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&NormValues>) -> Vec<String> {
+fn sentences(
+    quantity: Quantity,
+    channels: &[&ChannelValues],
+    norm: Option<&NormValues>,
+    not_normal: &[&str],
+) -> Vec<String> {
     let mut sentences = Vec::new();
     let of_mean = norm.and_then(|norm| norm.of_mean);
     sentences.extend(match quantity {
@@ -140,11 +147,11 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         let reason = channel.signal.as_ref()?.normality?.err()?;
         Some(format!("{}: normality not tested: {reason}.", channel.name))
     }));
-    let not_normal = channels.iter().filter(|channel| normality(channel) == "no");
-    let not_normal: Vec<&str> = not_normal.map(|channel| channel.name.as_str()).collect();
+    let not_normal: Vec<&str> =
+        channels.iter().map(|channel| &*channel.name).filter(|name| not_normal.contains(name)).collect();
     if !not_normal.is_empty() {
         sentences.push(format!(
-            "Skewness or kurtosis of {} is significantly non-zero (p < 0.01): vibration, motion or a disturbance, not sensor noise alone.",
+            "Skewness or kurtosis of {} is significantly non-zero (p < 0.01, all axes of the record together): it may be vibration, motion or a disturbance beside the noise of the sensor.",
             not_normal.join(", ")
         ));
     }

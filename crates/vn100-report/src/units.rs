@@ -3,7 +3,7 @@
 use serde::Serialize;
 use vn100_analysis::noise::{
     Block, Density, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine, Term,
-    conventions, counts_to_unit,
+    conventions, counts_to_unit, holm,
 };
 use vn100_analysis::protocol::{Channel, Quantity};
 use vn100_analysis::{
@@ -224,6 +224,20 @@ pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
     snapshot.magnitudes.iter().map(norm).collect()
 }
 
+/// The names of the channels whose values are not normally distributed, by all tests of the record
+/// together (Holm): true of one normal record in a hundred.
+#[must_use]
+pub fn not_normal(channels: &[ChannelValues]) -> Vec<&str> {
+    let tested = |channel: &ChannelValues| channel.signal.as_ref()?.normality?.ok().map(|normality| normality.p());
+    rejected(channels.iter().filter_map(|channel| Some((channel.name.as_str(), tested(channel)?))))
+}
+
+fn rejected<'a>(tested: impl Iterator<Item = (&'a str, f64)>) -> Vec<&'a str> {
+    const RISK: f64 = 0.01;
+    let (names, p): (Vec<&str>, Vec<f64>) = tested.unzip();
+    names.into_iter().zip(holm(&p)).filter(|(_, p)| *p < RISK).map(|(name, _)| name).collect()
+}
+
 /// The SI unit of a noise parameter.
 #[must_use]
 pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
@@ -381,6 +395,14 @@ pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<Vec<&OctaveTest>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_of_several_tests_is_held_to_what_all_of_them_may_show() {
+        let rejected = |p: [f64; 3]| rejected(["x", "y", "z"].into_iter().zip(p));
+        assert_eq!(rejected([0.005, 0.5, 0.5]), [""; 0]);
+        assert_eq!(rejected([0.003, 0.5, 0.5]), ["x"]);
+        assert_eq!(rejected([0.003, 0.009, 0.004]), ["x", "y", "z"]);
+    }
 
     #[test]
     fn one_count_shows_in_the_unit_it_was_converted_to() {

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::accumulate::moments::Moments;
 use crate::accumulate::signal::ChannelSignal;
+use crate::infer::chi_squared::normal_above;
 
 /// Fewest effective samples: below, the standard errors, which hold for many, do not.
 const MIN_EFFECTIVE: f64 = 1000.0;
@@ -122,5 +123,14 @@ impl Normality {
     pub fn is_consistent(&self) -> bool {
         self.skewness.abs() <= CRITICAL * self.skewness_error
             && self.excess_kurtosis.abs() <= CRITICAL * self.excess_kurtosis_error
+    }
+
+    /// The probability that normal values would show as much skewness or excess kurtosis.
+    #[must_use]
+    pub fn p(&self) -> f64 {
+        let beyond =
+            (self.skewness.abs() / self.skewness_error).max(self.excess_kurtosis.abs() / self.excess_kurtosis_error);
+        // two-sided, of two figures
+        (4.0 * normal_above(beyond)).min(1.0)
     }
 }

@@ -19,6 +19,7 @@ fn normal_records_are_consistent_as_often_as_stated() {
             let judged = judge(&rounded(&correlated(&white, correlation), std_counts)).unwrap();
             skewness2 += (judged.skewness / judged.skewness_error).powi(2) / f64::from(records);
             kurtosis2 += (judged.excess_kurtosis / judged.excess_kurtosis_error).powi(2) / f64::from(records);
+            assert_eq!(judged.is_consistent(), judged.p() > 0.01, "{judged:?} {}", judged.p());
             inconsistent += usize::from(!judged.is_consistent());
         }
         // four standard deviations of a mean of 300 squares; 3 are expected

@@ -9,7 +9,7 @@ use vn100_protocol::Quantity;
 use vn100_report::{
     names::{NEUTRAL_SERIES, deviation_name, names_of},
     numbers::plain::short,
-    units::{BlockValues, ChannelValues, EARTH_RATE_RAD_S, Point, fitted, norm_values},
+    units::{BlockValues, ChannelValues, EARTH_RATE_RAD_S, Point, fitted, norm_values, not_normal},
 };
 
 use super::{COLUMN, fill};
@@ -75,11 +75,12 @@ const PARTS: usize = 8;
 /// Skewness and excess kurtosis, and whether the values may be normal.
 pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     writeln!(out, "\n{:<13}{:>8}{:>9}  Gaussian?", "distribution", "skew", "kurtosis")?;
+    let not_normal = not_normal(channels);
     for channel in channels {
         let shape =
             |value: Option<f64>, decimals: usize| value.map_or("-".into(), |value| format!("{value:+.decimals$}"));
         let normal = match channel.signal.as_ref().and_then(|signal| signal.normality) {
-            Some(Ok(normality)) if normality.is_consistent() => "consistent".into(),
+            Some(Ok(_)) if !not_normal.contains(&&*channel.name) => "consistent".into(),
             Some(Ok(normality)) => format!(
                 "rejected (skewness {:.0}σ, kurtosis {:.0}σ)",
                 (normality.skewness / normality.skewness_error).abs(),
