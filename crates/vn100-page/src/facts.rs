@@ -12,7 +12,11 @@ use vn100_analysis::{Detrend, MissingFrom, RateFrom, Snapshot};
 use vn100_report::{
     Record, RecordingDocument,
     names::echoes,
-    numbers::{duration, grouped, plain::time, trimmed},
+    numbers::{
+        duration, grouped,
+        plain::{counted, time},
+        trimmed,
+    },
     printable,
 };
 
@@ -245,7 +249,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         fact("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
         or_not_recorded("Measured rate", measured),
         or_not_recorded("Interarrival times", steps),
-        fact("Dropped samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
+        fact("Dropped samples", format!("{}, {by}", dropped(timing.missing, timing.gaps))),
         fact("Segments", timing.segments.to_string()),
         fact(
             "Excluded",
@@ -297,6 +301,10 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
     ]
 }
 
+fn dropped(missing: u64, gaps: u64) -> String {
+    format!("{} in {}", grouped(missing), counted(gaps, "gap"))
+}
+
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
@@ -336,18 +344,9 @@ pub(crate) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
 fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
     let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
-    let clock = match (snapshot.timing.rate_from, snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm)) {
-        (RateFrom::Assumed, _) => "sample rate assumed, not traceable".to_owned(),
-        (_, Some(ppm)) => {
-            format!(
-                "clock of the host, {} ppm from the nominal rate; its own tolerance is not verified",
-                trimmed(ppm, 1)
-            )
-        }
-        (_, None) => "nominal rate of the sensor, not verified without arrival times".to_owned(),
-    };
+    let offset_ppm = snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm);
     vec![
-        fact("Time", clock),
+        fact("Time", clock(snapshot.timing.rate_from, offset_ppm)),
         fact("Scale factor", "not verified: a record at rest does not show it"),
         fact(
             "Coverage",
@@ -363,6 +362,21 @@ fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
         fact("Program", format!("{}, commit {}", options.program.name, options.program.commit.unwrap_or(NOT_RECORDED))),
         or_not_recorded("SHA-256 of the capture", facts.file.as_ref().map(|file| file.sha256.clone())),
     ]
+}
+
+/// What the rate and all averaging times rest on.
+fn clock(rate_from: RateFrom, offset_ppm: Option<f64>) -> String {
+    // the times of packets are the sensor's own
+    let clock = if rate_from == RateFrom::DeviceTime { "sensor" } else { "host" };
+    match offset_ppm {
+        _ if rate_from == RateFrom::Assumed => "sample rate assumed, not traceable".into(),
+        Some(ppm) => format!(
+            "clock of the {clock}, {} ppm from the nominal rate; its own tolerance is not verified",
+            trimmed(ppm, 1)
+        ),
+        None if rate_from == RateFrom::DeviceTime => "clock of the sensor; its own tolerance is not verified".into(),
+        None => "nominal rate of the sensor, not verified without arrival times".into(),
+    }
 }
 
 const OPEN: &str = "............................................";
@@ -424,7 +438,7 @@ pub(crate) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
         ),
         fact(
             "Conventions",
-            "N is two-sided, as data sheets and Kalibr print it; a one-sided amplitude density is √2 N. B is the flat part of the curve over 0.664",
+            "N is two-sided, as Kalibr takes it; data sheets print two-sided or one-sided densities, and one-sided N is √2 times as large. B is the flat part of the curve over 0.664",
         ),
         fact("Options", asked),
     ]
@@ -433,6 +447,20 @@ pub(crate) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_clock_is_the_one_of_the_times_and_a_single_gap_is_one_gap() {
+        let host = "clock of the host, 3 ppm from the nominal rate; its own tolerance is not verified";
+        for (from, ppm, said) in [
+            (RateFrom::Device, Some(3.0), host),
+            (RateFrom::DeviceTime, Some(3.0), &host.replace("host", "sensor")),
+            (RateFrom::DeviceTime, None, "clock of the sensor; its own tolerance is not verified"),
+            (RateFrom::Assumed, Some(3.0), "sample rate assumed, not traceable"),
+        ] {
+            assert_eq!(clock(from, ppm), said);
+        }
+        assert_eq!([1, 2].map(|gaps| dropped(1234, gaps)), ["1\u{202f}234 in 1 gap", "1\u{202f}234 in 2 gaps"]);
+    }
 
     #[test]
     fn registers_are_given_with_their_meaning_and_as_printed() {

@@ -173,7 +173,7 @@ pub(super) fn not_tested(findings: &Findings) -> Vec<String> {
         texts.push("The sensor's settings: the record does not contain its registers, so averaging window, calibration and filter modes are unknown.".into());
     }
     if !findings.has_conditions {
-        texts.push("The conditions: place, mounting, temperature and supply were not recorded.".into());
+        texts.push("The conditions: place, mounting, ambient temperature and supply were not recorded.".into());
     }
     texts
 }
@@ -239,7 +239,7 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
                 .any(|parameter| matches!(parameter.status, Status::Bounded | Status::NotObservable))
         });
     if unseen || findings.timing.duration_s() < 3.0 * 3600.0 {
-        advice.push("Record longer: N is known to a few percent after minutes; bias instability needs an hour or more, rate random walk many hours at constant temperature.".into());
+        advice.push(format!("Record longer, at a constant temperature: N is known to a few percent after minutes; bias instability needs ten minutes to hours, the longer the lower it is, rate random walk hours to days. `{}` says how long.", words(&Remedy::Plan)));
     }
     if is_ours && (!findings.has_stamps || !findings.has_registers || !findings.has_conditions) {
         advice.push(format!("Record with `{}`: it stores arrival times, registers, temperature and conditions, which this record lacks in part.", words(&Remedy::Record)));

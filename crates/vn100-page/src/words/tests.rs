@@ -199,8 +199,21 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
             findings.sensors[0].axes[1].quality.as_mut().unwrap().tau_min_s = 0.8;
             findings.warnings.push(WarningKind::VibrationLine);
         },
-        &["gyro_y 18.4 Hz (41 %)", "gyro_y below 0.8 s", "Remove the 18.4 Hz vibration source"],
+        &[
+            "gyro_y 18.4 Hz (41 %)",
+            "below 0.8 s on gyro_y: N excludes the vibration",
+            "Remove the 18.4 Hz vibration source",
+        ],
     );
+    changes(
+        |findings| {
+            for axis in &mut findings.sensors[0].axes {
+                axis.quality.as_mut().unwrap().tau_min_s = 0.8;
+            }
+        },
+        &["No spectral peak was found.", "below 0.8 s on gyro_x and gyro_y: averaging and low pass within the sensor"],
+    );
+    changes(|findings| findings.timing.missing_from = MissingFrom::DeviceTime, &["judged by device time"]);
     changes(
         |findings| {
             findings.sensors[0].axes[0].disturbances = 2;

@@ -1,9 +1,9 @@
 //! How far the numbers can be trusted.
 
 use vn100_analysis::noise::{Parameter, Status};
-use vn100_analysis::{RateFrom, Timing, WarningKind};
+use vn100_analysis::{MissingFrom, RateFrom, Timing, WarningKind};
 use vn100_report::{
-    numbers::{digits, grouped, trimmed},
+    numbers::{digits, grouped, plain::counted, trimmed},
     units::pretty_unit,
 };
 
@@ -53,7 +53,7 @@ fn time_base(findings: &Findings) -> Option<String> {
 }
 
 fn losses(findings: &Findings) -> Option<String> {
-    let Timing { samples, missing, gaps, .. } = findings.timing;
+    let Timing { samples, missing, missing_from, gaps, .. } = findings.timing;
     if samples < 2 {
         return None;
     }
@@ -64,7 +64,12 @@ fn losses(findings: &Findings) -> Option<String> {
             grouped(samples)
         ),
         0 if findings.has_stamps => {
-            format!("No sample was dropped among {}, judged by arrival times.", grouped(samples))
+            let by = match missing_from {
+                MissingFrom::DeviceTime => "device time",
+                MissingFrom::Counter => "the row counter",
+                MissingFrom::Arrival | MissingFrom::RejectedRows => "arrival times",
+            };
+            format!("No sample was dropped among {}, judged by {by}.", grouped(samples))
         }
         0 => format!(
             "No line was rejected among {} samples; entirely missing lines cannot be detected without arrival times.",
@@ -75,7 +80,7 @@ fn losses(findings: &Findings) -> Option<String> {
              excluded.",
             grouped(missing),
             grouped(samples + missing),
-            if gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
+            counted(gaps, "gap")
         ),
     };
     Some(if missing > 0 && findings.outages.times > 0 {
@@ -112,13 +117,7 @@ fn vibration(findings: &Findings) -> Option<String> {
             Some(format!("{} {hz:.1} Hz ({percent} %)", axis.name))
         })
         .collect();
-    let trimmed_fits: Vec<String> = (findings.axes())
-        .filter_map(|axis| {
-            let (first, quality) = (axis.first_tau_s?, axis.quality?);
-            (quality.tau_min_s > 1.5 * first)
-                .then(|| format!("{} below {} s", axis.name, trimmed(quality.tau_min_s, 3)))
-        })
-        .collect();
+    let trimmed_fits = trimmed_fits(findings);
     if shaken.is_empty() && trimmed_fits.is_empty() {
         return None;
     }
@@ -130,12 +129,29 @@ fn vibration(findings: &Findings) -> Option<String> {
         ),
     };
     if !trimmed_fits.is_empty() {
-        text += &format!(
-            " The shortest averaging times are excluded from the fit: {}; N excludes the vibration.",
-            listed(&trimmed_fits)
-        );
+        let why = match shaken.is_empty() {
+            true => "averaging and low pass within the sensor make neighbouring samples alike",
+            false => "N excludes the vibration",
+        };
+        text += &format!(" The shortest averaging times are excluded from the fit, {}: {why}.", listed(&trimmed_fits));
     }
     Some(text)
+}
+
+/// Averaging times that no fit includes, with the axes of each: `below 0.02 s on gyro_x`.
+fn trimmed_fits(findings: &Findings) -> Vec<String> {
+    let mut fits: Vec<(f64, Vec<String>)> = Vec::new();
+    for axis in findings.axes() {
+        let (Some(first_s), Some(quality)) = (axis.first_tau_s, axis.quality) else { continue };
+        if quality.tau_min_s <= 1.5 * first_s {
+            continue;
+        }
+        match fits.iter_mut().find(|(tau_s, _)| *tau_s == quality.tau_min_s) {
+            Some((_, names)) => names.push(axis.name.clone()),
+            None => fits.push((quality.tau_min_s, vec![axis.name.clone()])),
+        }
+    }
+    fits.into_iter().map(|(tau_s, names)| format!("below {} s on {}", trimmed(tau_s, 3), listed(&names))).collect()
 }
 
 fn stationarity(findings: &Findings) -> Option<String> {

@@ -32,7 +32,7 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
         Term::BiasInstability => (
             "The level of flicker noise (1/f) of the bias: the floor that averaging does not get below. The Allan deviation is 0.664 B there.",
             "How well a bias can be known at best. Data sheets often print the minimum of the curve instead, which is 0.664 B or more.",
-            "It needs an hour or more at a constant temperature, and a message that is not compensated. {} says how long.",
+            "It needs ten minutes to hours at a constant temperature, the longer the lower it is, and a message that is not compensated. {} says how long.",
             &[Remedy::Plan],
         ),
         Term::RateRandomWalk => (

@@ -131,7 +131,7 @@ const fn words(kind: WarningKind) -> Words {
         Kind::TooShort => (
             "There are too few samples for a deviation, or for more than a rough one.",
             "Intervals are wide, and B and K are not observable.",
-            "Record longer: N needs minutes, B an hour or more, K several hours. {} says how long.",
+            "Record longer: N needs minutes, B ten minutes to hours, K hours to days. {} says how long.",
             &[Remedy::Plan],
         ),
         Kind::RateAssumed => (
