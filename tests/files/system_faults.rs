@@ -13,7 +13,7 @@ use serde_json::Value;
 use vn100_capture::RecordingReader;
 use vn100_protocol::stream::StreamInput;
 
-use crate::support::{replay, replay_log, vn100};
+use crate::support::{capture, replay, replay_log, vn100};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -55,6 +55,27 @@ fn a_reader_that_has_seen_enough_ends_the_lines() {
     let mut first = String::new();
     lines.read_line(&mut first).unwrap();
     assert!(serde_json::from_str::<Value>(&first).is_ok());
+    drop(lines);
+    let (exit, error) = told(&replay.wait_with_output().unwrap());
+    assert_eq!((exit, error.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_of_the_samples_is_no_interrupt() {
+    let folder = tempfile::tempdir().unwrap();
+    // more than any pipe holds
+    let file = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "--duration", "1h"]);
+    let mut replay = vn100()
+        .args(["replay", "--samples", "-"])
+        .arg(&file)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(replay.stdout.take().unwrap());
+    let mut first = String::new();
+    lines.read_line(&mut first).unwrap();
+    assert!(first.starts_with("time"), "{first}");
     drop(lines);
     let (exit, error) = told(&replay.wait_with_output().unwrap());
     assert_eq!((exit, error.as_str()), (Some(0), ""));

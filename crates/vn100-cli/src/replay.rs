@@ -148,7 +148,7 @@ async fn follow_paced(
             }
         }
     };
-    evaluated_replay(result, &evaluation).await
+    evaluated_replay(result, &evaluation, false).await
 }
 
 /// What is written while files are measured.
@@ -238,7 +238,8 @@ async fn measure_one(spec: ReplaySpec, samples: Option<SampleWriter>, job: Arc<J
     let _turn = job.turns.acquire().await?;
     let goals = spec.settings.until.clone();
     let result = follow(Session::replay(spec), &job, &goals).await?;
-    let mut measured = evaluated_replay(result, &job.evaluation).await?;
+    let has_enough = samples.as_ref().is_some_and(SampleWriter::has_enough);
+    let mut measured = evaluated_replay(result, &job.evaluation, has_enough).await?;
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
     }

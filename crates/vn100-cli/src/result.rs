@@ -34,9 +34,14 @@ pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation
     complete(result, evaluation, true).await
 }
 
-/// The result of a replay, evaluated; one that was interrupted says so.
-pub(crate) async fn evaluated_replay(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
-    let is_stopped = matches!(*result.end, EndReason::Stopped);
+/// The result of a replay, evaluated; one that was interrupted says so, unless the reader of its
+/// samples `has_enough`.
+pub(crate) async fn evaluated_replay(
+    result: SessionResult,
+    evaluation: &Arc<Evaluation>,
+    has_enough: bool,
+) -> Result<Measured> {
+    let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
     let mut measured = complete(result, evaluation, false).await?;
     if is_stopped {
         measured.note_interrupted();

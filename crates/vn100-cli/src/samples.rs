@@ -67,6 +67,7 @@ pub(crate) struct SampleWriter {
     path: PathBuf,
     dropped: Arc<AtomicU64>,
     written: oneshot::Receiver<io::Result<()>>,
+    has_enough: CancellationToken,
 }
 
 impl SampleWriter {
@@ -77,9 +78,12 @@ impl SampleWriter {
         let table = SampleTable::new(Output::create(path).with_context(failed)?);
         let (tap, batches) = SampleTap::new();
         let (sender, written) = oneshot::channel();
+        let has_enough = CancellationToken::new();
+        let enough = has_enough.clone();
         let work = move || {
             let result = write(table, batches);
             if result.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
+                enough.cancel();
                 stop.cancel();
             }
             // the receiver may have been dropped
@@ -87,7 +91,12 @@ impl SampleWriter {
         };
         // ends at an error, or with the session
         thread::Builder::new().name("samples".into()).spawn(work).with_context(failed)?;
-        Ok((Self { path: path.to_owned(), dropped: tap.dropped(), written }, tap))
+        Ok((Self { path: path.to_owned(), dropped: tap.dropped(), written, has_enough }, tap))
+    }
+
+    /// Whether the reader of standard output has closed it, which ended the session.
+    pub(crate) fn has_enough(&self) -> bool {
+        self.has_enough.is_cancelled()
     }
 
     /// Waits until all is written, and notes in the result what is not.
