@@ -81,6 +81,15 @@ fn a_reader_that_has_seen_enough_of_the_samples_is_no_interrupt() {
     assert_eq!((exit, error.as_str()), (Some(0), ""));
 }
 
+#[test]
+fn a_file_without_a_byte_gives_no_page() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("empty.mcap"), "").unwrap();
+    let output = vn100().current_dir(folder.path()).args(["report", "empty.mcap"]).output().unwrap();
+    assert_eq!((output.status.code(), output.stdout.as_slice()), (Some(3), &b""[..]), "{output:?}");
+    assert!(!folder.path().join("empty.html").exists());
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_cannot_be_written_is_reported_before_anything_is_measured() {

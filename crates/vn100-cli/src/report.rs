@@ -64,7 +64,9 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let figures =
         records.iter().enumerate().map(|(number, record)| Figures::of(record, &prefix(number))).collect::<Vec<_>>();
     let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
-    if let Some(path) = output.page() {
+    // of a capture of which nothing was read there is nothing to say on a page
+    let is_read = records.iter().any(|record| record.measured.snapshot.link.bytes() > 0);
+    if let Some(path) = output.page().filter(|_| is_read) {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
             asked: &option_text(args),
@@ -76,7 +78,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         print_written(path)?;
     }
     let exported = exports.write(&records, &figures, &together);
-    if let Some(page) = output.page().filter(|_| args.open)
+    if let Some(page) = output.page().filter(|_| args.open && is_read)
         && let Err(error) = open(page)
     {
         // the page is there, and any browser shows it
