@@ -219,6 +219,18 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
 }
 
 #[test]
+fn a_disk_that_is_full_already_is_left_without_an_empty_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("none.mcap");
+    for _ in 0..2 {
+        let output = run_within(0, &["record", "sim", "--duration", "1s", "-o"], &recording);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && error.contains("cannot record to"), "{error}");
+        assert!(!recording.exists());
+    }
+}
+
+#[test]
 fn a_recording_alone_ends_where_it_fails_and_is_readable() {
     let packets = ["--set-message", "BINARY", "--set-rate", "800"];
     let rotate = ["--rotate", "1h"];

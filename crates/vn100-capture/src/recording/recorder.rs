@@ -6,7 +6,7 @@ mod resume;
 
 use std::{
     collections::BTreeMap,
-    fs::{File, TryLockError},
+    fs::{self, File, TryLockError},
     io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
     sync::{Arc, OnceLock},
@@ -106,7 +106,11 @@ impl Recorder {
             _ => failed(source),
         })?;
         NamedFile::claim(&file);
-        let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(failed)?;
+        let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(|source| {
+            // an empty file would be in the way of the next recording
+            let _ = fs::remove_file(path);
+            failed(source)
+        })?;
         Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
     }
 
