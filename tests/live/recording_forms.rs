@@ -242,6 +242,7 @@ fn a_recording_alone_ends_where_it_fails_and_is_readable() {
         let error = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{error}");
         assert!(error.contains("RECORDING FAILED") && error.contains("; the session ends"), "{error}");
+        assert!(!error.contains("does not depend on it"), "{error}");
         let files = files(&recording);
         assert_eq!(files.len(), 1, "{files:?}");
         assert!(samples(&files[0]) > 20);

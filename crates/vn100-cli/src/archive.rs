@@ -30,7 +30,7 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     output::Output,
     replay::{progress_bar, replay_spec, stored_bytes},
-    result::{FAULT, measured},
+    result::{FAULT, ResultOf, measured},
     user_files::evaluation,
 };
 
@@ -138,7 +138,7 @@ async fn state_of(input: FileStream, job: Arc<Job>) -> Result<State> {
             task::spawn_blocking(move || {
                 let mut analysis = result.analysis.take();
                 let is_stopped = matches!(*result.end, EndReason::Stopped | EndReason::NotStarted(StartError::Stopped));
-                let mut measured = measured(result, false);
+                let mut measured = measured(result, ResultOf::Capture);
                 if is_stopped {
                     measured.note_interrupted();
                 }

@@ -241,7 +241,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
         EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
         _ => true,
     };
-    let mut measured = evaluated(result, &job.evaluation).await?;
+    let mut measured = evaluated(result, &job.evaluation, matches!(job.format, OutputFormat::Head)).await?;
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
     }

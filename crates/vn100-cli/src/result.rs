@@ -29,9 +29,22 @@ use crate::{
 /// A task of the measurement panicked.
 pub(crate) const FAULT: &str = "internal error: the measurement stopped";
 
+/// What a result is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ResultOf {
+    Capture,
+    Sensor,
+    /// A sensor that is recorded and not measured.
+    Recording,
+}
+
 /// The result of a live source, evaluated.
-pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
-    complete(result, evaluation, true).await
+pub(crate) async fn evaluated(
+    result: SessionResult,
+    evaluation: &Arc<Evaluation>,
+    records_alone: bool,
+) -> Result<Measured> {
+    complete(result, evaluation, if records_alone { ResultOf::Recording } else { ResultOf::Sensor }).await
 }
 
 /// The result of a replay, evaluated; one that was interrupted says so, unless the reader of its
@@ -42,20 +55,20 @@ pub(crate) async fn evaluated_replay(
     has_enough: bool,
 ) -> Result<Measured> {
     let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
-    let mut measured = complete(result, evaluation, false).await?;
+    let mut measured = complete(result, evaluation, ResultOf::Capture).await?;
     if is_stopped {
         measured.note_interrupted();
     }
     Ok(measured)
 }
 
-async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, is_live: bool) -> Result<Measured> {
+async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<Measured> {
     let evaluation = Arc::clone(evaluation);
     // it is slow: other sources are measured meanwhile
-    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, is_live))).await?)
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
 }
 
-pub(crate) fn measured(result: SessionResult, is_live: bool) -> Measured {
+pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
     let early = vn100_words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
     let error = vn100_words::end(&facts.name, &end, &snapshot);
@@ -74,12 +87,12 @@ pub(crate) fn measured(result: SessionResult, is_live: bool) -> Measured {
         _ => {}
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
-    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, is_live));
+    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, of != ResultOf::Capture));
     if let Some(text) = missing_times(&measured) {
         measured.note_failure(text);
     }
     if let Some(recording) = &result.recording {
-        note_recording(&mut measured, recording, result.unrecorded_bytes);
+        note_recording(&mut measured, recording, result.unrecorded_bytes, of);
     }
     if !result.is_restored {
         measured.completion = measured.completion.max(Completion::Failed);
@@ -95,7 +108,8 @@ fn missing_times(measured: &Measured) -> Option<String> {
 
 /// The outcome of the recording made meanwhile. Where it failed the result says so, and
 /// the command has failed.
-fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64) {
+fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64, of: ResultOf) {
+    let independent = if of == ResultOf::Recording { "" } else { ". The result does not depend on it" };
     let path = recording.path.display();
     let text = match &recording.error {
         Some(error) => {
@@ -104,11 +118,11 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
                 _ => "free the disk, or record elsewhere",
             };
             let bytes = HumanBytes(recording.bytes);
-            format!("{path} ends after {bytes} of the bytes read: {error}. The result does not depend on it; {advice}")
+            format!("{path} ends after {bytes} of the bytes read: {error}{independent}; {advice}")
         }
-        None if unrecorded_bytes > 0 => format!(
-            "{path} lacks {unrecorded_bytes} bytes, because the disk was too slow; it marks where. The result does not depend on it"
-        ),
+        None if unrecorded_bytes > 0 => {
+            format!("{path} lacks {unrecorded_bytes} bytes, because the disk was too slow; it marks where{independent}")
+        }
         None => return,
     };
     measured.note_failed_recording(text);
