@@ -50,7 +50,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: Sh
     let title = match plot {
         ShownPlot::Spectrum => format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name),
         ShownPlot::Segments => format!("Standard deviation of the {name} by segment, {}", unit.name),
-        ShownPlot::Temperature => format!("Mean of the {name} over temperature, {}", unit.name),
+        ShownPlot::Temperature => format!("{name} less each axis' mean over temperature, {}", unit.name),
         ShownPlot::Deviation | ShownPlot::OtherDeviation => return,
     };
     let is_chosen = scene.state.plot == plot && scene.state.panel == Panel::Allan;
@@ -191,7 +191,10 @@ fn draw_temperature(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[
             let (_, celsius) = temperatures.iter().find(|(start_s, _)| *start_s == block.start_s)?;
             Some((*celsius, block.mean * unit.factor))
         });
-        (series.axis, pairs.collect())
+        let pairs: Vec<(f64, f64)> = pairs.collect();
+        // biases that differ would make flat lines of all
+        let mean = pairs.iter().map(|(_, mean)| mean).sum::<f64>() / pairs.len() as f64;
+        (series.axis, pairs.into_iter().map(|(celsius, value)| (celsius, value - mean)).collect())
     };
     let curves: Vec<(usize, Vec<(f64, f64)>)> = all.iter().map(of).collect();
     let why = if temperatures.is_empty() {
