@@ -2,7 +2,7 @@
 
 use std::{
     io,
-    net::{SocketAddr, TcpListener},
+    net::{IpAddr, SocketAddr, TcpListener, UdpSocket},
     path::PathBuf,
     sync::Arc,
 };
@@ -76,7 +76,8 @@ impl Watched {
     ) -> Result<Server> {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
         if let Some(listener) = &self.listener {
-            say(announced(listener.local_addr()?, self.name()));
+            let address = listener.local_addr()?;
+            say(announced(address, self.name(), outward(address)));
         }
         let server = Server::start(ServeSpec {
             listener: self.listener,
@@ -106,15 +107,34 @@ fn refused(address: SocketAddr, error: &io::Error) -> String {
 }
 
 /// Where the page is, and who can read it.
-fn announced(address: SocketAddr, name: Option<&str>) -> String {
+fn announced(address: SocketAddr, name: Option<&str>, outward: Option<IpAddr>) -> String {
     let (url, port) = (url(address, name), address.port());
+    // no other machine may know this one by its name
+    let or = outward.map(|ip| format!("http://{}/", SocketAddr::new(ip, port))).filter(|other| *other != url);
+    let or = or.map_or_else(String::new, |other| format!(" or {other}"));
     if address.ip().is_loopback() {
         return format!(
             "live page: {url} (this machine alone; elsewhere after ssh -L {port}:{address} USER@{})",
             name.unwrap_or("HOST")
         );
     }
-    format!("live page: {url} WARNING: everyone who reaches this machine can read it, without password or encryption")
+    format!(
+        "live page: {url}{or} WARNING: everyone who reaches this machine can read it, without password or encryption"
+    )
+}
+
+/// The address of this machine on the route to others, where all addresses answer; `None` where
+/// there is no such route. Nothing is sent.
+fn outward(address: SocketAddr) -> Option<IpAddr> {
+    // documentation addresses (RFC 5737, RFC 3849), which no machine has
+    let (from, to) = match address.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => ("0.0.0.0:0", "192.0.2.1:9"),
+        IpAddr::V6(ip) if ip.is_unspecified() => ("[::]:0", "[2001:db8::1]:9"),
+        _ => return None,
+    };
+    let socket = UdpSocket::bind(from).ok()?;
+    socket.connect(to).ok()?;
+    Some(socket.local_addr().ok()?.ip()).filter(|ip| !ip.is_unspecified())
 }
 
 /// As it is asked for: where all addresses answer, by the name of this machine.
@@ -144,16 +164,22 @@ mod tests {
 
     #[test]
     fn an_address_that_others_reach_is_announced_with_a_warning() {
-        let text = announced("127.0.0.1:8100".parse().unwrap(), Some("bench"));
+        let text = announced("127.0.0.1:8100".parse().unwrap(), Some("bench"), None);
         assert!(
             text.contains("http://127.0.0.1:8100/") && text.contains("ssh -L 8100:127.0.0.1:8100 USER@bench"),
             "{text}"
         );
         assert!(!text.contains("WARNING"), "{text}");
         for (address, url) in [("0.0.0.0:8100", "http://bench:8100/ "), ("192.168.1.7:80", "http://192.168.1.7:80/ ")] {
-            let text = announced(address.parse().unwrap(), Some("bench"));
+            let text = announced(address.parse().unwrap(), Some("bench"), None);
             assert!(text.contains(url) && text.contains("WARNING"), "{text}");
         }
+        let all = "0.0.0.0:8100".parse().unwrap();
+        let text = announced(all, Some("bench"), Some([192, 168, 1, 7].into()));
+        assert!(text.contains("http://bench:8100/ or http://192.168.1.7:8100/ WARNING"), "{text}");
+        let text = announced(all, None, None);
+        assert!(text.contains("http://0.0.0.0:8100/ WARNING"), "{text}");
+        assert_eq!(outward("127.0.0.1:8100".parse().unwrap()), None, "that address alone answers");
     }
 
     #[test]
