@@ -115,6 +115,23 @@ fn a_flawless_record_is_not_talked_down() {
 }
 
 #[test]
+fn what_was_sent_during_an_outage_is_counted_where_a_clock_ran_on() {
+    let down_ns = Some(34_900_000_000);
+    for (missing_from, expected) in [
+        (MissingFrom::DeviceTime, "samples sent then are among these where the clock of the sensor ran on"),
+        (MissingFrom::Arrival, "34.9 s without it: samples sent then are not counted"),
+    ] {
+        changes(
+            |findings| {
+                (findings.timing.missing, findings.timing.gaps, findings.timing.missing_from) = (6978, 1, missing_from);
+                findings.outages = Outages { times: 1, down_ns, ..Outages::default() };
+            },
+            &[expected],
+        );
+    }
+}
+
+#[test]
 fn each_state_of_a_parameter_has_its_words() {
     let white =
         |parameter: Parameter| move |findings: &mut Findings| findings.sensors[0].axes[0].white = Some(parameter);

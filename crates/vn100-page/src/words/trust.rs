@@ -84,7 +84,11 @@ fn losses(findings: &Findings) -> Option<String> {
         ),
     };
     Some(if missing > 0 && findings.outages.times > 0 {
-        format!("{text} The link was {}: samples sent then are not counted.", findings.outages)
+        let counted = match missing_from {
+            MissingFrom::DeviceTime => "among these where the clock of the sensor ran on, else not counted",
+            _ => "not counted",
+        };
+        format!("{text} The link was {}: samples sent then are {counted}.", findings.outages)
     } else {
         text
     })
