@@ -111,6 +111,11 @@ impl AlignedSums {
         self.piece.append(&next.piece);
     }
 
+    /// Of a piece that ends in the block that it begins in: no block begins in it.
+    pub(crate) const fn is_within_block(&self) -> bool {
+        self.piece.end < self.piece.start.next_multiple_of(self.block)
+    }
+
     /// As if each sample were so many counts larger.
     pub(crate) fn shift(&mut self, by: i64) {
         for block in self.head.iter_mut().chain([&mut self.current]) {

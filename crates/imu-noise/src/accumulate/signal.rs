@@ -174,7 +174,10 @@ impl ChannelSignal {
             // the sums of a piece within a window begin behind that window, which is still open
             self.slow_spectrum.append(&next.slow_spectrum);
             self.sums.append(&next.sums, |sum| add_sum(sum, &mut self.slowest_spectrum));
-            self.slowest_spectrum.append(&next.slowest_spectrum);
+            // likewise
+            if !next.sums.is_within_block() {
+                self.slowest_spectrum.append(&next.slowest_spectrum);
+            }
         }
         self.blocks.append(&next.blocks);
         self.windows.append(&next.windows);

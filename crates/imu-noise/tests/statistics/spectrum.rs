@@ -187,6 +187,28 @@ fn cycles_of_seconds_and_of_minutes_are_found_in_hours_in_one_piece_or_many() {
     a.append(&b).unwrap();
     a.append(&c).unwrap();
     assert_eq!((a.lines(INTERVAL_S, 0), a.narrow_bands(1.0)), (found.clone(), whole.narrow_bands(1.0)));
+    // a break within a sum of 1024, in one piece and in pieces that meet there and elsewhere
+    let with_break = |start: usize, end: usize| {
+        let mut signal = ChannelSignal::new(&SpectrumPlan::new()).starting_at(start as u64, start as u64);
+        let at = 120_001.clamp(start, end);
+        signal.push(&counts[start..at]);
+        if (start..end).contains(&120_001) {
+            signal.gap(None);
+        }
+        signal.push(&counts[at..end]);
+        signal
+    };
+    let broken = with_break(0, samples);
+    for cuts in
+        [[777, 120_001, 250_017], [119_999, 120_001, 120_002], [64, 120_832, 399_999], [5, 6, 7], [1030, 1060, 1070]]
+    {
+        let mut joined = with_break(0, cuts[0]);
+        for (start, end) in [(cuts[0], cuts[1]), (cuts[1], cuts[2]), (cuts[2], samples)] {
+            joined.append(&with_break(start, end)).unwrap();
+        }
+        assert_eq!(joined.lines(INTERVAL_S, 0), broken.lines(INTERVAL_S, 0), "{cuts:?}");
+        assert_eq!(joined.narrow_bands(1.0), broken.narrow_bands(1.0), "{cuts:?}");
+    }
     // a loss leaves no segment of the fast spectra whole, and takes a few windows of a sum of 1024
     let mut lossy = ChannelSignal::new(&SpectrumPlan::new());
     for part in counts.chunks(2000) {
