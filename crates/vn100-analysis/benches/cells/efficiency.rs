@@ -2,7 +2,8 @@
 //!
 //! The likelihood is Whittle's (1953), of the coefficients of the cosine transform of the record,
 //! which is exact for white noise and a random walk whose level is free: k = 1, 2, ..., n - 1 have
-//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them.
+//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them. The same
+//! Gauss-Markov processes as in the fit to the octaves join them by the same rule.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -26,6 +27,15 @@ const FOUND: f64 = 3.84;
 /// The same for the octaves, before other channels count.
 const FOUND_P: f64 = 0.025;
 
+/// False rates at which the two methods are compared, in any cell without the term.
+const FALSE_RATES: [f64; 3] = [0.005, 0.01, 0.025];
+
+/// Twice what the log-likelihood must rise by for Gauss-Markov processes to join the terms, and
+/// their correlation times in samples, each four times the one before: those of the fit.
+const PROCESS: f64 = 8.0;
+const SHORTEST_CORRELATION: f64 = 16.0;
+const LONGEST_CORRELATION: f64 = 1.0 / 16.0;
+
 pub(crate) fn measure(arguments: &Arguments) {
     for minutes in arguments.minutes_or(&[10, 60]) {
         let samples = minutes * 60 * RATE_HZ as usize;
@@ -36,15 +46,50 @@ pub(crate) fn measure(arguments: &Arguments) {
         println!("|---|---|---:|---:|---:|---:|---:|");
         let cells =
             families::all(*minutes as f64 * 60.0).into_iter().next().map_or_else(Vec::new, |family| family.cells);
+        let mut by_cell = Vec::new();
         for cell in cells.iter().filter(|cell| cell.truth().white > 0.0) {
             let compared = in_parallel(arguments.threads, arguments.records, |number| {
                 let mut random = Random::of_record(arguments.seed, &cell.name, samples, number);
                 likelihood.compare(cell, &flicker, &mut random)
             });
-            rows(cell, &compared.into_iter().flatten().collect::<Vec<_>>());
+            let channels: Vec<_> = compared.into_iter().flatten().collect();
+            rows(cell, &channels);
+            by_cell.push((cell, channels));
         }
         println!();
+        at_the_same_false_rate(&by_cell);
     }
+}
+
+/// How often each method finds a term where its threshold is such that no cell without the term
+/// exceeds the false rate.
+fn at_the_same_false_rate(by_cell: &[(&Cell, Vec<[Compared; 3]>)]) {
+    print!("| cell | |");
+    FALSE_RATES.iter().for_each(|rate| print!(" {} % false: octaves | likelihood |", 100.0 * rate));
+    println!("\n|---|---|{}", "---:|---:|".repeat(FALSE_RATES.len()));
+    for (term, name) in [(1, "B"), (2, "K")] {
+        let has_term = |cell: &Cell| [0.0, cell.truth().bias_instability, cell.truth().walk][term] > 0.0;
+        for (cell, channels) in by_cell.iter().filter(|(cell, _)| has_term(cell)) {
+            print!("| {} | {name} |", cell.name);
+            for rate in FALSE_RATES {
+                for method in [|it: &Compared| it.evidence, |it: &Compared| it.likelihood_ratio] {
+                    let sorted = |channels: &[[Compared; 3]]| {
+                        let mut evidence: Vec<f64> = channels.iter().map(|terms| method(&terms[term])).collect();
+                        evidence.sort_by(|a, b| b.total_cmp(a));
+                        evidence
+                    };
+                    let without = by_cell.iter().filter(|(cell, _)| !has_term(cell));
+                    let threshold = without
+                        .map(|(_, channels)| sorted(channels)[(rate * channels.len() as f64) as usize])
+                        .fold(0.0, f64::max);
+                    let found = sorted(channels).partition_point(|evidence| *evidence > threshold);
+                    print!(" {:.1} |", 100.0 * found as f64 / channels.len() as f64);
+                }
+            }
+            println!();
+        }
+    }
+    println!();
 }
 
 /// One term in one channel, in standard deviations of the white part and seconds.
@@ -52,8 +97,10 @@ struct Compared {
     octaves: Option<f64>,
     free: f64,
     true_terms: f64,
-    is_found: bool,
-    is_found_by_likelihood: bool,
+    /// -ln p of the octaves.
+    evidence: f64,
+    /// Twice its logarithm.
+    likelihood_ratio: f64,
 }
 
 fn rows(cell: &Cell, channels: &[[Compared; 3]]) {
@@ -62,8 +109,8 @@ fn rows(cell: &Cell, channels: &[[Compared; 3]]) {
     for (term, truth) in truths.into_iter().enumerate() {
         let of = || channels.iter().map(move |terms| &terms[term]);
         let percent = |found: usize| format!("{:.1}", 100.0 * found as f64 / channels.len() as f64);
-        let found = percent(of().filter(|compared| compared.is_found).count());
-        let by_likelihood = percent(of().filter(|compared| compared.is_found_by_likelihood).count());
+        let found = percent(of().filter(|compared| compared.evidence > -FOUND_P.ln()).count());
+        let by_likelihood = percent(of().filter(|compared| compared.likelihood_ratio > FOUND).count());
         // all on the channels where the octaves have a value
         let rms = |value: fn(&Compared) -> f64| {
             let errors: Vec<f64> = of()
@@ -89,16 +136,29 @@ struct Likelihood {
     transform: Arc<dyn RealToComplex<f64>>,
     /// Numbers of coefficients: of one each at first, later of a hundredth and a half of them.
     bins: Vec<std::ops::Range<usize>>,
-    /// By bin: mean of what each term with parameter 1 adds.
-    columns: [Vec<f64>; 3],
+    /// By bin: mean of what each term with parameter 1 adds, the processes behind N, B and K.
+    columns: Vec<Vec<f64>>,
     /// By coefficient: a ramp from -1/2 to 1/2.
     ramp: Vec<f64>,
 }
 
 struct Fitted {
     /// Squared: variances per sample.
-    parameters: [f64; 3],
+    parameters: Vec<f64>,
     log_likelihood: f64,
+}
+
+/// Which of the terms are free.
+#[derive(Clone, Copy)]
+struct Free {
+    terms: [bool; 3],
+    processes: bool,
+}
+
+impl Free {
+    fn is_free(self, column: usize) -> bool {
+        self.terms.get(column).copied().unwrap_or(self.processes)
+    }
 }
 
 impl Likelihood {
@@ -112,11 +172,19 @@ impl Likelihood {
             bins.push(first..(first + width.max(1)).min(samples));
             first += width.max(1);
         }
-        let column = |term: i32| -> Vec<f64> {
-            let at = |k: usize| (2.0 * (PI * k as f64 / (2 * samples) as f64).sin()).powi(-term);
+        let mean = |at: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let at = |k: usize| at(2.0 * (PI * k as f64 / (2 * samples) as f64).sin());
             bins.iter().map(|bin| bin.clone().map(at).sum::<f64>() / bin.len() as f64).collect()
         };
-        let columns = [column(0), column(1), column(2)];
+        // first-order: (1 - φ²)/(1 - 2φ cos ω + φ²), where 2 - 2 cos ω = s²
+        let process = |time: f64| {
+            let phi = (-1.0 / time).exp();
+            mean(&|s| (1.0 - phi * phi) / ((1.0 - phi).powi(2) + phi * s * s))
+        };
+        let times = std::iter::successors(Some(SHORTEST_CORRELATION), |time| Some(4.0 * time));
+        let times = times.take_while(|time| *time <= LONGEST_CORRELATION * samples as f64);
+        let terms = [0, 1, 2].map(|power| mean(&|s| s.powi(-power)));
+        let columns = terms.into_iter().chain(times.map(process)).collect();
         let transform = RealFftPlanner::new().plan_fft_forward(2 * samples);
         let mut made = Self { samples, transform, bins, columns, ramp: Vec::new() };
         made.ramp = made.coefficients(&(0..samples).map(|i| i as f64 / samples as f64 - 0.5).collect::<Vec<_>>());
@@ -136,10 +204,10 @@ impl Likelihood {
     }
 
     /// With the terms of `free` and a ramp, by Fisher's scoring.
-    fn fit(&self, coefficients: &[f64], free: [bool; 3]) -> Fitted {
+    fn fit(&self, coefficients: &[f64], free: Free) -> Fitted {
         const ROUNDS: usize = 60;
         let mut slope = 0.0;
-        let mut parameters = [0.0; 3];
+        let mut parameters = vec![0.0; self.columns.len()];
         let mut powers = self.powers(coefficients, slope);
         let mut expected: Vec<f64> = powers.clone();
         let smallest = 1e-3 * powers.iter().sum::<f64>() / powers.len() as f64;
@@ -153,7 +221,7 @@ impl Likelihood {
                 .collect();
             parameters = self.least_squares(&powers, &weights, free);
             for (i, expected) in expected.iter_mut().enumerate() {
-                *expected = (0..3).map(|term| parameters[term] * self.columns[term][i]).sum();
+                *expected = parameters.iter().zip(&self.columns).map(|(parameter, column)| parameter * column[i]).sum();
             }
             let bins = || self.bins.iter().zip(&expected).filter(|(bin, _)| bin.len() == 1);
             let product = bins().map(|(bin, e)| coefficients[bin.start] * self.ramp[bin.start] / e).sum::<f64>();
@@ -173,22 +241,25 @@ impl Likelihood {
     }
 
     /// Not negative, one coordinate after the other.
-    fn least_squares(&self, powers: &[f64], weights: &[f64], free: [bool; 3]) -> [f64; 3] {
+    fn least_squares(&self, powers: &[f64], weights: &[f64], free: Free) -> Vec<f64> {
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(weights).map(|((a, b), w)| a * b * w).sum::<f64>();
-        let matrix: [[f64; 3]; 3] =
-            std::array::from_fn(|p| std::array::from_fn(|q| product(&self.columns[p], &self.columns[q])));
-        let target: [f64; 3] = std::array::from_fn(|p| product(&self.columns[p], powers));
-        let mut parameters = [0.0_f64; 3];
+        let columns: Vec<usize> = (0..self.columns.len()).filter(|column| free.is_free(*column)).collect();
+        let of = |p: &usize| columns.iter().map(|q| product(&self.columns[*p], &self.columns[*q])).collect();
+        let matrix: Vec<Vec<f64>> = columns.iter().map(of).collect();
+        let target: Vec<f64> = columns.iter().map(|p| product(&self.columns[*p], powers)).collect();
+        let mut found = vec![0.0_f64; columns.len()];
         for _ in 0..500 {
-            let before = parameters;
-            for p in (0..3).filter(|p| free[*p]) {
-                let others: f64 = (0..3).filter(|q| *q != p).map(|q| matrix[p][q] * parameters[q]).sum();
-                parameters[p] = ((target[p] - others) / matrix[p][p]).max(0.0);
+            let before = found.clone();
+            for p in 0..found.len() {
+                let others: f64 = (0..found.len()).filter(|q| *q != p).map(|q| matrix[p][q] * found[q]).sum();
+                found[p] = ((target[p] - others) / matrix[p][p]).max(0.0);
             }
-            if parameters.iter().zip(before).all(|(now, before)| (now - before).abs() <= 1e-9 * now) {
+            if found.iter().zip(before).all(|(now, before)| (now - before).abs() <= 1e-9 * now) {
                 break;
             }
         }
+        let mut parameters = vec![0.0; self.columns.len()];
+        columns.into_iter().zip(found).for_each(|(column, value)| parameters[column] = value);
         parameters
     }
 
@@ -202,19 +273,22 @@ impl Likelihood {
         let scales = [interval_s.sqrt(), 1.0, interval_s.sqrt().recip()];
         let channels = record::scored().zip(&record.series).map(|((place, _), series)| {
             let coefficients = self.coefficients(series);
-            let free = self.fit(&coefficients, [true; 3]);
-            let true_terms = self.fit(&coefficients, has);
+            let fit_with = |terms, processes| self.fit(&coefficients, Free { terms, processes });
+            let [without_processes, with_processes] = [false, true].map(|processes| fit_with([true; 3], processes));
+            let processes = 2.0 * (with_processes.log_likelihood - without_processes.log_likelihood) > PROCESS;
+            let free = if processes { with_processes } else { without_processes };
+            let true_terms = fit_with(has, false);
             let fit = assessed.assessment.channels[place].noise.as_ref().map(|noise| &noise.fit);
             std::array::from_fn(|term| {
                 let parameter = fit.and_then(|fit| fit.parameter(TERMS[term]));
-                let without = self.fit(&coefficients, std::array::from_fn(|other| other != term));
+                let without = fit_with(std::array::from_fn(|other| other != term), processes);
                 let value = |of: Parameter| of.value.filter(|_| of.status == Status::Estimated);
                 Compared {
                     octaves: parameter.and_then(value).map(|value| value * unit),
                     free: free.parameters[term].sqrt() * scales[term],
                     true_terms: true_terms.parameters[term].sqrt() * scales[term],
-                    is_found: parameter.and_then(|parameter| parameter.p).is_some_and(|p| p < FOUND_P),
-                    is_found_by_likelihood: 2.0 * (free.log_likelihood - without.log_likelihood) > FOUND,
+                    evidence: parameter.and_then(|parameter| parameter.p).map_or(0.0, |p| -p.ln()),
+                    likelihood_ratio: 2.0 * (free.log_likelihood - without.log_likelihood),
                 }
             })
         });
