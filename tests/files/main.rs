@@ -1,5 +1,5 @@
-//! The program on captures and other files: formats, numbers, verdicts, comparisons, reports, and the
-//! options, streams and exit codes that scripts rely on.
+//! The program on captures and other files: formats, numbers, verdicts, comparisons, reports, the
+//! options, streams and exit codes that scripts rely on, and the commands of the documents.
 #![allow(
     clippy::panic,
     clippy::unwrap_used,
@@ -14,6 +14,8 @@ mod column_rates;
 mod compare;
 #[cfg(unix)]
 mod diagnostics;
+#[cfg(unix)]
+mod documents;
 mod formats;
 mod measure_options;
 mod numbers;

@@ -12,11 +12,11 @@ use std::{
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-use crate::{
+use super::{
     captures,
     shown::{Document, documents},
-    support::{Lines, run, vn100, workspace},
 };
+use crate::support::{Lines, run, vn100, workspace};
 
 /// What is not run, and why. The targets that cargo is told of exist all the same.
 const NOT_RUN: &[(&str, &str)] = &[

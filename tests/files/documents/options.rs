@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::{shown::documents, support::vn100};
+use super::shown::documents;
+use crate::support::vn100;
 
 /// Programs whose options are not ours: code that begins with one is of it.
 const OTHER_PROGRAMS: &[&str] = &["cargo", "cells", "python", "fleet_dask.py"];

@@ -1,9 +1,7 @@
 //! What a document shows as printed is what the program prints.
 
-use crate::{
-    shown::documents,
-    support::{capture, channel, replay, vn100, workspace},
-};
+use super::shown::documents;
+use crate::support::{capture, channel, replay, vn100, workspace};
 
 /// How far the noise of two minutes of one emulated sensor may be apart: of one that is measured
 /// live the first sample is a matter of chance.
