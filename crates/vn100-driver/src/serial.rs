@@ -1,4 +1,4 @@
-//! A serial port: a thread of its own blocks in `read`, stamps the bytes and forwards them by line.
+//! A serial port: a thread of its own blocks in `read`, stamps the bytes and forwards whole frames.
 
 use std::{
     fmt,
@@ -20,17 +20,20 @@ use crate::{
     ports::{LatencyTimer, PortAddress, PortEntry, list_ports, shorten_latency},
 };
 use vn100_capture::{Clock, Source};
-use vn100_protocol::stream::{Chunk, StreamInput};
+use vn100_protocol::{
+    Framer, Options,
+    stream::{Chunk, StreamInput},
+};
 
 /// The timeout of a read, after which the thread checks whether to stop; this takes 0.01 % of a
-/// core. A part of a line that is not continued in this time is forwarded incomplete.
+/// core. A part of a frame that is not continued in this time is forwarded incomplete.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are forwarded together, and how many such pieces may wait: 256 KiB at most, 2.8 s of
-/// a line at 921 600 baud, or 2.5 s of 200 sentences a second. Later bytes are dropped and counted:
-/// a port cannot wait.
-const READ_BYTES: usize = 512;
-const WAITING_INPUTS: usize = 512;
+/// Bytes that are forwarded together, more than the longest packet has, and how many such pieces
+/// may wait: 2.5 s of 800 packets a second. Later bytes are dropped and counted: a port cannot
+/// wait.
+const READ_BYTES: usize = 1024;
+const WAITING_INPUTS: usize = 2048;
 
 /// How long closing waits for the reading thread, which checks for a stop every [`READ_TIMEOUT`].
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
@@ -221,14 +224,15 @@ impl Reader {
     /// Reads until it is stopped or the port is unplugged. The port is closed before the channel:
     /// when the channel ends, the receiver knows that the port is closed.
     ///
-    /// An adapter delivers a line in up to a dozen pieces, and waking the reading task for each
-    /// costs far more than the pieces are worth. So pieces are kept until a line ends, which is
-    /// when the first of them can be used. Their time is that of the last read, where the line
-    /// ended.
+    /// An adapter delivers a line or a packet in up to a dozen pieces, and waking the reading task
+    /// for each costs far more than the pieces are worth. So pieces are kept until a frame or a
+    /// line of other text ends, which is when the first of them can be used. Their time is that of
+    /// the last read, where the frame ended.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
         let mut length = 0;
         let mut at_ns = 0;
+        let mut framer = Framer::new(Options::default());
         let error = loop {
             if self.stop.is_cancelled() {
                 break None;
@@ -238,12 +242,12 @@ impl Reader {
                 Ok(0) => break Some(ErrorKind::BrokenPipe.into()),
                 Ok(n) => {
                     at_ns = self.clock.now_ns();
-                    let ends_line = buffer[length..length + n].contains(&b'\n');
                     length += n;
-                    if ends_line || length == buffer.len() {
-                        self.forward(&buffer[..length], at_ns);
-                        length = 0;
-                    }
+                    let ended = ended_frames(&mut framer, &buffer[..length]);
+                    let done = if ended == 0 && length == buffer.len() { length } else { ended };
+                    self.forward(&buffer[..done], at_ns);
+                    buffer.copy_within(done..length, 0);
+                    length -= done;
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::TimedOut => {
@@ -269,6 +273,22 @@ impl Reader {
             let chunk = Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) };
             self.inputs.send(chunk.into(), at_ns);
         }
+    }
+}
+
+/// How many bytes at the head of `input` end with a whole frame and the end of its line, or with a
+/// line that is no frame; zero where nothing has ended yet.
+fn ended_frames(framer: &mut Framer, input: &[u8]) -> usize {
+    let (mut at, mut ended) = (0, 0);
+    loop {
+        let (done, frame) = framer.next(&input[at..], false);
+        at += done;
+        if frame.is_none() {
+            // the end of the line before is no line
+            let rest = input[ended..at.max(ended)].trim_ascii_start();
+            return if rest.contains(&b'\n') { at } else { ended };
+        }
+        ended = at + input[at..].iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
     }
 }
 
@@ -315,9 +335,18 @@ mod tests {
         (lengths, lost)
     }
 
+    /// The lengths of what is forwarded of these pieces.
+    fn forwarded(pieces: impl IntoIterator<Item = Result<&'static [u8], ErrorKind>>) -> Vec<usize> {
+        let (reader, inputs, mut end) = reader(100);
+        reader.run(Port(pieces.into_iter().collect()));
+        assert_eq!(end.try_recv().unwrap().kind(), ErrorKind::BrokenPipe);
+        let (lengths, lost) = received(inputs);
+        assert_eq!(lost, 0);
+        lengths
+    }
+
     #[test]
     fn pieces_are_forwarded_when_a_line_ends_or_nothing_follows() {
-        let (reader, inputs, mut end) = reader(100);
         let pieces = [
             Ok(&b"$VN"[..]),
             Err(ErrorKind::Interrupted),
@@ -327,14 +356,35 @@ mod tests {
             Ok(b"$VNYMR\r\n$VN"),
             Ok(b"YMR"),
             Err(ErrorKind::TimedOut),
-            Ok(b"\r\n"),
-            // no lines at all
-            Ok(&[0xf8; READ_BYTES + 7]),
+            // the end of a line alone waits for the next frame
+            Ok(b"\r"),
+            Ok(b"\n"),
+            Ok(b"starting\r\n$VN"),
+            // no lines at all: they end the sentence before
+            Ok(&[0xF8; READ_BYTES]),
             Ok(b"$VN"),
         ];
-        reader.run(Port(pieces.into()));
-        assert_eq!(received(inputs), (vec![8, 11, 3, 2, READ_BYTES, 10], 0));
-        assert_eq!(end.try_recv().unwrap().kind(), ErrorKind::BrokenPipe);
+        assert_eq!(forwarded(pieces), [8, 8, 6, 12, 3, READ_BYTES, 3]);
+    }
+
+    /// Whatever bytes it holds, the end of a line among them, and however it is cut.
+    #[test]
+    fn a_packet_is_forwarded_when_it_is_whole() {
+        let packet = |number: u8| {
+            let mut packet = vec![0xFA, 0x01, 0x08, 0x00, number, b'\n', b'\r', b'\n', 4, 5, 6, 7, 8, 9, 10, 11];
+            packet.extend(vn100_protocol::crc16(&packet[1..]).to_be_bytes());
+            packet
+        };
+        let stream: &'static [u8] = (0..9).flat_map(packet).collect::<Vec<u8>>().leak();
+        for cut in 1..=18 {
+            assert_eq!(forwarded(stream.chunks(cut).map(Ok)), [18; 9], "pieces of {cut} bytes");
+        }
+        // two and a half at a time
+        assert_eq!(forwarded(stream.chunks(45).map(Ok)), [36, 54, 36, 36]);
+        // a line between two of them
+        let mixed: &'static [u8] = [&stream[..18], b"$VNYMR\r\n", &stream[18..36]].concat().leak();
+        assert_eq!(forwarded([Ok(mixed)]), [44]);
+        assert_eq!(forwarded(mixed.chunks(4).map(Ok)), [18, 8, 18]);
     }
 
     #[test]

@@ -139,11 +139,11 @@ fn line(number: u32) -> String {
 /// From packet to packet at 800 Hz.
 const TICK_NS: u64 = 1_250_000;
 
-/// A packet whose device time says its number.
+/// A packet whose device time says its number, without an end of a line but by chance.
 fn packet(number: u32) -> Vec<u8> {
     let mut packet = vec![0xFA, 0x05, 0x01, 0x00, 0x1C, 0x00];
     packet.extend((u64::from(number) * TICK_NS).to_le_bytes());
-    packet.extend([0.02_f32, -0.01, -9.8, 1e-3, -2e-3, 3e-3, 25.0].iter().flat_map(|value| value.to_le_bytes()));
+    packet.extend([0.025_f32, -0.0125, -9.8, 1e-3, -2e-3, 3e-3, 25.0].iter().flat_map(|value| value.to_le_bytes()));
     packet.extend(crc16(&packet[1..]).to_be_bytes());
     packet
 }
