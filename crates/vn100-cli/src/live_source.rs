@@ -21,8 +21,8 @@ use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
     args::{LinkArgs, SimSensorArgs, SourceName},
+    commands::sim,
     log::Entries,
-    sim,
 };
 
 /// A source made ready, with the emulated sensor if it is one: that stays on as long as it is kept.

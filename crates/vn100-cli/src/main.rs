@@ -1,30 +1,19 @@
 //! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. Dispatches to the
 //! commands.
 
-mod archive;
 mod args;
 mod asked;
-mod attach;
-mod compare;
+mod commands;
 mod config;
-mod documentation;
 mod exit;
-mod explain;
 mod heartbeat;
 mod inputs;
 mod live_source;
 mod log;
 mod output;
-mod plan;
-mod ports;
-mod replay;
-mod report;
 mod result;
 mod samples;
-mod selftest;
-mod sensor;
 mod serve;
-mod sim;
 mod status;
 mod text;
 mod user_files;
@@ -36,7 +25,10 @@ use clap::Parser;
 use vn100_pipeline::LiveError;
 use vn100_report::Completion;
 
-use crate::args::{Args, OutputFormat, Subcommand};
+use crate::{
+    args::{Args, OutputFormat, Subcommand},
+    commands::{archive, attach, compare, documentation, explain, plan, ports, replay, report, selftest, sensor, sim},
+};
 
 fn main() -> ExitCode {
     let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {

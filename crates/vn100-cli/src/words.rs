@@ -7,7 +7,7 @@ use vn100_pipeline::{CommandRefusal, OutputLeft, RateEvent, SessionEvent, SetupE
 use vn100_report::numbers::plain::time;
 use vn100_words::chain;
 
-use crate::sensor::describe;
+use crate::commands::sensor::describe;
 
 const RESTORED: &str = "settings restored";
 

@@ -11,11 +11,11 @@ use ratatui::{
 
 use vn100_report::{names::names_of, numbers::plain::grouped};
 
-use super::{
-    allan, channels, health, keys, overview, parameters, plots,
+use crate::{
+    keys,
+    panels::{allan, channels, health, overview, parameters, plots, waiting, warnings},
     scene::{Regions, Scene},
     state::{Panel, ShownPlot},
-    waiting, warnings,
 };
 
 pub(crate) const LEAST: (u16, u16) = (60, 16);

@@ -9,12 +9,11 @@ use ratatui::{
 };
 use vn100_pipeline::Playback;
 
-use super::{
-    health::LEAST_NAME,
+use crate::{
+    panels::{health::LEAST_NAME, warnings::shortened},
     scene::Scene,
     state::{Panel, Question},
     theme::Theme,
-    warnings::shortened,
 };
 
 /// Columns of the keys that are always there: those that quit, and that show all others.

@@ -4,26 +4,17 @@
 //! plain data (`draw.rs`) by what was chosen (`state.rs`). It waits for its terminal, and no
 //! other thread waits for it.
 
-mod allan;
 mod background;
-mod channels;
-mod chart;
-mod curve;
 mod draw;
 mod faults;
-mod health;
 mod keys;
 mod messages;
-mod model_line;
 mod mouse;
-mod overview;
-mod parameters;
-mod plots;
+mod panels;
 mod question;
 mod reference;
 mod save;
 mod scene;
-mod sheet;
 mod sorted_by;
 mod source;
 mod state;
@@ -32,8 +23,6 @@ mod terminal;
 mod tests;
 mod theme;
 mod units;
-mod waiting;
-mod warnings;
 
 use std::{
     io,

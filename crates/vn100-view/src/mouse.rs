@@ -6,7 +6,7 @@ use ratatui::{
 };
 use vn100_pipeline::Command;
 
-use super::{
+use crate::{
     scene::Regions,
     source::SourceView,
     state::{Panel, ViewRequest, ViewState, step},

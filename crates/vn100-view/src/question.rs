@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::KeyCode;
 use vn100_pipeline::Command;
 
-use super::{
+use crate::{
     source::SourceView,
     state::{Question, ViewRequest, ViewState},
 };

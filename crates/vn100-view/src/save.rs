@@ -9,7 +9,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{curve::AllanPlot, source::SourceView, state::ViewState};
+use crate::{panels::curve::AllanPlot, source::SourceView, state::ViewState};
 use vn100_analysis::Assessment;
 use vn100_report::{
     Document, Evaluation, Measured,

@@ -8,7 +8,7 @@ use ratatui::{
     widgets::{Block, Borders},
 };
 
-use super::{
+use crate::{
     source::SourceView,
     state::{Panel, ViewState},
     theme::Theme,

@@ -4,7 +4,7 @@ use imu_noise::Term;
 use vn100_analysis::Severity;
 use vn100_protocol::Quantity;
 
-use super::source::{SourcePhase, SourceView};
+use crate::source::{SourcePhase, SourceView};
 
 /// What the rows are sorted by.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

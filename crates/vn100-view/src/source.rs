@@ -19,7 +19,7 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
-use super::{faults::Faults, reference::Reference};
+use crate::{faults::Faults, reference::Reference};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]

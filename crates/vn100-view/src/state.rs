@@ -4,7 +4,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
-use super::{
+use crate::{
     sorted_by::SortedBy,
     source::{ChannelGroup, SourceView},
 };

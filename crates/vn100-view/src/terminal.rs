@@ -23,7 +23,7 @@ use ratatui::{
     },
 };
 
-use super::background::{Answer, QUERY};
+use crate::background::{Answer, QUERY};
 
 /// How long to wait for a terminal that takes no output.
 const STALLED_AFTER: Duration = Duration::from_millis(500);

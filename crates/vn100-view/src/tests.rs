@@ -19,7 +19,7 @@ use vn100_driver::LinkState;
 use vn100_pipeline::{Playback, Speed};
 use vn100_report::health::{NextOctave, next_octave};
 
-use super::{
+use crate::{
     draw::draw,
     scene::{Regions, Scene},
     source::{SourcePhase, SourceView},
@@ -345,8 +345,8 @@ fn a_picture_has_all_that_the_screen_has() {
     let state = ViewState { axes: ShownAxes::One(1), ..one() };
     let source = measured();
     let group = state.group(&source).unwrap();
-    let plot = super::curve::AllanPlot::new(&state, &source, &group);
-    let picture = |state: &ViewState| super::save::picture(state, &source).unwrap().svg_file();
+    let plot = crate::panels::curve::AllanPlot::new(&state, &source, &group);
+    let picture = |state: &ViewState| crate::save::picture(state, &source).unwrap().svg_file();
     let svg = picture(&state);
     let points = plot.curves[0].points.len();
     let discs = |svg: &str| svg.matches("<circle").count();
@@ -356,5 +356,5 @@ fn a_picture_has_all_that_the_screen_has() {
     assert_eq!(discs(&svg_of_all), points + 1, "no two axes have the same sign");
     assert!(["gyro_x", "gyro_y", "gyro_z"].iter().all(|name| svg_of_all.contains(name)));
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    assert!(super::save::picture(&state, &nothing()).is_none());
+    assert!(crate::save::picture(&state, &nothing()).is_none());
 }

@@ -11,7 +11,7 @@ use ratatui::{
     style::{Color, Modifier, Style},
 };
 
-use super::background::Background;
+use crate::background::Background;
 
 /// What the user chose.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]

@@ -224,7 +224,7 @@ fn the_data_sheet_has_its_line_in_the_plot() {
     assert!(!screen(&one(), &source, (80, 24)).contains("S data sheet"));
     // the sensor's figure, raised by aliasing, at the first averaging time
     let group = one().group(&measured()).unwrap();
-    let plot = crate::curve::AllanPlot::new(&one(), &measured(), &group);
+    let plot = crate::panels::curve::AllanPlot::new(&one(), &measured(), &group);
     let (tau_s, deviation) = plot.sheet.unwrap().points[0];
     assert!((deviation * tau_s.sqrt() / (0.0035 * 5_f64.sqrt()) - 1.0).abs() < 0.02, "{deviation}");
 }

@@ -87,7 +87,7 @@ fn the_curve_of_an_earlier_record_lies_in_the_plot() {
     let hidden = ViewState { is_without_reference: true, ..one() };
     assert!(!screen(&hidden).contains("R bench-"));
     let group = one().group(&source).unwrap();
-    let plot = crate::curve::AllanPlot::new(&one(), &source, &group);
+    let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
     for curve in &plot.curves {
         let (own, earlier) = (curve.points[0].deviation.unwrap(), curve.reference.as_ref().unwrap().points[0].1);
         assert!((earlier / own - 1.5).abs() < 1e-9, "{own} {earlier}");
@@ -101,7 +101,7 @@ fn no_reference_where_another_deviation_was_measured() {
     reference.deviation = imu_noise::Deviation::Hadamard;
     let source = SourceView { reference: Some(Arc::new(reference)), ..source };
     let group = one().group(&source).unwrap();
-    let plot = crate::curve::AllanPlot::new(&one(), &source, &group);
+    let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
     assert!(plot.curves.iter().all(|curve| curve.reference.is_none()));
 }
 

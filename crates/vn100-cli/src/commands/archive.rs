@@ -25,11 +25,11 @@ use vn100_words::remedy_words;
 
 use crate::{
     args::{ArchiveArgs, FileArgs},
+    commands::replay::{progress_bar, replay_spec, stored_bytes},
     exit::{HangUp, print, report, stop_on_interrupt, unless_closed},
     inputs::{FileStream, inputs, inputs_of},
     log::{Entries, run_logged, takes_terminal},
     output::Output,
-    replay::{progress_bar, replay_spec, stored_bytes},
     result::{FAULT, ResultOf, measured},
     user_files::evaluation,
 };

@@ -6,7 +6,7 @@ use ratatui::{
     style::Style,
 };
 
-use super::{curve::LogAxis, theme::Theme};
+use crate::{panels::curve::LogAxis, theme::Theme};
 
 /// Columns left of the plot, for the labels of its grid.
 pub(crate) const LABELS: u16 = 7;

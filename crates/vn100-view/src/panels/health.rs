@@ -20,11 +20,11 @@ use vn100_report::{
     printable,
 };
 
-use super::{
+use crate::{
+    panels::warnings::{in_gaps, shortened},
     scene::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
-    warnings::{in_gaps, shortened},
 };
 
 /// How much is spelled out, the most first: the first that has room is drawn.

@@ -24,10 +24,10 @@ use vn100_words::remedy_words;
 use crate::{
     args::ReportArgs,
     asked::{flag, length, measure_options},
+    commands::replay::{Outputs, measure_files},
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
     output::Output,
-    replay::{Outputs, measure_files},
     serve::PROGRAM,
     user_files::evaluation,
 };

@@ -16,9 +16,9 @@ use vn100_report::{
     units::ChannelValues,
 };
 
-use super::{
+use crate::{
+    panels::sheet,
     scene::{Scene, framed},
-    sheet,
     source::{ChannelGroup, SourceView},
     state::{Panel, ShownAxes},
     theme::SIGNS,

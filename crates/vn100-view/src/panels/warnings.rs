@@ -11,7 +11,7 @@ use ratatui::{
 use vn100_analysis::{Severity, Warning};
 use vn100_report::{names::rejected_lines, numbers::plain::grouped};
 
-use super::{
+use crate::{
     scene::{Scene, framed},
     source::SourceView,
     state::Panel,
@@ -37,7 +37,7 @@ impl TopLines {
     pub(crate) fn new(scene: Scene<'_>, width: u16, most_warnings: usize) -> Self {
         let Scene { source, theme, .. } = scene;
         let width = usize::from(width);
-        let title = |fault: &super::faults::LiveFault| theme.spelled(format!("!! {}", fault.title(source.now)));
+        let title = |fault: &crate::faults::LiveFault| theme.spelled(format!("!! {}", fault.title(source.now)));
         let faults = source.faults.all().iter().flat_map(|fault| {
             textwrap::wrap(&title(fault), width).into_iter().map(Into::into).collect::<Vec<String>>()
         });
@@ -151,7 +151,7 @@ struct Finding {
 
 fn findings(scene: Scene<'_>) -> Vec<Finding> {
     let Scene { source, theme, .. } = scene;
-    let fault = |fault: &super::faults::LiveFault| Finding {
+    let fault = |fault: &crate::faults::LiveFault| Finding {
         name: fault.kind.name().into(),
         text: format!("{}. {}", fault.title(source.now), fault.kind.details()),
         severity: "fault",

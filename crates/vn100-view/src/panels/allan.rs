@@ -20,16 +20,18 @@ use vn100_report::{
     numbers::plain::{digits, tau},
 };
 
-use super::{
-    chart::{ChartAxes, LABELS, dense, draw_cursor, draw_grid, put},
-    curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE},
-    parameters,
+use crate::{
+    panels::{
+        chart::{ChartAxes, LABELS, dense, draw_cursor, draw_grid, put},
+        curve::{AllanCurve, AllanPlot, LogAxis, REFERENCE},
+        parameters,
+        sheet::SHEET,
+        warnings::shortened,
+    },
     scene::{Regions, Scene, framed},
-    sheet::SHEET,
     source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
-    warnings::shortened,
 };
 
 /// Columns of the name of the reference where room is short.

@@ -9,7 +9,7 @@ use ratatui::{
 use vn100_driver::LinkState;
 use vn100_report::{goals::warm_up, numbers::plain::grouped};
 
-use super::{
+use crate::{
     scene::Scene,
     source::{SourcePhase, SourceView},
 };

@@ -16,14 +16,16 @@ use vn100_report::{
     numbers::plain::{clock, digits, grouped},
 };
 
-use super::{
-    health::{LEAST_NAME, link_word},
+use crate::{
+    panels::{
+        health::{LEAST_NAME, link_word},
+        warnings::shortened,
+    },
     scene::Scene,
     sorted_by::{lost, worst_white},
     source::{SourcePhase, SourceView},
     state::ViewState,
     units::{convention, shown_unit},
-    warnings::shortened,
 };
 
 /// Columns of the table, from the left.

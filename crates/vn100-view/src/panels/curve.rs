@@ -5,9 +5,8 @@ use imu_noise::{Deviation, Term};
 use vn100_analysis::letter;
 use vn100_report::units::{ChannelValues, Point};
 
-use super::{
-    model_line::ModelLine,
-    sheet,
+use crate::{
+    panels::{model_line::ModelLine, sheet},
     source::{ChannelGroup, SourceView},
     state::{ShownAxes, ShownPlot, ViewState},
     units::ShownUnit,

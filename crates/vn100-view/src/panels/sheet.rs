@@ -9,8 +9,8 @@ use vn100_report::{
     numbers::plain::{digits, digits_trimmed},
 };
 
-use super::{
-    model_line::ModelLine,
+use crate::{
+    panels::model_line::ModelLine,
     source::{ChannelGroup, SourceView},
     theme::Theme,
     units::shown_unit,

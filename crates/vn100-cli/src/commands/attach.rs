@@ -23,11 +23,11 @@ use vn100_view::{MessageQueue, SourceMonitor, View};
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
     asked::measure_options,
+    commands::ports::only_likely,
     exit::{HangUp, report, stop_on_interrupt, unless_closed},
     heartbeat::Heartbeat,
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
-    ports::only_likely,
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
     serve::Watched,

@@ -19,7 +19,7 @@ use vn100_report::{
     units::{ChannelValues, fitted},
 };
 
-use super::{
+use crate::{
     scene::{Regions, Scene, framed},
     source::SourceView,
     state::Panel,

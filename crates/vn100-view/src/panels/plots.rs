@@ -19,9 +19,11 @@ use vn100_report::{
     units::ChannelValues,
 };
 
-use super::{
-    chart::{ChartAxes, LABELS, draw_grid, put},
-    curve::LogAxis,
+use crate::{
+    panels::{
+        chart::{ChartAxes, LABELS, draw_grid, put},
+        curve::LogAxis,
+    },
     scene::{Scene, framed_as},
     source::{ChannelGroup, SourceView},
     state::{Panel, ShownPlot},

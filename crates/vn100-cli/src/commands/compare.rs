@@ -25,9 +25,9 @@ use vn100_words::remedy_words;
 
 use crate::{
     args::CompareArgs,
+    commands::replay::{Outputs, measure_files},
     exit::{print, print_json, report, unless_closed},
     inputs::{FileStream, inputs},
-    replay::{Outputs, measure_files},
     text::{fill, parameter_name, text},
     user_files::evaluation,
 };

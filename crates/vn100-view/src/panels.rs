@@ -1,0 +1,14 @@
+//! What is drawn: a file for each panel, and what several of them share.
+
+pub(crate) mod allan;
+pub(crate) mod channels;
+pub(crate) mod chart;
+pub(crate) mod curve;
+pub(crate) mod health;
+pub(crate) mod model_line;
+pub(crate) mod overview;
+pub(crate) mod parameters;
+pub(crate) mod plots;
+pub(crate) mod sheet;
+pub(crate) mod waiting;
+pub(crate) mod warnings;
