@@ -1,12 +1,13 @@
 //! What changes the noise between the sensor and its stream: averaging and decimation on board, a
 //! filter of the bias, rounding.
 
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
 use super::{
     ChannelAssessment,
     noise::LongTauValidity,
     onboard::{Onboard, WindowFrom, filter},
+    rounding::hidden_terms,
 };
 use crate::{
     remedy::{Remedy, Setting, Text},
@@ -72,11 +73,15 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
         warnings.push(Warning::new(WarningKind::LineFreeBand, full, headline, details));
     }
     warnings.extend(correlated_noise(snapshot, assessed));
-    let rounded = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()));
+    // a series of no sensor has no model, and its curve is shown all the same
+    let rounded = names(&|channel, results, assessed| match channel.quantity {
+        Quantity::Value => !hidden_terms(channel, results).is_empty(),
+        _ => assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()),
+    });
     if !rounded.is_empty() {
         let headline = format!("quantisation hides the noise of {}", rounded.join(" "));
-        let details = "From sample to sample the noise is less than half a step of the printed values: the curve is that of the \
-                       rounding, not of the sensor.";
+        let details = "From sample to sample the noise is less than half a step of the values: the curve is that of the rounding. \
+                       Of values with a large constant part, subtract that: the rest is then kept in finer steps.";
         warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, headline, details));
     }
     warnings

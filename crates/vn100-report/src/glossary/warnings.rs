@@ -244,9 +244,9 @@ const fn words(kind: WarningKind) -> Words {
             &[Remedy::RemoveTemperature],
         ),
         Kind::QuantisationFloor => (
-            "From sample to sample the noise is less than half a step of the printed values.",
-            "The curve is that of the rounding, not of the sensor.",
-            "Use an output with more digits.",
+            "From sample to sample the noise is less than half a step of the values.",
+            "The curve is that of the rounding.",
+            "Use an output with more digits, or subtract the constant part of values that are large.",
             &[],
         ),
         Kind::FullRange => (

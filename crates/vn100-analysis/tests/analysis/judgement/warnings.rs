@@ -1,7 +1,7 @@
 //! What a record warns of.
 
 use imu_noise::{Status, Term};
-use vn100_analysis::{Analysis, Settings, WarningKind};
+use vn100_analysis::{Analysis, Assessment, Settings, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
@@ -29,6 +29,23 @@ fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {
         _ => still(channel),
     };
     assert_eq!(named(&warnings(coarse), WarningKind::QuantisationFloor), ["gyro_x", "gyro_y", "gyro_z"]);
+}
+
+/// Such as the frequency of a clock in hertz: the counts of 32 bits have no room for its noise.
+#[test]
+fn a_series_of_no_sensor_that_is_rounded_says_so() {
+    let warnings = |noise_counts: i32| {
+        let mut layout = Layout { channels: VNYMR.channels[11..].to_vec().into(), ..VNYMR.clone() };
+        layout.channels.to_mut()[0].quantity = Quantity::Value;
+        let counts =
+            (0..2000_i32).map(|i| 1_000_000 + i.wrapping_mul(i).wrapping_mul(7919) % (noise_counts + 1)).collect();
+        let mut analysis = Analysis::new(Settings { rate_hz: Some(1.0), ..Settings::default() });
+        analysis.absorb(&Batch { layout: Some(std::sync::Arc::new(layout)), counts, ..Batch::default() });
+        analysis.finish();
+        Assessment::new(&analysis.snapshot(), 0.95).warnings
+    };
+    assert_eq!(named(&warnings(0), WarningKind::QuantisationFloor), ["gyro_z"]);
+    assert!(named(&warnings(100), WarningKind::QuantisationFloor).is_empty());
 }
 
 #[test]
