@@ -221,15 +221,22 @@ fn actions(warning: &Warning, notes: &mut Notes) -> Vec<usize> {
 /// In a shorter record no warm-up and no slow motion would be found.
 const LEAST_AT_REST_S: f64 = 10.0;
 
+/// Whether a channel would show motion: one of a sensor that has axes.
+fn may_be_moved(snapshot: &Snapshot) -> bool {
+    snapshot.layout_channels().iter().zip(&snapshot.channels).any(|(channel, results)| {
+        let has_axes = !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
+        has_axes && results.signal.is_some()
+    })
+}
+
 /// Why an aspect could not be tested; `None` where it was.
 fn untested(aspect: Aspect, snapshot: &Snapshot, assessment: &Assessment) -> Option<String> {
     match aspect {
         Aspect::Data => warm_up(snapshot).map(|passed| format!("no sample: warm-up excluded, {passed}")),
         Aspect::AtRest => {
-            let has_signals = snapshot.channels.iter().any(|results| results.signal.is_some());
             let is_searched = assessment.channels.iter().any(|channel| channel.disturbed.detectable_step.is_some());
             let is_short = !is_searched || snapshot.timing.duration_s() < LEAST_AT_REST_S;
-            (has_signals && is_short && snapshot.timing.samples > 0)
+            (may_be_moved(snapshot) && is_short && snapshot.timing.samples > 0)
                 .then(|| "the record is too short to show it".into())
         }
         Aspect::Time | Aspect::Message | Aspect::Values => None,
@@ -265,11 +272,7 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
             }
             _ => None,
         },
-        Aspect::AtRest => snapshot
-            .channels
-            .iter()
-            .any(|results| results.signal.is_some())
-            .then(|| "no motion, vibration, step or warm-up found".into()),
+        Aspect::AtRest => may_be_moved(snapshot).then(|| "no motion, vibration, step or warm-up found".into()),
         Aspect::Message => {
             let layout = snapshot.layout.as_ref().filter(|layout| layout.compensated == Some(false))?;
             let has_rates = layout.channels.iter().any(|channel| channel.quantity == Quantity::AngularRate);
