@@ -379,6 +379,18 @@ mod tests {
         for cut in 1..=18 {
             assert_eq!(forwarded(stream.chunks(cut).map(Ok)), [18; 9], "pieces of {cut} bytes");
         }
+        // with what may be the beginning of a sentence of another device, printable to its end
+        for at in 5..16 {
+            let packet = |first: u8| {
+                let mut packet = [&[0xFA, 0x01, 0x08, 0x00, first][..], &[b'B'; 11]].concat();
+                packet[at] = b'$';
+                packet.extend(vn100_protocol::crc16(&packet[1..]).to_be_bytes());
+                packet
+            };
+            let is_printable = |packet: &Vec<u8>| packet[at + 1..].iter().all(|byte| (b'0'..=b'z').contains(byte));
+            let packet = (0..=u8::MAX).map(packet).find(is_printable).unwrap();
+            assert_eq!(ended_frames(&mut Framer::new(Options::default()), &packet), 18, "$ at {at}");
+        }
         // two and a half at a time
         assert_eq!(forwarded(stream.chunks(45).map(Ok)), [36, 54, 36, 36]);
         // a line between two of them

@@ -9,8 +9,8 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::Batch;
 
-/// Batches that may wait for the writer: five seconds of 200 reads.
-const WAITING_BATCHES: usize = 1024;
+/// Batches that may wait for the writer: ten seconds of 800 packets.
+const WAITING_BATCHES: usize = 8192;
 
 /// What a writer of samples receives.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub enum SampleEvent {
 }
 
 /// Sends the samples of a session to a writer. A link never waits for the writer: batches that do
-/// not fit into the channel of 1024 are dropped, and their samples counted. A capture or a stream
+/// not fit into the channel of 8192 are dropped, and their samples counted. A capture or a stream
 /// waits.
 #[derive(Debug, Clone)]
 pub struct SampleTap {

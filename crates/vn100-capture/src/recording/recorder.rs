@@ -26,8 +26,8 @@ use super::{
     writer::{RecordingWriter, head},
 };
 
-/// Inputs that may wait for the disk: five seconds of 200 reads. The sender drops the others.
-const WAITING_INPUTS: usize = 1024;
+/// Inputs that may wait for the disk: ten seconds of 800 packets. The sender drops the others.
+const WAITING_INPUTS: usize = 8192;
 
 /// A killed program loses no more of the stream than this.
 const FLUSH_EVERY_NS: u64 = 1_000_000_000;

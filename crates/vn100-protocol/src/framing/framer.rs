@@ -245,6 +245,9 @@ impl Framer {
     }
 }
 
+/// What sentences of the sensor begin with, behind the `$`.
+const TALKER: &[u8] = b"VN";
+
 enum Found<'a> {
     Frame(usize, Frame<'a>),
     /// Of a split packet, with its length.
@@ -280,9 +283,14 @@ fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> 
     completed.unwrap_or(Some(false))
 }
 
-/// Whether the `$` at the head of `input` begins a good sentence that is longer than the `rest` of
-/// the packet it stands in. `None` when that depends on bytes not yet received.
+/// Whether the `$` at the head of `input` begins a good sentence of the sensor that is longer than
+/// the `rest` of the packet it stands in. `None` when that depends on bytes not yet received. Of
+/// other devices none counts, or a packet with a `$` near its end would wait for the next one.
 fn sentence_completes(input: &[u8], rest: usize, end_of_input: bool) -> Option<bool> {
+    let talker = &input[1..input.len().min(1 + TALKER.len())];
+    if !TALKER.starts_with(talker) {
+        return Some(false);
+    }
     match classify(input, end_of_input) {
         Start::Incomplete => None,
         Start::Ends { length, checked, .. } => Some(checked.is_ok() && length > rest),
