@@ -61,7 +61,7 @@ pub struct NoiseFit {
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
     pub lacks_free_band: bool,
-    /// The filter of unknown transfer behind which the terms were fitted.
+    /// The low pass of unknown transfer behind which the terms were fitted, where one is proved.
     pub roll_off: Option<RollOff>,
     /// Averaging factor and edf of each octave from the shortest in use on.
     edf: Vec<(u64, f64)>,
@@ -178,7 +178,8 @@ pub struct ChannelCurve<'a> {
     pub bands: &'a [NarrowBand],
     /// A cycle of its level, of few periods or many.
     pub cycle: Option<SlowCycle>,
-    /// A filter slower than the output, where the spectrum shows one and its transfer is unknown.
+    /// A filter slower than the output, where the spectrum shows one or may show one, and its
+    /// transfer is unknown.
     pub roll_off: Option<RollOff>,
     /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
     /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
@@ -259,13 +260,17 @@ impl NoiseModel {
         lines.extend(curve.cycle.map(|cycle| self.cycle(&cycle)));
         let tails = curve.fourth_cumulant.max(0.0) / self.shape.samples as f64;
         let with_lines = model.beside(lines).with_tails(tails);
-        let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, fitted, roll_off));
-        if curve.roll_off.is_some() && filtered.is_none() && self.window.is_none() {
+        let behind = |roll_off| self.filtered(&with_lines, fitted, roll_off);
+        let proved = curve.roll_off.filter(|roll_off| roll_off.is_proved);
+        // what a filter makes of the shortest averaging times, quantisation and a window make too
+        let may_be_filtered = self.window.is_none() && !self.terms.contains(Term::Quantization);
+        let roll_off = if may_be_filtered { curve.roll_off } else { proved };
+        let filtered = roll_off.and_then(behind);
+        if proved.is_some() && filtered.is_none() && self.window.is_none() {
             return self.without_values(Status::NotObservable);
         }
         let white = filtered.as_ref().map_or(model, |(behind_filter, _)| behind_filter).white().to_vec();
-        let ceiling = |risk| self.white_ceiling(&white, &values[..octaves], curve.roll_off, risk);
-        let doubtless = ceiling(0.01);
+        let ceiling = |roll_off, risk| self.white_ceiling(&white, &values[..octaves], roll_off, risk);
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         let solve = |model: &Model, range: Range<usize>| {
             let regression = Regression::new(model, &values, range.clone());
@@ -279,6 +284,7 @@ impl NoiseModel {
             Some((solution, quality))
         };
         let read_out = |model: &Model, range: Range<usize>, (solution, quality): (Solution, FitQuality)| {
+            let doubtless = ceiling(roll_off.or((range.start > 0).then_some(RollOff::POSSIBLE)), 0.01);
             let regression = Regression::new(model, &values, range.clone());
             let accepted = Accepted { model, regression, solution, range, quality, known: (fitted, octaves) };
             let fit = self.read_out(&accepted, slope, confidence);
@@ -325,10 +331,16 @@ impl NoiseModel {
         // A known window explains its own roll-off.
         let whole = (filtered.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
         let behind_filter =
-            |(model, first): (Model, usize)| Some(NoiseFit { roll_off: curve.roll_off, ..attempt(&model, first)? });
+            |(model, first): (Model, usize)| Some(NoiseFit { roll_off: proved, ..attempt(&model, first)? });
+        let filtered = match roll_off {
+            Some(_) => filtered,
+            // what does not follow the model at the shortest averaging times may be that of a filter
+            None if whole.is_none() && may_be_filtered => behind(RollOff::POSSIBLE),
+            None => None,
+        };
         whole.or_else(|| filtered.and_then(behind_filter)).unwrap_or_else(|| {
             let mut rejected = NoiseFit { lacks_free_band, ..self.without_values(Status::ModelRejected) };
-            let ceiling = ceiling(1.0 - confidence);
+            let ceiling = ceiling(roll_off, 1.0 - confidence);
             if let Some(white) = &mut rejected.parameters[Term::White as usize]
                 && ceiling.is_finite()
             {
@@ -352,7 +364,7 @@ impl NoiseModel {
     /// which has fewest. Behind an unknown filter those octaves count that average over ten times
     /// its correlation, less the most that the filter can take from them.
     fn white_ceiling(&self, white: &[f64], values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
-        let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
+        let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples.max(1.0));
         let octaves = self.octaves.iter().zip(&self.least_edf).zip(values).zip(white);
         let counted: Vec<(f64, f64)> = octaves
             .filter(|((((_, octave), edf), _), _)| octave.m as f64 >= shortest && **edf >= 10.0)
