@@ -49,7 +49,7 @@ pub use detect_format::Format;
 pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,
-    RecordingState, RecordingWriter, Rotation, joined_parts, part_path, recording_path,
+    RecordingState, RecordingWriter, Rotation, joined_parts, missing_parts, part_path, recording_path,
 };
 pub use source::{Clock, ReaderSource, Source};
 pub use unpack::ArchiveError;

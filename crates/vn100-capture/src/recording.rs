@@ -31,7 +31,7 @@ use vn100_protocol::{
     stream::{LinkEvent, LinkEventKind},
 };
 
-pub use part::{RecordingPart, Rotation, joined_parts, part_path, recording_path};
+pub use part::{RecordingPart, Rotation, joined_parts, missing_parts, part_path, recording_path};
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
 pub use recorder::{LowSpace, RecordError, Recorder, RecordingState};
 pub(crate) use samples::{LaterParts, RecordingSamples};

@@ -6,7 +6,7 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts};
+use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts, missing_parts};
 
 use crate::{args::FileArgs, exit::report};
 
@@ -85,41 +85,5 @@ pub(crate) fn inputs_of(args: &FileArgs, heads: &BTreeMap<&Path, Head>) -> Vec<F
 fn report_missing(parts: &BTreeMap<u32, PathBuf>) {
     if let Some((path, text)) = parts.values().next().zip(missing_parts(&parts.keys().copied().collect::<Vec<_>>())) {
         report(&format!("{}: {text}", path.display()));
-    }
-}
-
-/// What is missing of these parts, in rising order; `None` of one alone, and where they follow each
-/// other from the first on.
-fn missing_parts(numbers: &[u32]) -> Option<String> {
-    let [first, _, ..] = numbers else { return None };
-    let begins = (*first > 1).then(|| format!("the record begins with part {first}"));
-    let last = numbers.last().unwrap_or(first);
-    let missing: Vec<String> =
-        (*first..*last).filter(|number| !numbers.contains(number)).map(|number| number.to_string()).collect();
-    let lost = match &missing[..] {
-        [] => None,
-        [number] => Some(format!("part {number} is missing: the link counts as lost meanwhile")),
-        numbers => Some(format!("parts {} are missing: the link counts as lost meanwhile", numbers.join(", "))),
-    };
-    let texts: Vec<String> = begins.into_iter().chain(lost).collect();
-    (!texts.is_empty()).then(|| texts.join("; "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_parts_are_named_and_those_before_the_first_are_no_loss() {
-        for (numbers, text) in [
-            (&[1, 2, 3][..], None),
-            (&[4], None),
-            (&[2, 3], Some("the record begins with part 2")),
-            (&[1, 3], Some("part 2 is missing: the link counts as lost meanwhile")),
-            (&[1, 3, 5], Some("parts 2, 4 are missing: the link counts as lost meanwhile")),
-            (&[2, 4], Some("the record begins with part 2; part 3 is missing: the link counts as lost meanwhile")),
-        ] {
-            assert_eq!(missing_parts(numbers).as_deref(), text, "{numbers:?}");
-        }
     }
 }

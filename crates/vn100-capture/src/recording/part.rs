@@ -78,6 +78,24 @@ pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPa
     groups
 }
 
+/// What is missing of parts with these numbers, in rising order; `None` of one alone, and where they
+/// follow each other from the first on.
+#[must_use]
+pub fn missing_parts(numbers: &[u32]) -> Option<String> {
+    let [first, _, ..] = numbers else { return None };
+    let begins = (*first > 1).then(|| format!("the record begins with part {first}"));
+    let last = numbers.last().unwrap_or(first);
+    let missing: Vec<String> =
+        (*first..*last).filter(|number| !numbers.contains(number)).map(|number| number.to_string()).collect();
+    let lost = match &missing[..] {
+        [] => None,
+        [number] => Some(format!("part {number} is missing: the link counts as lost meanwhile")),
+        numbers => Some(format!("parts {} are missing: the link counts as lost meanwhile", numbers.join(", "))),
+    };
+    let texts: Vec<String> = begins.into_iter().chain(lost).collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
+}
+
 /// The path of a part: `night.0001.mcap` for `night.mcap`.
 #[must_use]
 pub fn part_path(recording: &Path, number: u32) -> PathBuf {
@@ -156,6 +174,20 @@ mod tests {
             joined.iter().map(|parts| parts.values().map(|path| path.to_str().unwrap()).collect()).collect();
         let expected: [&[&str]; 5] = [&["b1", "b2"], &["x"], &["a1", "a3"], &["y"], &["a1 again"]];
         assert_eq!(paths, expected);
+    }
+
+    #[test]
+    fn missing_parts_are_named_and_those_before_the_first_are_no_loss() {
+        for (numbers, text) in [
+            (&[1, 2, 3][..], None),
+            (&[4], None),
+            (&[2, 3], Some("the record begins with part 2")),
+            (&[1, 3], Some("part 2 is missing: the link counts as lost meanwhile")),
+            (&[1, 3, 5], Some("parts 2, 4 are missing: the link counts as lost meanwhile")),
+            (&[2, 4], Some("the record begins with part 2; part 3 is missing: the link counts as lost meanwhile")),
+        ] {
+            assert_eq!(missing_parts(numbers).as_deref(), text, "{numbers:?}");
+        }
     }
 
     #[test]
