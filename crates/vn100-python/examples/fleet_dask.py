@@ -21,7 +21,9 @@ def state_of(files: list[str]) -> vn100.State:
     """Of a file, or of the parts of a recording; a broken one is a row with its error."""
     try:
         return vn100.State.of_file(*files)
-    except (OSError, vn100.CaptureError) as error:
+    except OSError as error:
+        return vn100.State.of_error(files[0], error.strerror or str(error))
+    except vn100.CaptureError as error:
         return vn100.State.of_error(files[0], str(error))
 
 

@@ -1,10 +1,8 @@
 //! Results as documents, and what went wrong as exceptions, in the words of the command line.
 
-use std::io;
-
 use pyo3::{
     create_exception,
-    exceptions::{PyException, PyFileNotFoundError, PyRuntimeError},
+    exceptions::{PyException, PyOSError, PyRuntimeError},
     prelude::*,
 };
 use vn100_capture::OpenError;
@@ -32,19 +30,37 @@ pub(crate) fn of_session(result: SessionResult) -> Measured {
     measured
 }
 
+/// Adds the gravest warning to the error of a capture without samples: what was wrong with its bytes.
+pub(crate) fn explain(measured: &mut Measured) {
+    let gravest = measured.warnings().first().map(|warning| warning.headline.clone());
+    if let (0, Some(error), Some(gravest)) = (measured.snapshot.timing.samples, &mut measured.facts.error, gravest) {
+        *error = format!("{error}; {gravest}");
+    }
+}
+
 /// The exception of a capture of which nothing could be measured; `None` where anything was.
 pub(crate) fn failure(end: &EndReason, measured: &Measured) -> Option<PyErr> {
     let text = measured.facts.error.clone()?;
-    let is_missing = match end {
-        EndReason::NotStarted(StartError::Capture(OpenError::Io { source, .. })) => {
-            source.kind() == io::ErrorKind::NotFound
-        }
-        _ => false,
-    };
-    if is_missing {
-        return Some(PyFileNotFoundError::new_err(text));
+    if let EndReason::NotStarted(StartError::Capture(error @ OpenError::Io { source, .. })) = end
+        && source.raw_os_error().is_some()
+    {
+        return Some(not_opened(error));
     }
     (measured.snapshot.timing.samples == 0).then(|| CaptureError::new_err(text))
+}
+
+/// The exception of a capture that cannot be opened: for an error of the operating system the
+/// `OSError` of its number.
+pub(crate) fn not_opened(error: &OpenError) -> PyErr {
+    let text = vn100_words::chain(error);
+    match error {
+        OpenError::Io { path, source } => match source.raw_os_error() {
+            // the fourth is the number where the system is Windows
+            Some(number) => PyOSError::new_err((number, text, path.clone().into_os_string(), number)),
+            None => CaptureError::new_err(text),
+        },
+        _ => CaptureError::new_err(text),
+    }
 }
 
 /// The document `vn100.analysis/1`.

@@ -3,17 +3,17 @@
 use std::{path::PathBuf, time::Duration};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::{
-    exceptions::{PyFileNotFoundError, PyRuntimeError},
-    prelude::*,
-    types::PyDict,
-};
+use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, Event, OpenError};
+use vn100_capture::{Capture, Event};
 use vn100_protocol::stream::Batch;
 
-use crate::{measured::CaptureError, options::ReplayOptions, sessions::runtime};
+use crate::{
+    measured::{CaptureError, not_opened},
+    options::ReplayOptions,
+    sessions::runtime,
+};
 
 /// A row without a time.
 const NO_TIME: i64 = i64::MIN;
@@ -39,21 +39,26 @@ impl Rows {
     #[new]
     #[pyo3(signature = (path, *parts, **options))]
     fn new(py: Python<'_>, path: PathBuf, parts: Vec<PathBuf>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?;
-        let ReplayOptions { read, capture, .. } = options.with_parts(parts);
+        let mut options = ReplayOptions::of_rows(py, options)?;
+        let path = options.join(py, path, parts)?;
+        let ReplayOptions { read, capture, .. } = options;
         let runtime = runtime()?;
         let opened = py.detach(|| {
-            let capture = Capture::open(&path, &capture).map_err(failed)?;
+            let capture = Capture::open(&path, &capture).map_err(|error| not_opened(&error))?;
             let _entered = runtime.enter();
             capture.read(read, CancellationToken::new()).map_err(|error| CaptureError::new_err(error.to_string()))
         });
         let (channels, units) = (Vec::new(), Vec::new());
         let mut rows = Self { runtime, events: opened?, first: None, channels, units };
-        rows.first = rows.batch(py)?;
-        if let Some(layout) = rows.first.as_ref().and_then(|batch| batch.layout.as_ref()) {
+        let Some(first) = rows.batch(py)? else {
+            let text = format!("{}: no valid sample; measure it with replay, which gives the reason", path.display());
+            return Err(CaptureError::new_err(text));
+        };
+        if let Some(layout) = &first.layout {
             rows.channels = layout.channels.iter().map(|channel| channel.name.to_string()).collect();
             rows.units = layout.channels.iter().map(|channel| channel.unit.to_string()).collect();
         }
+        rows.first = Some(first);
         Ok(rows)
     }
 
@@ -96,16 +101,6 @@ impl Rows {
                 Ok(None) => return Ok(None),
             }
         }
-    }
-}
-
-fn failed(error: OpenError) -> PyErr {
-    let text = vn100_words::chain(&error);
-    match &error {
-        OpenError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            PyFileNotFoundError::new_err(text)
-        }
-        _ => CaptureError::new_err(text),
     }
 }
 

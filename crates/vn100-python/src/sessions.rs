@@ -28,17 +28,19 @@ pub(crate) fn replay(
     parts: Vec<PathBuf>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
-    let given = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?.with_parts(parts);
+    let mut given = ReplayOptions::of(py, options)?;
+    let path = given.join(py, path, parts)?;
     let evaluation = measured::evaluation(given.filter_models)?;
     let mut documents = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let is_one_of_several = spec.is_one_of_several;
         let result = session(py, spec)?;
         let end = Arc::clone(&result.end);
-        let measured = py.detach(|| evaluation.complete(measured::of_session(result)));
+        let mut measured = py.detach(|| evaluation.complete(measured::of_session(result)));
         // what a stream of several lacks is said beside the others
-        if let Some(error) = measured::failure(&end, &measured).filter(|_| !is_one_of_several) {
-            return Err(error);
+        if !is_one_of_several {
+            measured::explain(&mut measured);
+            measured::failure(&end, &measured).map_or(Ok(()), Err)?;
         }
         documents.push(measured::document(&measured)?);
     }

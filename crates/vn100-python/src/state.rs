@@ -50,7 +50,8 @@ impl State {
         name: Option<String>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(ReplayOptions::default()), ReplayOptions::of)?.with_parts(parts);
+        let mut options = ReplayOptions::of(py, options)?;
+        let path = options.join(py, path, parts)?;
         let specs = py.detach(|| options.specs(&path));
         let mut all = vn100_analysis::State::default();
         for spec in specs {

@@ -1,15 +1,18 @@
 """Captures of the project."""
 
+import errno
 import gzip
 import html
 import json
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -26,18 +29,12 @@ def test_a_capture_is_measured(log):
     assert "<table>" in result._repr_html_() and str(result.samples) in repr(result)
 
 
-def test_a_document_is_that_of_the_command_line(log):
-    program = os.environ.get("VN100_PROGRAM")
-    if program is None:
-        pytest.skip("VN100_PROGRAM names no program to compare with")
+def test_a_document_is_that_of_the_command_line(log, program):
     printed = subprocess.run([program, "replay", str(log), "--rate", "40", "--json"], capture_output=True, check=True)
     assert vn100.replay(log, rate=40).to_dict() == json.loads(printed.stdout)
 
 
-def test_the_version_is_that_of_the_command_line():
-    program = os.environ.get("VN100_PROGRAM")
-    if program is None:
-        pytest.skip("VN100_PROGRAM names no program to compare with")
+def test_the_version_is_that_of_the_command_line(program):
     printed = subprocess.run([program, "--version"], capture_output=True, check=True, text=True)
     # behind the version stands the commit, where there is one
     assert printed.stdout.split()[:2] == ["vn100", vn100.__version__]
@@ -71,17 +68,94 @@ def test_states_of_files(log, tmp_path):
         vn100.State.from_bytes(bytes(damaged))
 
 
-def test_errors_are_exceptions_with_the_words_of_the_command_line(tmp_path):
-    with pytest.raises(FileNotFoundError, match="cannot read"):
-        vn100.replay(tmp_path / "none.mcap")
-    empty = tmp_path / "empty.vnymr"
+MEASURES = [vn100.replay, vn100.State.of_file, vn100.rows]
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_parts_are_taken_in_their_order(measure, parts):
+    def bits(found):
+        if isinstance(found, vn100.Result):
+            return json.dumps(found.to_dict())
+        return found.to_bytes() if isinstance(found, vn100.State) else [values.tolist() for _, values in found]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        whole = bits(measure(*parts))
+        assert bits(measure(parts[2], parts[0], parts[3], parts[1])) == whole
+    with pytest.warns(UserWarning, match=r"night.0001.mcap: parts 2, 3 are missing: the link counts as lost"):
+        assert bits(measure(parts[3], parts[0])) != whole
+    with pytest.warns(UserWarning, match="night.0002.mcap: the record begins with part 2"):
+        measure(*parts[1:])
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_what_is_not_of_one_recording_is_not_joined(measure, parts, log, tmp_path):
+    for files in [(log, log), (parts[0], log), (parts[0], parts[0])]:
+        with pytest.raises(ValueError, match=f"{files[0].name}.*{files[1].name} are not parts of one recording"):
+            measure(*files)
+    for files in [(log, tmp_path / "none.vnymr"), (tmp_path / "none.mcap", parts[0])]:
+        with pytest.raises(FileNotFoundError, match="cannot read .*none"):
+            measure(*files)
+
+
+def test_errors_are_exceptions_with_the_words_of_the_command_line(log, tmp_path):
+    none, empty, unchecked = (tmp_path / name for name in ("none.mcap", "empty.vnymr", "unchecked.vnymr"))
     empty.write_bytes(b"nothing of a sensor")
-    with pytest.raises(vn100.CaptureError, match="is not a capture"):
-        vn100.replay(empty)
-    with pytest.raises(TypeError, match='there is no option "rates"'):
-        vn100.replay(empty, rates=40)
-    with pytest.raises(ValueError, match='estimator "all"'):
-        vn100.replay(empty, estimator="all")
+    unchecked.write_bytes(re.sub(rb"\*..", b"", log.read_bytes()))
+    for measure in MEASURES:
+        with pytest.raises(FileNotFoundError, match="cannot read") as failure:
+            measure(none)
+        assert (failure.value.errno, failure.value.filename) == (errno.ENOENT, str(none))
+        with pytest.raises(vn100.CaptureError, match="is not a capture"):
+            measure(empty)
+        with pytest.raises(vn100.CaptureError, match="no valid sample"):
+            measure(unchecked)
+    with pytest.raises(vn100.CaptureError, match="lines rejected: no checksum"):
+        vn100.replay(unchecked)
+    assert vn100.replay(unchecked, accept_unchecked=True, rate=40).samples > 1000
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="root may read every file")
+def test_a_file_without_permission_is_a_permission_error(log, tmp_path):
+    locked = tmp_path / "locked.vnymr"
+    locked.write_bytes(log.read_bytes())
+    locked.chmod(0)
+    for measure in MEASURES:
+        with pytest.raises(PermissionError):
+            measure(locked)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"rates": 40}, TypeError, "rates: there is no such option"),
+        ({"rate": "40"}, TypeError, "rate: must be real number"),
+        ({"rate": 0}, ValueError, "rate: 0 Hz"),
+        ({"estimator": "all"}, ValueError, 'estimator: "all" is none of'),
+        ({"window": 0}, ValueError, "window: 0 is not between 1 and 800"),
+        ({"window": 801}, ValueError, "window: 801 is not"),
+        ({"window": -1}, ValueError, "window: -1 is not"),
+        ({"window": "8"}, TypeError, "window: 'str'"),
+        ({"duration": 0}, ValueError, "duration: 0 s contains no sample"),
+        ({"duration": -1}, ValueError, "duration: -1.0 s is not a duration"),
+        ({"skip": 60, "duration": 60}, ValueError, "duration: 60 s end within the 60 s that skip excludes"),
+        ({"compensated": "perhaps"}, ValueError, 'compensated: "perhaps" is none of yes, no'),
+        ({"compensated": 3}, TypeError, "compensated: 'int'"),
+        ({"topic": 3}, TypeError, "topic: 'int'"),
+    ],
+)
+def test_options_that_cannot_be_given_are_said(log, options, error, words):
+    for measure in (vn100.replay, vn100.State.of_file):
+        with pytest.raises(error, match=words):
+            measure(log, **options)
+    with pytest.raises(TypeError, match="rows has no option|topic: 'int'"):
+        vn100.rows(log, **options)
+
+
+def test_what_is_known_of_the_sensor_is_given(log):
+    for compensated in (True, "yes"):
+        noise = vn100.replay(log, rate=40, compensated=compensated, window=20).channels["gyro_x"].noise
+        assert noise.bias_instability.status == "not-measurable"
 
 
 def test_other_threads_run_meanwhile(log, tmp_path):
@@ -130,7 +204,7 @@ def test_a_plot_is_drawn_where_there_is_matplotlib(log):
 
 def test_without_matplotlib_a_plot_says_what_to_install(log, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
-    with pytest.raises(ImportError, match=r"pip install vn100\[plot\]"):
+    with pytest.raises(ImportError, match="pip install matplotlib"):
         vn100.replay(log, rate=40).plot("gyro_x")
 
 

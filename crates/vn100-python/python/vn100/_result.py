@@ -130,13 +130,13 @@ class Curve:
     def plot(self, ax: Axes | None = None, label: str | None = None) -> Axes:
         """Draws the curve and its intervals on matplotlib axes, new ones by default.
 
-        Needs matplotlib: ``pip install vn100[plot]``.
+        Needs matplotlib: ``pip install matplotlib``.
         """
         if ax is None:
             try:
                 import matplotlib.pyplot as plt
             except ImportError as error:
-                raise ImportError(f"plot() needs matplotlib: pip install vn100[plot] ({error})") from None
+                raise ImportError(f"plot() needs matplotlib: pip install matplotlib ({error})") from None
             _, ax = plt.subplots()
         (line,) = ax.loglog(self.tau, self.deviation, marker=".", label=label)
         ax.fill_between(self.tau, self.lower, self.upper, color=line.get_color(), alpha=0.25, linewidth=0)
