@@ -1,6 +1,6 @@
 //! The sums of arrays: what `Analyzer` accumulates.
 
-use std::sync::Arc;
+use std::{mem, sync::Arc};
 
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{exceptions::PyValueError, prelude::*};
@@ -9,7 +9,11 @@ use vn100_protocol::stream::{AbsentCell, Batch};
 use vn100_protocol::{Channel, Layout, Quantity};
 use vn100_report::Measured;
 
-use crate::{measured, options, state::State};
+use crate::{
+    measured,
+    options::{self, named},
+    state::State,
+};
 
 /// Rows that are taken at a time, between looks at signals, while the interpreter is free.
 const BLOCK: usize = 1 << 16;
@@ -34,6 +38,12 @@ pub(crate) struct Sums {
     /// Channels whose first rows do not say what a count is worth: all of them are zero.
     is_zero: Vec<bool>,
     analysis: Analysis,
+    /// Of the first sample, as far as it is known.
+    start: PieceStart,
+    /// Rows missing since the last one: a gap counts once a row follows, however it was divided.
+    missing: u64,
+    /// Whether an unknown number is missing before the first row of a piece.
+    is_broken: bool,
     confidence: f64,
 }
 
@@ -51,15 +61,17 @@ fn quantity(name: &str) -> (Quantity, &'static str) {
 #[pymethods]
 impl Sums {
     #[new]
-    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, start, samples_before))]
+    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, compensated, start, samples_before))]
     #[expect(clippy::too_many_arguments, reason = "the Python class around it names and documents them")]
     fn new(
+        py: Python<'_>,
         channels: Vec<String>,
         rate: f64,
         resolution: Option<Vec<f64>>,
         estimator: &str,
         deviation: &str,
         confidence: f64,
+        compensated: Option<Bound<'_, PyAny>>,
         start: u64,
         samples_before: u64,
     ) -> PyResult<Self> {
@@ -75,10 +87,11 @@ impl Sums {
             return Err(PyValueError::new_err("resolution: one number above 0 for each channel"));
         }
         let settings = Settings {
-            rate_hz: Some(options::rate(rate)?),
-            estimator: options::estimator(estimator)?,
-            deviation: options::deviation(deviation)?,
-            confidence: options::confidence(confidence)?,
+            rate_hz: Some(named(py, "rate", options::rate(rate))?),
+            estimator: named(py, "estimator", options::estimator(estimator))?,
+            deviation: named(py, "deviation", options::deviation(deviation))?,
+            confidence: named(py, "confidence", options::confidence(confidence))?,
+            compensated: named(py, "compensated", compensated.as_ref().map(options::is_compensated).transpose())?,
             ..Settings::default()
         };
         let start = PieceStart { index: start, places: start, samples: samples_before };
@@ -92,6 +105,9 @@ impl Sums {
             layout: None,
             is_zero: Vec::new(),
             analysis: Analysis::new(settings).starting_at(start),
+            start,
+            missing: 0,
+            is_broken: false,
             confidence,
         })
     }
@@ -108,7 +124,7 @@ impl Sums {
             return Ok(());
         }
         if self.layout.is_none() && py.detach(|| values.iter().all(|value| value.is_nan())) {
-            self.analysis.gap(Some((values.len() / width) as u64));
+            self.missing += (values.len() / width) as u64;
             return Ok(());
         }
         let layout = py.detach(|| self.layout_for(values)).map_err(PyValueError::new_err)?;
@@ -122,7 +138,13 @@ impl Sums {
     /// Rows are missing here; `None` for an unknown number.
     #[pyo3(signature = (missing))]
     fn gap(&mut self, missing: Option<u64>) {
-        self.analysis.gap(missing);
+        match missing {
+            Some(missing) => self.missing += missing,
+            None => {
+                self.is_broken = !self.has_rows();
+                self.analysis.gap(None);
+            }
+        }
     }
 
     #[getter]
@@ -182,6 +204,30 @@ impl Sums {
         Ok(Arc::clone(self.layout.insert(Arc::new(layout))))
     }
 
+    fn has_rows(&self) -> bool {
+        self.analysis.end() != self.start
+    }
+
+    /// Counts the rows missing before those that follow. A record begins with its first sample, and
+    /// a later piece of it with what is missing before its own.
+    fn count_missing(&mut self, layout: &Arc<Layout>) {
+        let missing = mem::take(&mut self.missing);
+        if self.has_rows() || self.start.samples == 0 {
+            if missing > 0 {
+                self.analysis.gap(Some(missing));
+            }
+            return;
+        }
+        self.start.index += missing;
+        self.start.places += missing;
+        self.analysis = Analysis::new(self.analysis.settings().clone()).starting_at(self.start);
+        if mem::take(&mut self.is_broken) {
+            // a break counts where the channels are known
+            self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), ..Batch::default() });
+            self.analysis.gap(None);
+        }
+    }
+
     /// Values that were checked.
     fn absorb(&mut self, layout: &Arc<Layout>, values: &[f64]) {
         let width = layout.channels.len();
@@ -196,6 +242,7 @@ impl Sums {
             }
         }
         if is_plain {
+            self.count_missing(layout);
             self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), counts, ..Batch::default() });
         } else {
             self.absorb_with_missing(layout, values, &counts);
@@ -209,13 +256,12 @@ impl Sums {
         let mut rows = values.chunks_exact(width).zip(counts.chunks_exact(width)).peekable();
         while let Some((row, _)) = rows.peek() {
             if is_missing(row) {
-                let mut missing = 0;
                 while rows.next_if(|(row, _)| is_missing(row)).is_some() {
-                    missing += 1;
+                    self.missing += 1;
                 }
-                self.analysis.gap(Some(missing));
                 continue;
             }
+            self.count_missing(layout);
             let mut batch = Batch { layout: Some(Arc::clone(layout)), ..Batch::default() };
             while let Some((row, counts)) = rows.next_if(|(row, _)| !is_missing(row)) {
                 let place = batch.counts.len() / width;
@@ -245,6 +291,9 @@ fn check(values: &[f64], layout: &Layout, is_zero: &[bool]) -> Result<(), String
     let column = (0..width).find(beyond).unwrap_or(0);
     let (channel, value) = (&layout.channels[column], row[column]);
     Err(match is_zero[column] {
+        _ if value.is_infinite() => {
+            format!("{}: {value} in row {place} is not finite: give NaN for a missing number", channel.name)
+        }
         true => format!(
             "{}: the first rows were all 0 or missing, and {value} in row {place} does not follow from them: give resolution",
             channel.name

@@ -78,6 +78,53 @@ def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
         vn100.State.merged(pieces[1], pieces[1])
 
 
+@pytest.mark.parametrize("cuts", [(600,), (700,), (1500,), (690, 800, 1500, 1600, 1700, 2000)])
+def test_a_cut_inside_a_gap_changes_no_bit(noise, cuts):
+    rows = noise.astype(float)
+    rows[700:1700] = np.nan
+
+    def piece(start, end, by_gap):
+        before = int(np.isfinite(rows[:start]).sum())
+        piece = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start, samples_before=before)
+        missing = np.flatnonzero(np.isfinite(np.append(rows[start:end], 0.0)))[0] if by_gap else 0
+        piece.gap(int(missing))
+        piece.push(rows[start + missing : end])
+        return piece.state("run")
+
+    expected = piece(0, 5000, False).documents()
+    for by_gap in (False, True):
+        ends = (0, *cuts, 5000)
+        pieces = [piece(start, end, by_gap) for start, end in zip(ends, ends[1:], strict=False)]
+        assert vn100.State.merged(*pieces).documents() == expected
+
+
+@pytest.mark.parametrize("gaps", [[None], [None, None], [7], [7, 5]])
+@pytest.mark.parametrize("before", [0, 1, 2])
+def test_gaps_may_stand_on_either_side_of_a_cut(noise, gaps, before):
+    def analyzer(start=0, samples=0):
+        return vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start, samples_before=samples)
+
+    whole, first = analyzer(), analyzer()
+    second = analyzer(1000 + sum(gap or 0 for gap in gaps[:before]), 1000)
+    whole.push(noise[:1000])
+    first.push(noise[:1000])
+    for place, gap in enumerate(gaps):
+        whole.gap(gap)
+        (first if place < before else second).gap(gap)
+    whole.push(noise[1000:])
+    second.push(noise[1000:])
+    assert vn100.State.merged(first.state("run"), second.state("run")).documents() == whole.state("run").documents()
+
+
+def test_what_is_known_of_the_sensor_is_given():
+    random = np.random.default_rng(2)
+    rows = 1e-5 * random.standard_normal(100_000) + np.cumsum(1e-6 * random.standard_normal(100_000))
+    for compensated, status in [("yes", "not-measurable"), (True, "not-measurable"), ("no", "estimated"), (False, "estimated")]:
+        analyzer = vn100.Analyzer(["gyro_x"], rate=40.0, compensated=compensated)
+        analyzer.push(rows)
+        assert analyzer.noise("gyro_x").rate_random_walk.status == status
+
+
 @pytest.mark.parametrize(
     ("options", "error", "words"),
     [
@@ -91,7 +138,11 @@ def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
         ({"resolution": "x"}, TypeError, "no real numbers"),
         ({"confidence": 1.0}, ValueError, "between 0 and 1"),
         ({"estimator": "all"}, ValueError, "estimator"),
+        ({"compensated": "perhaps"}, ValueError, 'compensated: "perhaps"'),
         ({"start": -1}, ValueError, "start: -1"),
+        ({"start": 10, "samples_before": 11}, ValueError, "11 is not between 1 and 10"),
+        ({"start": 10, "samples_before": 0}, ValueError, "0 is not between 1 and 10"),
+        ({"samples_before": 1}, ValueError, "1 is not between 0 and 0"),
         ({"samples_before": 2**70}, ValueError, "samples_before"),
     ],
 )
@@ -144,6 +195,8 @@ def test_what_no_row_says_is_not_guessed():
     for odd in (1e-300, 1e300):
         with pytest.raises(ValueError, match="scale them"):
             vn100.Analyzer(["gyro_x"], rate=1.0).push([odd, -odd])
+    with pytest.raises(ValueError, match="gyro_x: inf in row 1 is not finite"):
+        vn100.Analyzer(["gyro_x"], rate=1.0).push([np.nan, np.inf])
     masked = vn100.Analyzer(["gyro_x"], rate=1.0, resolution=1.0)
     masked.push(np.ma.masked_array([1.0, 2.0, 3.0], mask=[0, 1, 0]))
     assert (masked.samples, masked.result().missing) == (2, 1)

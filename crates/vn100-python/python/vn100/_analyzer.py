@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,9 +24,15 @@ class Analyzer:
     decide: a power of two, 2^-28 of the largest magnitude, with room for eight times
     that; the deviation is then within 1e-6 of that of the floats.
 
-    A piece of a longer record begins at the absolute index ``start``, behind
-    ``samples_before`` samples (``start`` less those missing): the states of pieces
-    merge to the very bits of the whole.
+    ``compensated`` says whether a filter has removed the bias of the angular rates
+    (``True`` or ``"yes"``, ``False`` or ``"no"``): with ``True``, B, K and R of a
+    gyroscope are not measurable.
+
+    A piece of a longer record begins at the absolute index ``start``, which counts
+    rows from the first that is there in the record, behind ``samples_before`` samples
+    (``start`` less those missing): the states of pieces with the same ``resolution``
+    merge to the very bits of the whole. Rows missing at the beginning of such a piece
+    count.
     """
 
     def __init__(
@@ -38,6 +44,7 @@ class Analyzer:
         estimator: str = "strided",
         deviation: str = "allan",
         confidence: float = 0.95,
+        compensated: bool | Literal["yes", "no"] | None = None,
         start: int = 0,
         samples_before: int | None = None,
     ) -> None:
@@ -50,14 +57,19 @@ class Analyzer:
             steps = [float(step) for step in (np.full(len(names), given) if given.ndim == 0 else given.ravel())]
         start = whole(start, "start")
         before = start if samples_before is None else whole(samples_before, "samples_before")
-        self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, start, before)
+        if not min(start, 1) <= before <= start:
+            raise ValueError(
+                f"samples_before: {before} is not between {min(start, 1)} and {start}, as start counts from the first sample"
+            )
+        self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, compensated, start, before)
         self._names = names
 
     def push(self, rows: ArrayLike) -> None:
         """Adds rows in time order: shape ``(n, channels)``, or ``(n,)`` for one channel.
 
         NaN is a missing number, as is what a masked array masks; a row of NaN is a missing
-        sample, and none before the first that is there. Raises :exc:`ValueError` for other
+        sample between those that are there: it counts once a row follows, and not before
+        the first of the record. Raises :exc:`ValueError` for other
         shapes and for numbers beyond 32 bits of the resolution, :exc:`TypeError` for what
         is no number; then none of the rows is taken.
         """
@@ -69,8 +81,8 @@ class Analyzer:
         self._sums.push(values)
 
     def gap(self, missing: int | None) -> None:
-        """So many rows are missing here; ``None`` for an unknown number, across which no
-        window reaches."""
+        """So many rows are missing here, as if they were NaN; ``None`` for an unknown
+        number, across which no window reaches."""
         self._sums.gap(None if missing is None else whole(missing, "missing"))
 
     @property

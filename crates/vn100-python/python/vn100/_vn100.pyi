@@ -41,6 +41,7 @@ class Sums:
         estimator: str,
         deviation: str,
         confidence: float,
+        compensated: bool | str | None,
         start: int,
         samples_before: int,
     ) -> Self: ...
