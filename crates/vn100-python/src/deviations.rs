@@ -15,6 +15,12 @@ const LANES: usize = 8;
 /// Values of each of the four parts that are summed at a time.
 const PART: usize = 512;
 
+/// Windows that are summed between looks at signals: some tenths of a second.
+const PORTION: usize = 1 << 28;
+
+/// Factors of a portion at least, which are all octaves of an array: they share the tiles.
+const FEWEST: usize = 32;
+
 /// Integers below are exact as floats, and so are the differences of windows.
 const EXACT: f64 = (1_u64 << 51) as f64;
 
@@ -56,14 +62,17 @@ pub(crate) fn deviations(
     })?;
     py.check_signals()?;
     let order = if hadamard { 3 } else { 2 };
-    let sums = py.detach(|| {
-        if overlapping {
-            overlapped(phase, order, &factors)
-        } else {
-            factors.iter().map(|m| adjacent(phase, order, *m)).collect()
-        }
-    });
-    py.check_signals()?;
+    let mut sums = Vec::with_capacity(factors.len());
+    for factors in factors.chunks((PORTION / phase.len().max(1)).max(FEWEST)) {
+        sums.extend(py.detach(|| {
+            if overlapping {
+                overlapped(phase, order, factors)
+            } else {
+                factors.iter().map(|m| adjacent(phase, order, *m)).collect()
+            }
+        }));
+        py.check_signals()?;
+    }
     let divisor = if hadamard { 6.0 } else { 2.0 };
     let of = |((sum, windows), m): (&(f64, usize), &usize)| {
         let root = (sum / (divisor * (*windows).max(1) as f64)).sqrt() * step;

@@ -1,6 +1,10 @@
 """The drop-ins beside allantools."""
 
 import math
+import signal
+import subprocess
+import sys
+import time
 from fractions import Fraction
 
 import allantools
@@ -166,3 +170,25 @@ def test_missing_values_at_the_ends_are_none_of_the_record():
     np.testing.assert_array_equal(ends[1], vn100.oadev([1.0, 4.0, 2.0], data_type="freq")[1])
     constant = vn100.oadev(np.full(50, 9.81), data_type="freq")
     assert (constant[1] == 0).all() and len(constant[0]) == 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_an_interrupt_ends_a_long_calculation():
+    script = """
+import numpy as np, vn100
+data, taus = np.ones(4_000_000), np.arange(1.0, 40_000.0)
+print('ready', flush=True)
+try:
+    vn100.oadev(data, taus=taus)
+except KeyboardInterrupt:
+    print('interrupted')
+"""
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE)
+    assert process.stdout.readline().strip() == b"ready"
+    # the interpreter has prepared what is calculated
+    time.sleep(1)
+    process.send_signal(signal.SIGINT)
+    try:
+        assert process.communicate(timeout=20)[0].strip() == b"interrupted"
+    finally:
+        process.kill()
