@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -123,6 +124,38 @@ def test_what_is_known_of_the_sensor_is_given():
         analyzer = vn100.Analyzer(["gyro_x"], rate=40.0, compensated=compensated)
         analyzer.push(rows)
         assert analyzer.noise("gyro_x").rate_random_walk.status == status
+
+
+def test_a_thread_may_push_while_another_asks(noise):
+    analyzer = vn100.Analyzer(["gyro_x", "gyro_y", "gyro_z"], rate=40.0, resolution=1.0)
+    rows = np.column_stack([noise, noise, noise])[:4]
+    analyzer.push(rows)
+    done, failed = threading.Event(), []
+
+    def push():
+        for _ in range(2000):
+            try:
+                analyzer.push(rows)
+            except RuntimeError as error:
+                failed.append(error)
+        done.set()
+
+    thread = threading.Thread(target=push)
+    thread.start()
+    while not done.is_set():
+        assert analyzer.result().samples % 4 == 0 and analyzer.state("run") is not None
+    thread.join()
+    assert not failed and analyzer.samples == analyzer.result().samples == 8004
+
+
+def test_a_result_is_kept_until_rows_follow(noise):
+    analyzer = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0)
+    analyzer.push(noise)
+    result = analyzer.result()
+    assert analyzer.curve("gyro_x") is result.channels["gyro_x"].curve
+    analyzer.push(noise)
+    assert analyzer.result().samples == 2 * result.samples == 10_000
+    assert repr(analyzer) == "<vn100.Analyzer: 10000 samples at 40 Hz, 1 channels>"
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,26 @@ def test_rows_are_the_samples(log):
     np.testing.assert_allclose(values.mean(axis=0)[-1], result.channels["gyro_z"].mean, rtol=1e-9)
 
 
+def test_threads_may_share_the_rows(log, tmp_path):
+    long = tmp_path / "long.vnymr"
+    long.write_bytes(log.read_bytes() * 60)
+    rows, counted, failed = vn100.rows(long), [], []
+
+    def count():
+        try:
+            counted.append(sum(len(times) for times, _ in rows))
+        except RuntimeError as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=count) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed and sum(counted) == vn100.replay(long, rate=40).samples
+    assert isinstance(rows, vn100.Rows) and repr(rows) == "<vn100.Rows of long.vnymr: 12 channels>"
+
+
 def test_states_of_files(log, tmp_path):
     state = vn100.State.of_file(log, name="a", rate=40)
     assert state.recordings == [("a", None)] and pickle.loads(pickle.dumps(state)) == state

@@ -10,7 +10,7 @@ from importlib.metadata import version as _version
 from ._analyzer import Analyzer
 from ._deviations import adev, hdev, oadev, ohdev
 from ._result import Channel, Curve, Noise, Parameter, Result, replay
-from ._rows import captures, rows
+from ._rows import Rows, captures, rows
 from ._vn100 import CaptureError, State
 
 __version__ = _version("vn100")
@@ -23,6 +23,7 @@ __all__ = [
     "Noise",
     "Parameter",
     "Result",
+    "Rows",
     "State",
     "adev",
     "captures",

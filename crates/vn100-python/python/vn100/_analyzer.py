@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -63,36 +64,54 @@ class Analyzer:
             )
         self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, compensated, start, before)
         self._names = names
+        self._rate = rate
+        # one thread may push while others ask for results
+        self._lock = threading.Lock()
+        # of all rows so far
+        self._result: Result | None = None
+
+    def __repr__(self) -> str:
+        return f"<vn100.Analyzer: {self.samples} samples at {self._rate:g} Hz, {len(self._names)} channels>"
 
     def push(self, rows: ArrayLike) -> None:
         """Adds rows in time order: shape ``(n, channels)``, or ``(n,)`` for one channel.
 
         NaN is a missing number, as is what a masked array masks; a row of NaN is a missing
         sample between those that are there: it counts once a row follows, and not before
-        the first of the record. Raises :exc:`ValueError` for other
-        shapes and for numbers beyond 32 bits of the resolution, :exc:`TypeError` for what
-        is no number; then none of the rows is taken.
+        the first of the record. Raises :exc:`ValueError` for other shapes and for numbers
+        beyond 32 bits of the resolution, :exc:`TypeError` for what is no number; then none
+        of the rows is taken. Ctrl-C leaves the first of many rows taken: :attr:`samples`
+        gives their number. Other threads may push and ask for results meanwhile.
         """
         values = numbers(rows, "rows")
         if values.ndim == 1:
             values = values.reshape(-1, 1)
         if values.ndim != 2:
             raise ValueError(f"rows have {values.ndim} dimensions, not one or two")
-        self._sums.push(values)
+        with self._lock:
+            self._result = None
+            self._sums.push(values)
 
     def gap(self, missing: int | None) -> None:
         """So many rows are missing here, as if they were NaN; ``None`` for an unknown
         number, across which no window reaches."""
-        self._sums.gap(None if missing is None else whole(missing, "missing"))
+        known = None if missing is None else whole(missing, "missing")
+        with self._lock:
+            self._result = None
+            self._sums.gap(known)
 
     @property
     def samples(self) -> int:
         """Rows so far, missing ones not counted."""
-        return self._sums.samples
+        with self._lock:
+            return self._sums.samples
 
     def result(self) -> Result:
-        """Everything, as of a capture."""
-        return Result(self.to_dict())
+        """Everything, as of a capture; the same object until rows follow."""
+        with self._lock:
+            if self._result is None:
+                self._result = Result(json.loads(self._sums.document()))
+            return self._result
 
     def curve(self, channel: str) -> Curve:
         """The deviation of a channel. :exc:`KeyError` for one that is not there,
@@ -113,9 +132,9 @@ class Analyzer:
 
     def to_dict(self) -> dict[str, Any]:
         """The document ``vn100.analysis/1``."""
-        document: dict[str, Any] = json.loads(self._sums.document())
-        return document
+        return self.result().to_dict()
 
     def state(self, name: str) -> _vn100.State:
         """What was pushed, as a recording of this name or a piece of it."""
-        return self._sums.state(name)
+        with self._lock:
+            return self._sums.state(name)

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+import threading
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _vn100
+
+Block: TypeAlias = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 
 def captures(*paths: str | os.PathLike[str]) -> list[list[str]]:
@@ -19,13 +26,45 @@ def captures(*paths: str | os.PathLike[str]) -> list[list[str]]:
     return [[os.fspath(file) for file in files] for files in _vn100.captures(*paths)]
 
 
-def rows(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> _vn100.Rows:
-    """The samples of a capture, block by block: pairs of times and values. ``parts`` are
-    the files in which a recording continues.
+class Rows(Iterator[Block]):
+    """The samples of a capture, block by block, as :func:`rows` gives them; threads may
+    share them, and each block is given once."""
 
-    Times are ``int64`` nanoseconds of shape ``(n,)``: of the sensor since it started,
-    else of the arrival; the smallest ``int64`` where a capture has none. Values are
-    ``float64`` of shape ``(n, channels)`` in ``units``; NaN for what a row lacks.
-    The iterator has ``channels`` and ``units``.
+    def __init__(self, path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> None:
+        self._rows = _vn100.Rows(path, *parts, **options)
+        self._name = os.path.basename(path)
+        self._lock = threading.Lock()
+        self._channels, self._units = self._rows.channels, self._rows.units
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels, as the values have them."""
+        return list(self._channels)
+
+    @property
+    def units(self) -> list[str]:
+        """Unit of each channel; empty for a neutral series."""
+        return list(self._units)
+
+    def __next__(self) -> Block:
+        with self._lock:
+            return next(self._rows)
+
+    def __repr__(self) -> str:
+        return f"<vn100.Rows of {self._name}: {len(self._channels)} channels>"
+
+
+def rows(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Rows:
+    """The samples of a capture, block by block: pairs of times and values. ``parts`` are
+    the files in which a recording continues, in any order.
+
+    Times are ``int64`` nanoseconds of shape ``(n,)``: of the sensor's clock, from its
+    start, where the samples carry its time; else of the arrival at the host, since
+    1970-01-01 UTC in a recording; the smallest ``int64`` where a capture has none.
+    Values are ``float64`` of shape ``(n, channels)`` in ``units``; NaN for what a row
+    lacks. The iterator has ``channels`` and ``units``.
+
+    Options are those of :func:`replay` that concern reading: ``accept_unchecked``,
+    ``columns``, ``measure``, ``topic``. Raises as :func:`replay`.
     """
-    return _vn100.Rows(path, *parts, **options)
+    return Rows(path, *parts, **options)
