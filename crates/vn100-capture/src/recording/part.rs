@@ -78,8 +78,8 @@ pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPa
     groups
 }
 
-/// What is missing of parts with these numbers, in rising order; `None` of one alone, and where they
-/// follow each other from the first on.
+/// What is missing of parts with these numbers, in rising order; `None` of one alone, and where
+/// they follow each other from the first on.
 #[must_use]
 pub fn missing_parts(numbers: &[u32]) -> Option<String> {
     let [first, _, ..] = numbers else { return None };

@@ -339,3 +339,29 @@ async fn only_a_part_that_is_cut_is_a_loss_of_the_link_to_the_next() {
     fs::write(first, &whole[..end]).unwrap();
     assert_eq!(losses().await, [(SECOND_NS, "part 1 of the recording is cut".to_owned())]);
 }
+
+#[tokio::test]
+async fn a_part_that_cannot_be_read_is_named() {
+    let (folder, path) = place();
+    let recorder = Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true).unwrap();
+    record(recorder, &[1, 2].map(|second| read(second * SECOND_NS)), "stopped").await;
+    let [first, later] = ["day.0001.mcap", "day.0002.mcap"].map(|name| folder.path().join(name));
+    for is_there in [true, false] {
+        if is_there {
+            fs::write(&later, "no part").unwrap();
+        } else {
+            fs::remove_file(&later).unwrap();
+        }
+        let options = CaptureOptions { later_parts: vec![later.clone()], ..CaptureOptions::default() };
+        let capture = Capture::open(&first, &options).unwrap();
+        let mut events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
+        let mut failure = None;
+        while let Some(event) = events.recv().await {
+            if let Event::End(end) = event {
+                failure = end.error.map(|error| error.to_string());
+            }
+        }
+        let failure = failure.unwrap();
+        assert!(failure.contains("day.0002.mcap"), "{failure}");
+    }
+}
