@@ -143,6 +143,21 @@ pub enum StateError {
         /// Name of the recording.
         recording: String,
     },
+    /// The counts of a channel are worth different amounts in two pieces.
+    #[error(
+        "{recording}: a count of {channel} is worth {scale:e} and {other:e} in its pieces: measure all with the same resolution, or \
+         name recordings differently"
+    )]
+    OtherScale {
+        /// Name of the recording.
+        recording: String,
+        /// Name of the channel.
+        channel: String,
+        /// What a count is worth in a piece.
+        scale: f64,
+        /// What it is worth in another one.
+        other: f64,
+    },
     /// The two states name another start or error of the recording.
     #[error("{recording}: the states contradict each other on when it began, or whether it could be read")]
     OtherFacts {
@@ -327,8 +342,8 @@ impl Recording {
         }
         let layouts: Vec<_> =
             self.pieces.iter().chain(&other.pieces).filter_map(|piece| piece.layout.as_ref()).collect();
-        if layouts.windows(2).any(|pair| pair[0] != pair[1]) {
-            return Err(StateError::OtherMessage { recording: recording() });
+        if let Some(pair) = layouts.windows(2).find(|pair| pair[0] != pair[1]) {
+            return Err(other_layout(name, pair[0], pair[1]));
         }
         self.pieces.extend(other.pieces);
         self.pieces.sort_by_key(|piece| (piece.start.index, piece.end.index));
@@ -340,6 +355,24 @@ impl Recording {
             }
         }
         Ok(())
+    }
+}
+
+/// The first scale in which layouts of the same channels differ, else that the channels do.
+fn other_layout(recording: &str, ours: &Layout, theirs: &Layout) -> StateError {
+    let recording = recording.to_owned();
+    let names = |layout: &Layout| layout.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
+    let mut pairs = ours.channels.iter().zip(theirs.channels.iter());
+    match pairs.find(|(ours, theirs)| ours.scale != theirs.scale) {
+        Some((channel, other)) if ours.message == theirs.message && names(ours) == names(theirs) => {
+            StateError::OtherScale {
+                recording,
+                channel: channel.name.to_string(),
+                scale: channel.scale,
+                other: other.scale,
+            }
+        }
+        _ => StateError::OtherMessage { recording },
     }
 }
 

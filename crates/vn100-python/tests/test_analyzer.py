@@ -79,6 +79,14 @@ def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
         vn100.State.merged(pieces[1], pieces[1])
 
 
+def test_pieces_of_other_resolutions_do_not_merge(noise):
+    first, second = (vn100.Analyzer(["gyro_x"], rate=40.0, start=start) for start in (0, 1000))
+    first.push(noise[:1000])
+    second.push(100 * noise[1000:])
+    with pytest.raises(ValueError, match="run: a count of gyro_x is worth .* in its pieces: .* the same resolution"):
+        vn100.State.merged(first.state("run"), second.state("run"))
+
+
 @pytest.mark.parametrize("cuts", [(600,), (700,), (1500,), (690, 800, 1500, 1600, 1700, 2000)])
 def test_a_cut_inside_a_gap_changes_no_bit(noise, cuts):
     rows = noise.astype(float)

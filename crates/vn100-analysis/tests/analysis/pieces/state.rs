@@ -127,6 +127,13 @@ fn what_cannot_be_merged_is_said() {
     let ymr = Record { layout: VNYMR.clone(), ..record(5) };
     let ymr = State::of("a", None, &mut ymr.analysed(ymr.whole(), 10));
     assert_eq!(state(5).merged(ymr).unwrap_err(), StateError::OtherMessage { recording: "a".into() });
+    let mut coarse = VNIMU.clone();
+    coarse.channels.to_mut()[1].scale = 0.5;
+    let coarse = Record { layout: coarse, ..record(5) };
+    let coarse = State::of("a", None, &mut coarse.analysed(coarse.whole(), 10));
+    let (channel, scale) = (VNIMU.channels[1].name.to_string(), VNIMU.channels[1].scale);
+    let other_scale = StateError::OtherScale { recording: "a".into(), channel, scale, other: 0.5 };
+    assert_eq!(state(5).merged(coarse).unwrap_err(), other_scale);
     let bytes = state(5).to_bytes();
     let with = |place: usize, byte: u8| {
         let mut bytes = bytes.clone();
