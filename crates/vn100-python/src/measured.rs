@@ -30,7 +30,8 @@ pub(crate) fn of_session(result: SessionResult) -> Measured {
     measured
 }
 
-/// Adds the gravest warning to the error of a capture without samples: what was wrong with its bytes.
+/// Adds the gravest warning to the error of a capture without samples: what was wrong with its
+/// bytes.
 pub(crate) fn explain(measured: &mut Measured) {
     let gravest = measured.warnings().first().map(|warning| warning.headline.clone());
     if let (0, Some(error), Some(gravest)) = (measured.snapshot.timing.samples, &mut measured.facts.error, gravest) {

@@ -84,6 +84,10 @@ impl State {
         Self::of(&vn100_analysis::State::unreadable(name, error))
     }
 
+    /// The union of states, which does not depend on their order; `None` stands for no recording.
+    /// Pieces of one recording have one name.
+    ///
+    /// Raises `ValueError` where pieces of a name overlap, or do not belong together.
     #[staticmethod]
     #[pyo3(signature = (*states))]
     fn merged(py: Python<'_>, states: &Bound<'_, PyTuple>) -> PyResult<Self> {
@@ -103,10 +107,14 @@ impl State {
         .map_err(refused)
     }
 
+    /// The state as bytes, with a version and a checksum: the same for the same pieces.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, &self.bytes)
     }
 
+    /// The state that `to_bytes` gave.
+    ///
+    /// Raises `ValueError` for bytes of another kind or version, and for damaged ones.
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
         vn100_analysis::State::from_bytes(bytes).map_err(refused)?;
@@ -118,6 +126,14 @@ impl State {
         Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
     }
 
+    fn __repr__(&self) -> PyResult<String> {
+        let names: Vec<String> = self.recordings()?.into_iter().map(|(name, _)| name).collect();
+        Ok(match &names[..] {
+            [name] => format!("<vn100.State of {name}>"),
+            names => format!("<vn100.State of {} recordings>", names.len()),
+        })
+    }
+
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| other.get().bytes == self.bytes)
     }
@@ -126,7 +142,8 @@ impl State {
         self.bytes.iter().fold(0, |hash, byte| hash.wrapping_mul(31) ^ u64::from(*byte))
     }
 
-    /// The recordings by name, and why one could not be read.
+    /// The recordings by name, and why one could not be read. Whether pieces fit together, as in
+    /// their rates, shows only in `documents` and `archive`.
     #[getter]
     fn recordings(&self) -> PyResult<Vec<(String, Option<String>)>> {
         let state = self.read()?;
@@ -136,7 +153,10 @@ impl State {
         Ok(state.recordings().map(named).collect())
     }
 
-    /// The documents of the recordings that could be read, as JSON.
+    /// The documents of the recordings that could be read, as JSON: `Result(json.loads(text))` is
+    /// the result of one.
+    ///
+    /// Raises `ValueError` where the pieces of a recording do not fit together.
     fn documents(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let state = py.detach(|| self.read())?;
         let evaluation = measured::evaluation(false)?;

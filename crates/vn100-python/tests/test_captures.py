@@ -219,6 +219,9 @@ def test_a_plot_is_drawn_where_there_is_matplotlib(log):
     assert len(axes.lines) == 2 and axes.get_ylabel() == "Allan deviation in rad/s"
     all_of_them = vn100.replay(log, rate=40).plot()
     labels = [text.get_text() for text in all_of_them.get_legend().get_texts()]
+    assert len({(line.get_color(), line.get_linestyle()) for line in all_of_them.lines}) == len(labels) == 12
+    all_of_them.figure.draw_without_rendering()
+    assert all_of_them.get_legend().get_window_extent().x0 >= all_of_them.get_window_extent().x1
     assert "accel_x (m/s^2)" in labels and all_of_them.get_ylabel() == "Allan deviation in the unit of each channel"
 
 
@@ -226,6 +229,22 @@ def test_without_matplotlib_a_plot_says_what_to_install(log, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(ImportError, match="pip install matplotlib"):
         vn100.replay(log, rate=40).plot("gyro_x")
+
+
+def test_objects_show_themselves_in_a_line(log):
+    state, channel = vn100.State.of_file(log, name="monday", rate=40), vn100.replay(log, rate=40).channels["gyro_x"]
+    assert repr(state) == "<vn100.State of monday>" and repr(vn100.State()) == "<vn100.State of 0 recordings>"
+    assert repr(channel) == f"<vn100.Channel gyro_x: {channel.count} samples in rad/s>"
+    assert repr(channel.curve) == f"<vn100.Curve: allan deviation at {len(channel.curve.tau)} averaging times>"
+
+
+def test_a_parameter_has_the_digits_of_its_interval():
+    def text(value, lower, upper):
+        return str(vn100.Parameter("estimated", value, lower, upper, "u"))
+
+    assert text(1.0109e-4, 1.0083e-4, 1.0135e-4) == "0.00010109 u (0.00010083 to 0.00010135)"
+    assert text(1.5, 1.2, 1.9) == "1.50 u (1.20 to 1.90)" and text(1.0, 1.0, 1.0) == "1.00 u (1.00 to 1.00)"
+    assert text(100.0, None, 130.0) == "100 u (? to 130)" and text(0.0, -1.0, 1.0) == "0.00 u (-1.00 to 1.00)"
 
 
 def test_captures_are_those_of_a_folder(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,8 +39,9 @@ class Parameter:
 
     def __str__(self) -> str:
         if self.value is not None:
-            ends = f"{_short(self.lower)} to {_short(self.upper)}"
-            return f"{_short(self.value)} {self.unit} ({ends})"
+            digits = _digits(self.value, self.lower, self.upper)
+            ends = f"{_short(self.lower, digits)} to {_short(self.upper, digits)}"
+            return f"{_short(self.value, digits)} {self.unit} ({ends})"
         if self.status == "bounded" and self.upper is not None:
             return f"<= {_short(self.upper)} {self.unit}"
         return self.status.replace("-", " ")
@@ -80,7 +82,7 @@ class Noise:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Curve:
     """The Allan or Hadamard deviation over averaging time, octave by octave.
 
@@ -127,6 +129,9 @@ class Curve:
             terms=np.array([p["terms"] for p in points], np.uint64),
         )
 
+    def __repr__(self) -> str:
+        return f"<vn100.Curve: {self.kind} deviation at {len(self.tau)} averaging times>"
+
     def plot(self, ax: Axes | None = None, label: str | None = None) -> Axes:
         """Draws the curve and its intervals on matplotlib axes, new ones by default.
 
@@ -137,18 +142,22 @@ class Curve:
                 import matplotlib.pyplot as plt
             except ImportError as error:
                 raise ImportError(f"plot() needs matplotlib: pip install matplotlib ({error})") from None
-            _, ax = plt.subplots()
-        (line,) = ax.loglog(self.tau, self.deviation, marker=".", label=label)
+            _, ax = plt.subplots(layout="constrained")
+        # ten colours, then the same with another style
+        style = ("-", "--", ":", "-.")[len(ax.lines) // 10 % 4]
+        (line,) = ax.loglog(self.tau, self.deviation, style, marker=".", label=label)
         ax.fill_between(self.tau, self.lower, self.upper, color=line.get_color(), alpha=0.25, linewidth=0)
         ax.set_xlabel("averaging time in s")
         ax.set_ylabel(f"{self.kind.capitalize()} deviation" + (f" in {self.unit}" if self.unit else ""))
         ax.grid(True, which="both", alpha=0.3)
-        if label is not None:
+        if label is not None and len(ax.lines) > 6:
+            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        elif label is not None:
             ax.legend()
         return ax
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Channel:
     """One channel: statistics in its unit, curve, noise model, spectrum.
 
@@ -181,6 +190,9 @@ class Channel:
             frequency=(spectrum.get("step_hz") or 0.0) * np.arange(1, len(density) + 1, dtype=np.float64),
             density=density,
         )
+
+    def __repr__(self) -> str:
+        return f"<vn100.Channel {self.name}: {self.count} samples in {self.unit or 'no unit'}>"
 
 
 class Result:
@@ -240,23 +252,36 @@ def _text(noise: Noise | None, term: str) -> str:
     return str(found) if found else "–"
 
 
-def _short(value: float | None) -> str:
-    """Three digits, those that are zero too."""
-    return "?" if value is None else f"{value:#.3g}".removesuffix(".")
+def _digits(value: float, lower: float | None, upper: float | None) -> int:
+    """Three, or as many as show how wide the interval is."""
+    width = 0.0 if lower is None or upper is None else upper - lower
+    if not width > 0.0 or value == 0.0:
+        return 3
+    return min(max(3, math.floor(math.log10(abs(value))) - math.floor(math.log10(width)) + 2), 17)
+
+
+def _short(value: float | None, digits: int = 3) -> str:
+    """So many digits, those that are zero too."""
+    return "?" if value is None else f"{value:#.{digits}g}".removesuffix(".")
 
 
 def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Result | list[Result]:
     """Measures a recorded capture: text, raw bytes, CSV, MCAP, ROS bags, also packed.
-    ``parts`` are the files in which a recording continues.
+    ``parts`` are the files in which a recording continues, in any order; a part that is
+    missing between them is a :exc:`UserWarning`.
 
     Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
-    ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds),
+    ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds, both
+    from the first sample, so that ``duration`` includes what ``skip`` excludes),
     ``detrend``, ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
-    ``accept_unchecked``, ``measure``, ``filter_models``. A capture with several
-    streams gives a list. Other threads run meanwhile, and Ctrl-C ends it.
+    ``accept_unchecked``, ``measure``, ``filter_models``. A given ``rate`` is taken even
+    where the times of a capture show another, but not for ``BINARY`` packets, whose rate
+    is that of the clock in them. A capture with several streams gives a list. Other
+    threads run meanwhile, and Ctrl-C ends it.
 
-    Raises :exc:`FileNotFoundError` or :exc:`CaptureError` where nothing could be
-    measured, :exc:`ValueError` and :exc:`TypeError` for options.
+    Raises :exc:`FileNotFoundError`, another :exc:`OSError` or :exc:`CaptureError` where
+    nothing could be measured, :exc:`ValueError` and :exc:`TypeError` for options, and
+    :exc:`ValueError` for files that are not parts of one recording.
     """
     found = [Result(json.loads(document)) for document in _vn100.replay(path, *parts, **options)]
     return found[0] if len(found) == 1 else found
