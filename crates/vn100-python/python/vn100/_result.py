@@ -17,6 +17,9 @@ from . import _vn100
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import Unpack
+
+    from ._options import ReplayOptions
 
 
 @dataclass(frozen=True)
@@ -265,7 +268,7 @@ def _short(value: float | None, digits: int = 3) -> str:
     return "?" if value is None else f"{value:#.{digits}g}".removesuffix(".")
 
 
-def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Result | list[Result]:
+def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Unpack[ReplayOptions]) -> Result | Any:
     """Measures a recorded capture: text, raw bytes, CSV, MCAP, ROS bags, also packed.
     ``parts`` are the files in which a recording continues, in any order; a part that is
     missing between them is a :exc:`UserWarning`.
@@ -276,12 +279,13 @@ def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **optio
     ``detrend``, ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
     ``accept_unchecked``, ``measure``, ``filter_models``. A given ``rate`` is taken even
     where the times of a capture show another, but not for ``BINARY`` packets, whose rate
-    is that of the clock in them. A capture with several streams gives a list. Other
-    threads run meanwhile, and Ctrl-C ends it.
+    is that of the clock in them. A capture with several streams gives a list of
+    results. Other threads run meanwhile, and Ctrl-C ends it.
 
     Raises :exc:`FileNotFoundError`, another :exc:`OSError` or :exc:`CaptureError` where
     nothing could be measured, :exc:`ValueError` and :exc:`TypeError` for options, and
     :exc:`ValueError` for files that are not parts of one recording.
     """
     found = [Result(json.loads(document)) for document in _vn100.replay(path, *parts, **options)]
+    # which of both it is only the capture shows: `Any` in the type stands for the list
     return found[0] if len(found) == 1 else found

@@ -5,12 +5,17 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _vn100
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import ReadingOptions
 
 Block: TypeAlias = tuple[NDArray[np.int64], NDArray[np.float64]]
 
@@ -30,7 +35,7 @@ class Rows(Iterator[Block]):
     """The samples of a capture, block by block, as :func:`rows` gives them; threads may
     share them, and each block is given once."""
 
-    def __init__(self, path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> None:
+    def __init__(self, path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Unpack[ReadingOptions]) -> None:
         self._rows = _vn100.Rows(path, *parts, **options)
         self._name = os.path.basename(path)
         self._lock = threading.Lock()
@@ -54,7 +59,7 @@ class Rows(Iterator[Block]):
         return f"<vn100.Rows of {self._name}: {len(self._channels)} channels>"
 
 
-def rows(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Rows:
+def rows(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Unpack[ReadingOptions]) -> Rows:
     """The samples of a capture, block by block: pairs of times and values. ``parts`` are
     the files in which a recording continues, in any order.
 

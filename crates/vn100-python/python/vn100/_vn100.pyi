@@ -4,14 +4,16 @@ from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import Self
+from typing_extensions import Self, Unpack
+
+from ._options import ReadingOptions, ReplayOptions
 
 __all__ = ["CaptureError", "Rows", "State", "Sums", "captures", "deviations", "replay"]
 
 class CaptureError(Exception): ...
 
 def captures(*paths: str | os.PathLike[str]) -> list[list[os.PathLike[str]]]: ...
-def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> list[str]: ...
+def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Unpack[ReplayOptions]) -> list[str]: ...
 def deviations(
     data: NDArray[np.float64],
     work: NDArray[np.float64],
@@ -23,7 +25,9 @@ def deviations(
 
 @final
 class Rows(Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]):
-    def __new__(cls, path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Any) -> Self: ...
+    def __new__(
+        cls, path: str | os.PathLike[str], *parts: str | os.PathLike[str], **options: Unpack[ReadingOptions]
+    ) -> Self: ...
     @property
     def channels(self) -> list[str]: ...
     @property
@@ -57,7 +61,10 @@ class State:
     def __new__(cls) -> Self: ...
     @staticmethod
     def of_file(
-        path: str | os.PathLike[str], *parts: str | os.PathLike[str], name: str | None = None, **options: Any
+        path: str | os.PathLike[str],
+        *parts: str | os.PathLike[str],
+        name: str | None = None,
+        **options: Unpack[ReplayOptions],
     ) -> State: ...
     @staticmethod
     def of_error(name: str, error: str) -> State: ...

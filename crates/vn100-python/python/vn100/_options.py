@@ -1,0 +1,30 @@
+"""The options of a capture, by their types."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+
+class ReadingOptions(TypedDict, total=False):
+    """How a capture is read."""
+
+    accept_unchecked: bool | None
+    columns: str | None
+    measure: Literal["sentences", "packets"] | None
+    topic: str | None
+
+
+class ReplayOptions(ReadingOptions, total=False):
+    """How a capture is read and measured."""
+
+    compensated: bool | Literal["yes", "no"] | None
+    confidence: float | None
+    detrend: Literal["linear", "temperature"] | None
+    deviation: Literal["allan", "hadamard"] | None
+    duration: float | None
+    estimator: Literal["strided", "full", "plain"] | None
+    filter_models: bool | None
+    quantization: bool | None
+    rate: float | None
+    skip: float | None
+    window: int | None
