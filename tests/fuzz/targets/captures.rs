@@ -50,10 +50,14 @@ pub(crate) fn check(input: &[u8]) {
     };
     let whole = read(usize::MAX, false);
     let pieces = read(usize::from(*size) + 1, line_by_line);
-    // what a stream is taken for is decided as soon as its first bytes can tell, so that a live one is not kept waiting
-    if let (Ok(whole), Ok(pieces)) = (&whole, &pieces)
-        && whole.format != pieces.format
-    {
+    // what a stream is taken for is decided as soon as its first bytes can tell, so that a live one is not kept waiting;
+    // raw bytes are never refused: an error is that of another format
+    let differ = match (&whole, &pieces) {
+        (Ok(whole), Ok(pieces)) => whole.format != pieces.format,
+        (Ok(read), Err(_)) | (Err(_), Ok(read)) => read.format == Some(Format::Raw),
+        (Err(_), Err(_)) => false,
+    };
+    if differ {
         return;
     }
     // an unpacker that meets damage keeps what it made of the same read: how much that is depends on the read
