@@ -23,7 +23,9 @@ class Analyzer:
     hertz. ``resolution`` is what an integer count is worth, of all channels or of
     each: give that of your sensor, and sums are exact. By default the first rows
     decide: a power of two, 2^-28 of the largest magnitude, with room for eight times
-    that; the deviation is then within 1e-6 of that of the floats.
+    that; the deviation is then within 1e-6 of that of the floats where the noise is more
+    than a millionth of that magnitude. Of values with a large constant part, such as the
+    frequency of a clock, subtract that first.
 
     ``compensated`` says whether a filter has removed the bias of the angular rates
     (``True`` or ``"yes"``, ``False`` or ``"no"``): with ``True``, B, K and R of a
