@@ -57,6 +57,17 @@ fn samples_read_back_to_the_same_numbers() {
 }
 
 #[test]
+fn a_restart_of_the_sensor_is_one_in_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let boot = capture(folder.path(), "boot.bin", &["--message", "BINARY", "--duration", "20s"]);
+    let twice = folder.path().join("twice.bin");
+    fs::write(&twice, fs::read(boot).unwrap().repeat(2)).unwrap();
+    let (written, read) = written_and_read(&twice, &folder.path().join("twice.csv"), &[]);
+    assert_eq!(written["timing"]["segments"], 2);
+    assert_eq!(written["timing"], read["timing"]);
+}
+
+#[test]
 fn a_stream_that_is_read_again_gives_each_sample_once() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("samples.csv");

@@ -134,6 +134,8 @@ enum ColumnUse {
     Stamp(StampForm),
     /// A part that is added to the stamp: the nanoseconds beside its seconds.
     StampPart(StampUnit),
+    /// The time of the sensor in nanoseconds, which starts again when the sensor does.
+    DeviceTime,
     /// The channel at this place of the layout.
     Channel(usize),
     /// A channel that belongs to another stream.

@@ -317,7 +317,7 @@ impl<'a> HeaderCandidate<'a> {
     fn stamp_search<'b>(&'b self, places: &ColumnPlaces, rows: &'b [Vec<Vec<u8>>]) -> StampSearch<'b> {
         let channels = places.channels.iter().map(|&(place, _)| place);
         let taken = channels.chain(places.sentence).chain(places.others.iter().copied()).collect();
-        StampSearch { header: &self.header, rows, taken }
+        StampSearch { header: &self.header, rows, taken, has_sentences: places.sentence.is_some() }
     }
 
     /// The layout of channels found by name: that of a message of the sensor where the channels are

@@ -12,7 +12,7 @@ use super::{
     resolution::ColumnScan,
     row_counts::{Absence, RowCounts},
     so_far::SoFar,
-    stamp::StampForm,
+    stamp::{self, StampForm},
 };
 
 /// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
@@ -35,6 +35,8 @@ pub(super) struct RowParser {
     /// The stamp of the last valid row, in nanoseconds since the first; negative where a clock was
     /// set back.
     pub(super) stamp_ns: Option<i64>,
+    /// The time of the sensor in the last valid row.
+    pub(super) device_ns: Option<u64>,
     first_stamp_ns: Option<i64>,
     /// The stamp as written.
     last_stamp_ns: Option<i64>,
@@ -59,6 +61,7 @@ impl RowParser {
             is_of_others: false,
             sentence: Vec::new(),
             stamp_ns: None,
+            device_ns: None,
             first_stamp_ns: None,
             last_stamp_ns: None,
             quote_open: false,
@@ -188,7 +191,7 @@ impl RowParser {
     /// Reads the numbers of a row and returns its stamp.
     #[inline]
     fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let Self { plan, fields, absent, cells, holds_others, .. } = self;
+        let Self { plan, fields, absent, cells, holds_others, device_ns, .. } = self;
         absent.clear();
         *holds_others = false;
         let mut stamp = None;
@@ -208,6 +211,7 @@ impl RowParser {
                 ColumnUse::StampPart(unit) => {
                     stamp = Some(added(stamp, StampForm::Unit(unit).nanoseconds(field))?);
                 }
+                ColumnUse::DeviceTime => *device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
                 ColumnUse::OtherStream => *holds_others |= Number::parse(field).is_some(),
                 ColumnUse::Ignored | ColumnUse::Sentence => {}
             }
@@ -235,7 +239,7 @@ impl RowParser {
                     sentence.extend_from_slice(field);
                     continue;
                 }
-                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream => continue,
+                ColumnUse::Ignored | ColumnUse::DeviceTime | ColumnUse::Channel(_) | ColumnUse::OtherStream => continue,
             };
             stamp = stamp.and_then(|sum| added(sum, form.nanoseconds(field)).map(Some));
         }

@@ -31,6 +31,7 @@ impl StampUnit {
         Self { name: "ns", decimals: 0 },
     ];
     const SECONDS: Self = Self::ALL[0];
+    pub(super) const NANOSECONDS: Self = Self::ALL[3];
 
     /// The length of the unit in seconds.
     pub(super) fn seconds(self) -> f64 {
@@ -81,6 +82,11 @@ impl StampForm {
             Self::Clock(form) => form.nanoseconds(stamp),
         }
     }
+}
+
+/// The time of the sensor in nanoseconds since it started.
+pub(super) fn device_ns(cell: &[u8]) -> Option<u64> {
+    StampUnit::NANOSECONDS.nanoseconds(&Number::parse(cell)?)?.try_into().ok()
 }
 
 /// What the stamps of the first rows show.

@@ -8,13 +8,18 @@ use super::{
     header::Header,
     number::Number,
     shown,
-    stamp::{StampForm, StampScan, StampUnit},
+    stamp::{StampForm, StampScan, StampUnit, device_ns},
     stamp_columns::StampColumns,
     time_name::TimeName,
 };
 
 /// The words in the name of the device time, as tables of samples have it.
 const DEVICE_TIME: [&str; 2] = ["device", "time"];
+
+/// The columns of times in a table that this program wrote; the first one only where the source
+/// had arrival times.
+const WRITTEN_ARRIVAL: &str = "time [ns]";
+const WRITTEN_DEVICE_TIME: &str = "device time [ns]";
 
 /// In fewer rows, stamps of whole seconds may have only two values.
 const FEWEST_ROWS_OF_COARSE: usize = 500;
@@ -29,6 +34,7 @@ pub(super) struct StampSearch<'a> {
     pub(super) rows: &'a [Vec<Vec<u8>>],
     /// Columns with another content.
     pub(super) taken: Vec<usize>,
+    pub(super) has_sentences: bool,
 }
 
 impl StampSearch<'_> {
@@ -82,9 +88,30 @@ impl StampSearch<'_> {
 
     /// The time at which the sensor measured each row, which is preferred to any arrival time.
     fn device_time(&self) -> Option<StampColumns> {
+        if let Some(columns) = self.written_device_time() {
+            return Some(StampColumns { columns, repeated_step_ns: None });
+        }
         let is_device_time = |place: &usize| self.name(*place).words == DEVICE_TIME && self.ascends(*place);
         let place = self.free().find(is_device_time)?;
         Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
+    }
+
+    /// The columns of times in a table of samples that this program wrote.
+    fn written_device_time(&self) -> Option<Vec<(usize, ColumnUse)>> {
+        let place_of = |name: &str| self.free().find(|&place| self.header.names[place] == name);
+        let place = place_of(WRITTEN_DEVICE_TIME).filter(|&place| !self.has_sentences && self.counts_up(place))?;
+        let form = StampForm::Unit(StampUnit::NANOSECONDS);
+        let are_stamps = |place: &usize| self.cells(*place).all(|cell| form.nanoseconds(cell).is_some());
+        let arrival = place_of(WRITTEN_ARRIVAL).filter(are_stamps).map(|place| (place, ColumnUse::Stamp(form)));
+        Some(arrival.into_iter().chain([(place, ColumnUse::DeviceTime)]).collect())
+    }
+
+    /// Whether a column counts nanoseconds up from row to row, and starts again after a restart.
+    fn counts_up(&self, place: usize) -> bool {
+        let times: Option<Vec<u64>> = self.cells(place).map(device_ns).collect();
+        let Some(times) = times else { return false };
+        let forward = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
+        2 * forward >= times.len()
     }
 
     /// The first column that can hold nothing but times, whatever its name.
@@ -203,15 +230,19 @@ impl StampSearch<'_> {
 impl StampColumns {
     /// As a column map names them.
     pub(super) fn named(&self, header: &Header) -> String {
+        // a device time is preferred to the arrival times beside it
+        let device_time = self.columns.iter().find(|(_, column)| *column == ColumnUse::DeviceTime);
+        let columns = device_time.map_or(&self.columns[..], std::slice::from_ref);
         let column = |&(place, column): &(usize, ColumnUse)| {
             let form = match column {
                 ColumnUse::Stamp(form) => form.name(),
                 ColumnUse::StampPart(unit) => unit.name,
+                ColumnUse::DeviceTime => StampUnit::NANOSECONDS.name,
                 ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => "",
             };
             format!("{}:{form}", header.argument(place))
         };
-        self.columns.iter().map(column).collect::<Vec<_>>().join("+")
+        columns.iter().map(column).collect::<Vec<_>>().join("+")
     }
 }
 
@@ -222,7 +253,11 @@ fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
         let part = match column {
             ColumnUse::Stamp(form) => form.nanoseconds(cell)?,
             ColumnUse::StampPart(unit) => StampForm::Unit(unit).nanoseconds(cell)?,
-            ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => 0,
+            ColumnUse::Ignored
+            | ColumnUse::DeviceTime
+            | ColumnUse::Channel(_)
+            | ColumnUse::OtherStream
+            | ColumnUse::Sentence => 0,
         };
         sum.checked_add(part)
     })

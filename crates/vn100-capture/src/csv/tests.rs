@@ -32,6 +32,7 @@ struct Whole {
     counts: Vec<i32>,
     sentences: Vec<Vec<u8>>,
     stamps_ns: Vec<i64>,
+    device_ns: Vec<u64>,
     /// With the number of good rows before each.
     rejected: Vec<(usize, RejectedRow)>,
     report: CsvReport,
@@ -86,6 +87,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
                     whole.counts.extend(&parser.counts);
                     whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
                     whole.stamps_ns.extend(parser.stamp_ns);
+                    whole.device_ns.extend(parser.device_ns);
                     count += 1;
                 }
                 Some(Err(reason)) => whole.rejected.push((count, reason)),

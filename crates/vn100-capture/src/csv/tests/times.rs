@@ -185,3 +185,39 @@ fn stamps_that_hundreds_of_rows_share_are_none() {
     let text = format!("t,gyro_x\n{}", rows(5).collect::<String>());
     assert_eq!(times(&text, None).1.as_deref(), Some("t:s"));
 }
+
+/// Rows as `--samples` writes them, four to each read, with these times of the sensor.
+fn written(device_ns: impl IntoIterator<Item = u64>) -> String {
+    let row =
+        |(row, device_ns)| format!("{},{device_ns},0.{}\n", 1_795_695_256_000_000_000 + row / 4 * 20_000_000, row % 7);
+    let rows: String = (0_u64..).zip(device_ns).map(row).collect();
+    format!("time [ns],device time [ns],gyro_x\n{rows}")
+}
+
+#[test]
+fn the_device_time_of_a_written_table_is_preferred_though_it_starts_again() {
+    // after a restart the sensor counts from zero
+    let device_ns: Vec<u64> = (100..200).chain(0..60).map(|row| row * 5_000_000).collect();
+    let whole = read_text(written(device_ns.clone()), None);
+    assert_eq!(whole.report.times.as_deref(), Some("device time [ns]:ns"));
+    assert_eq!(whole.device_ns, device_ns);
+    assert_eq!((whole.stamps_ns[3], whole.stamps_ns[4]), (0, 20_000_000));
+    // without arrival times too
+    let alone: String =
+        written(device_ns.clone()).lines().map(|row| row.split_once(',').unwrap().1.to_owned() + "\n").collect();
+    let whole = read_text(alone, None);
+    assert_eq!((whole.report.times.as_deref(), whole.stamps_ns), (Some("device time [ns]:ns"), vec![]));
+    assert_eq!(whole.device_ns, device_ns);
+}
+
+#[test]
+fn a_column_that_does_not_count_up_is_no_device_time() {
+    for device_ns in [[7; 80], std::array::from_fn(|row| 5_000_000 * (80 - row as u64))] {
+        let whole = read_text(written(device_ns), None);
+        assert_eq!((whole.report.times.as_deref(), whole.device_ns), (Some("time [ns]:ns"), vec![]));
+    }
+    // of another program, a decrease is no restart
+    let device_ns = (100..200).chain(0..60).map(|row| row * 5_000_000);
+    let whole = read_text(written(device_ns).replace("device time [ns]", "device_time_ns"), None);
+    assert_eq!((whole.report.times.as_deref(), whole.device_ns), (Some("time [ns]:ns"), vec![]));
+}
