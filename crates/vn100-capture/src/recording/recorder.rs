@@ -263,7 +263,7 @@ fn record<W: Write>(
         let flush = match input {
             StreamInput::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
                 bytes += more.len() as u64;
-                low_space = disk.note(more.len(), at_ns);
+                low_space = disk.note(at_ns);
                 at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
             }
             // how much time has passed is not known

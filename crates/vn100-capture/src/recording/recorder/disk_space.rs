@@ -1,29 +1,41 @@
 //! How long the disk of a recording lasts at the present rate.
 
-use std::{path::Path, time::Duration};
+use std::{collections::VecDeque, path::Path, time::Duration};
 
 /// Less is reported.
 const ENOUGH: Duration = Duration::from_secs(3600);
 
-/// How often the disk is asked, in time of the stream; before the first time no rate is known.
+/// How often the disk is asked, in time of the stream.
 const ASKED_EVERY_NS: u64 = 10_000_000_000;
+
+/// The present rate is that between the first and the last answer of so long a time.
+const PRESENT_NS: i64 = 300_000_000_000;
+
+/// Between two answers that show a rate: file systems write in bursts.
+const SHORTEST_NS: i64 = 60_000_000_000;
 
 /// The free space on a disk that will soon be full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LowSpace {
     /// Free bytes on the disk.
     pub free_bytes: u64,
-    /// How long these last if the recording grows as fast as before.
+    /// How long these last if they decline as in the last minutes, whatever uses them.
     pub lasts: Duration,
 }
 
 /// Watches the disk while a recording grows.
 pub(super) struct DiskWatch {
     free_bytes: Box<dyn FnMut() -> Option<u64> + Send>,
-    begun_ns: Option<i64>,
-    asked_ns: i64,
-    bytes: u64,
+    asked_ns: Option<i64>,
+    answers: VecDeque<Answer>,
     low: Option<LowSpace>,
+}
+
+/// How many bytes were free at a time.
+#[derive(Clone, Copy)]
+struct Answer {
+    at_ns: i64,
+    free_bytes: u64,
 }
 
 impl DiskWatch {
@@ -36,29 +48,29 @@ impl DiskWatch {
 
     /// With another answer to how many bytes are free; `None` where that is not known.
     pub(super) fn asking(free_bytes: impl FnMut() -> Option<u64> + Send + 'static) -> Self {
-        Self { free_bytes: Box::new(free_bytes), begun_ns: None, asked_ns: 0, bytes: 0, low: None }
+        Self { free_bytes: Box::new(free_bytes), asked_ns: None, answers: VecDeque::new(), low: None }
     }
 
-    /// So many bytes more were recorded until that time: what is to be reported.
-    pub(super) fn note(&mut self, bytes: usize, at_ns: i64) -> Option<LowSpace> {
-        self.bytes += bytes as u64;
-        let begun_ns = *self.begun_ns.get_or_insert_with(|| {
-            self.asked_ns = at_ns;
-            at_ns
-        });
+    /// The recording grows at this time: what is to be reported.
+    pub(super) fn note(&mut self, at_ns: i64) -> Option<LowSpace> {
         // a clock may be set back
-        if at_ns.abs_diff(self.asked_ns) < ASKED_EVERY_NS {
-            return self.low;
+        if self.asked_ns.is_none_or(|asked_ns| at_ns.abs_diff(asked_ns) >= ASKED_EVERY_NS) {
+            self.asked_ns = Some(at_ns);
+            self.low = self.ask(at_ns).filter(|space| space.lasts < ENOUGH);
         }
-        self.asked_ns = at_ns;
-        let elapsed_s = at_ns.abs_diff(begun_ns) as f64 * 1e-9;
-        let lasts_s = |free_bytes: u64| free_bytes as f64 * elapsed_s / self.bytes.max(1) as f64;
-        let lasts = |free_bytes| Duration::try_from_secs_f64(lasts_s(free_bytes)).unwrap_or(Duration::MAX);
-        let asked = (self.free_bytes)();
-        self.low = asked
-            .map(|free_bytes| LowSpace { free_bytes, lasts: lasts(free_bytes) })
-            .filter(|space| space.lasts < ENOUGH);
         self.low
+    }
+
+    /// Asks the disk; `None` where its free space does not decline, or for too short a time.
+    fn ask(&mut self, at_ns: i64) -> Option<LowSpace> {
+        let free_bytes = (self.free_bytes)()?;
+        let elapsed_ns = |answer: &Answer| at_ns.saturating_sub(answer.at_ns);
+        self.answers.retain(|answer| (0..=PRESENT_NS).contains(&elapsed_ns(answer)));
+        self.answers.push_back(Answer { at_ns, free_bytes });
+        let first = self.answers.front().filter(|first| elapsed_ns(first) >= SHORTEST_NS)?;
+        let declined = first.free_bytes.checked_sub(free_bytes).filter(|declined| *declined > 0)?;
+        let lasts_s = free_bytes as f64 * (elapsed_ns(first) as f64 * 1e-9) / declined as f64;
+        Some(LowSpace { free_bytes, lasts: Duration::try_from_secs_f64(lasts_s).unwrap_or(Duration::MAX) })
     }
 }
 
@@ -75,44 +87,64 @@ fn free_bytes(_path: &Path) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    };
-
     use super::*;
 
     const SECOND_NS: i64 = 1_000_000_000;
 
+    /// What is reported when bytes were recorded at these seconds, with so many free at each.
+    fn low(seconds: impl IntoIterator<Item = i64>, free_bytes: fn(i64) -> u64) -> Option<LowSpace> {
+        let (sender, now) = std::sync::mpsc::channel();
+        let mut watch = DiskWatch::asking(move || now.try_iter().last().map(free_bytes));
+        let mut low = None;
+        for second in seconds {
+            sender.send(second).unwrap();
+            low = watch.note(second * SECOND_NS);
+        }
+        low
+    }
+
     #[test]
     fn a_disk_that_lasts_less_than_an_hour_at_the_present_rate_is_reported() {
-        let free = Arc::new(AtomicU64::new(100_000_000));
-        let asked = Arc::clone(&free);
-        let mut watch = DiskWatch::asking(move || Some(asked.load(Ordering::Relaxed)));
-        // 5000 bytes a second
-        let mut record = |seconds: std::ops::Range<i64>| {
-            let mut low = None;
-            for second in seconds {
-                low = watch.note(5000, second * SECOND_NS);
-            }
-            low
-        };
-        assert_eq!(record(0..100), None, "20000 s are left");
-        free.store(10_000_000, Ordering::Relaxed);
-        let low = record(100..120).unwrap();
-        assert_eq!(low.free_bytes, 10_000_000);
-        assert!((1900.0..2000.0).contains(&low.lasts.as_secs_f64()), "{low:?}");
-        free.store(100_000_000, Ordering::Relaxed);
-        assert_eq!(record(120..140), None, "someone made room");
+        let declining = |second: i64| 20_000_000 - 5000 * second as u64;
+        assert_eq!(low(0..=350, declining), None, "3650 s are left");
+        let reported = low(0..=1000, declining).unwrap();
+        assert_eq!(reported, LowSpace { free_bytes: 15_000_000, lasts: Duration::from_secs(3000) });
+    }
+
+    #[test]
+    fn the_rate_is_that_of_the_last_minutes() {
+        // another program begins to write
+        let faster = |second: i64| 100_000_000 - 20_000 * (second - 3600).max(0) as u64;
+        assert_eq!(low(0..=3600, faster), None);
+        assert_eq!(low(0..=5100, faster).unwrap().lasts, Duration::from_secs(3500));
+    }
+
+    #[test]
+    fn a_time_without_bytes_does_not_count() {
+        let declining = |second: i64| 10_000_000 - 5000 * (second.min(100) + (second - 36_000).max(0)) as u64;
+        let seconds = || (0..=100).chain(36_000..=36_120);
+        assert_eq!(low(seconds().take(101 + 50), declining), None);
+        assert_eq!(low(seconds(), declining).unwrap().lasts, Duration::from_secs(1780));
+    }
+
+    #[test]
+    fn nothing_is_reported_where_the_free_space_does_not_decline() {
+        assert_eq!(low(0..1000, |_| 4096), None);
+        assert_eq!(low(0..1000, |second| 4096 + second as u64), None);
+        // files were removed
+        let more = |second: i64| if second < 500 { 1_000_000 - 1000 * second as u64 } else { 1_000_000_000 };
+        assert!(low(0..500, more).is_some());
+        assert_eq!(low(0..600, more), None);
     }
 
     #[test]
     fn before_a_rate_is_known_and_where_the_disk_does_not_say_nothing_is_reported() {
-        let mut watch = DiskWatch::asking(|| Some(0));
-        assert_eq!(watch.note(5000, 7 * SECOND_NS), None);
-        assert_eq!(watch.note(5000, 8 * SECOND_NS), None);
+        assert_eq!(low(0..60, |second| 60 - second as u64), None);
+        assert!(low(0..=60, |second| 60 - second as u64).is_some());
+        // a clock that was set back
+        assert_eq!(low((1000..1050).chain(0..50), |second| 2000 - second as u64), None);
         let mut unknown = DiskWatch::asking(|| None);
-        assert_eq!((0..30).find_map(|second| unknown.note(5000, second * SECOND_NS)), None);
+        assert_eq!((0..1000).find_map(|second| unknown.note(second * SECOND_NS)), None);
     }
 
     #[test]
