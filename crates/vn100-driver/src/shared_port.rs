@@ -17,17 +17,17 @@ const PERIOD: Duration = Duration::from_secs(60);
 pub(crate) struct SharedPort {
     search: Option<JoinHandle<Option<String>>>,
     searched: Option<Instant>,
-    /// Number of rejected frames at the last search.
-    rejected: u64,
+    /// Rejected lines, and bytes without a frame as those of damaged packets, at the last search.
+    damage: u64,
     reported: BTreeSet<String>,
 }
 
 impl SharedPort {
     /// Searches again where this batch of the stream shows damaged frames.
     pub(crate) fn handle_batch(&mut self, batch: &Batch, device_file: Option<&Path>) {
-        let rejected = batch.link.tally.rejected.total();
-        if rejected > self.rejected && self.searched.is_none_or(|at| at.elapsed() >= PERIOD) {
-            self.rejected = rejected;
+        let damage = batch.link.tally.rejected.total() + batch.link.tally.skipped_bytes;
+        if damage > self.damage && self.searched.is_none_or(|at| at.elapsed() >= PERIOD) {
+            self.damage = damage;
             self.search(device_file);
         }
     }
@@ -61,10 +61,15 @@ mod tests {
 
     use super::*;
 
-    /// Whether a search begins after so many rejected frames.
+    /// Whether a search begins after so many rejected lines.
     async fn searches(port: &mut SharedPort, rejected: u64) -> bool {
+        searches_after(port, rejected, 0).await
+    }
+
+    /// Whether a search begins after so many rejected lines, and so many bytes without a frame.
+    async fn searches_after(port: &mut SharedPort, rejected: u64, skipped_bytes: u64) -> bool {
         let rejected = RejectedCounts { checksum: rejected, ..RejectedCounts::default() };
-        let tally = Tally { rejected, ..Tally::default() };
+        let tally = Tally { rejected, skipped_bytes, ..Tally::default() };
         let link = StreamCounts { tally, ..StreamCounts::default() };
         port.handle_batch(&Batch { link, ..Batch::default() }, Some(Path::new("/nonexistent/port")));
         let begins = port.search.is_some();
@@ -85,5 +90,6 @@ mod tests {
         assert!(searches(&mut port, 5).await);
         tokio::time::advance(2 * PERIOD).await;
         assert!(!searches(&mut port, 5).await, "none is damaged since");
+        assert!(searches_after(&mut port, 5, 44).await, "a packet is damaged");
     }
 }

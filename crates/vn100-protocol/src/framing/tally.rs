@@ -98,6 +98,14 @@ impl Tally {
         ours.too_long += theirs.too_long;
     }
 
+    /// The same where these rejected sentences, of so many bytes, are parts of damaged packets.
+    pub(crate) fn without_fragments(mut self, fragments: &RejectedCounts, bytes: u64) -> Self {
+        self.rejected = self.rejected.without(fragments);
+        self.rejected_sentence_bytes -= bytes;
+        self.skipped_bytes += bytes;
+        self
+    }
+
     /// Samples, replies and other valid sentences.
     #[must_use]
     pub fn valid_sentences(&self) -> u64 {
@@ -110,6 +118,17 @@ impl RejectedCounts {
     #[must_use]
     pub fn total(&self) -> u64 {
         self.checksum + self.unchecked + self.grammar + self.range + self.truncated + self.too_long
+    }
+
+    fn without(&self, part: &Self) -> Self {
+        Self {
+            checksum: self.checksum - part.checksum,
+            unchecked: self.unchecked - part.unchecked,
+            grammar: self.grammar - part.grammar,
+            range: self.range - part.range,
+            truncated: self.truncated - part.truncated,
+            too_long: self.too_long - part.too_long,
+        }
     }
 
     pub(crate) fn count(&mut self, kind: RejectReason) {

@@ -11,7 +11,8 @@ use super::{
 };
 use crate::{
     AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketHeader, PrintFormat, Quantity, Register,
-    RegisterContents, Reply, Sample, Sentence, Tally, VNIMU, framing::packet::PacketRun, message::decoder::Sink,
+    RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU, framing::packet::PacketRun,
+    message::decoder::Sink,
 };
 
 /// How a stream is read.
@@ -75,6 +76,9 @@ struct Stream {
     /// Valid sentences of each message but that of the samples, by its code; those without a code
     /// of their own by [`AsyncType::OFF`].
     other_lines: BTreeMap<u8, u64>,
+    /// What the decoder has rejected as sentences and are parts of damaged packets.
+    fragments: RejectedCounts,
+    fragment_bytes: u64,
     open: Batch,
     sealed: Vec<Batch>,
     /// Replies since they were last taken, where they are kept.
@@ -123,7 +127,9 @@ impl SampleReader {
 
     /// What the stream has carried so far.
     pub fn tally(&self) -> Tally {
-        Tally { measured_packets: self.stream.packets.counts, ..self.decoder.tally() }
+        let Stream { packets, fragments, fragment_bytes, .. } = &self.stream;
+        let tally = self.decoder.tally().without_fragments(fragments, *fragment_bytes);
+        Tally { measured_packets: packets.counts, ..tally }
     }
 
     /// Frames that the sensor has sent by itself so far, by their kind.
@@ -231,6 +237,12 @@ fn code(header: &[u8]) -> u8 {
 impl Sink for Stream {
     fn item(&mut self, item: Item<'_>) {
         if let Item::Rejected(rejected) = &item {
+            // a `$` stands in a damaged packet by chance
+            if self.packets.form.is_some() && !rejected.raw.starts_with(b"$VN") {
+                self.fragments.count(rejected.kind);
+                self.fragment_bytes += rejected.raw.len() as u64;
+                return;
+            }
             self.diagnose(|| Diagnostic::Refused {
                 reason: rejected.kind.to_string(),
                 offset: rejected.offset,

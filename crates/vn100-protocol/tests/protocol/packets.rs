@@ -312,6 +312,18 @@ fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
     assert_eq!((none.layout, none.link.samples(), none.link.foreign_samples), (None, 0, 1));
 }
 
+#[test]
+fn a_dollar_in_a_damaged_packet_is_no_line() {
+    let mut damaged = bytes(EXACT[1]);
+    damaged[14] ^= 1;
+    damaged[20..24].copy_from_slice(b"$a*b");
+    let stream = [bytes(EXACT[0]), damaged, bytes(EXACT[2])].concat();
+    let batch = whole(MeasuredFrames::First, &stream);
+    let tally = batch.link.tally;
+    assert_eq!((batch.row_count(), tally.rejected.total(), tally.rejected_sentence_bytes), (2, 0, 0));
+    assert_eq!((tally.skipped_bytes, tally.bytes()), (bytes(EXACT[1]).len() as u64, stream.len() as u64));
+}
+
 /// A damaged sentence between packets takes the place of no packet.
 #[test]
 fn damaged_sentences_between_packets_are_no_samples() {
