@@ -45,6 +45,14 @@ const ALL_LATE_PERIODS: f64 = 4.0;
 /// amount by which each sample is early at the next rate of the sensor (1.25 times as high).
 const SUSPICIOUS_PERIODS: f64 = 0.1;
 
+/// Samples that are early by this many periods or more move the due time only if there are
+/// [`FAR_EARLY_SAMPLES`] of them in [`CONFIRMATIONS`] decisions: fewer may be those that end with a
+/// full packet of a USB adapter, one in 31 or 62 and at times a few more, while the ends of the
+/// others wait for the sample after. Chosen: where the due time follows one that is early by
+/// less, and then another one, the others are still not in doubt behind them.
+const FAR_EARLY_PERIODS: f64 = 0.3;
+const FAR_EARLY_SAMPLES: usize = 4;
+
 /// A lower rate is below the present one by at least this factor. Chosen.
 const LOWER: f64 = 0.9;
 
@@ -60,6 +68,17 @@ struct Doubt {
     steady_since_s: f64,
     steady_since: usize,
     reads: usize,
+}
+
+/// Samples early by [`FAR_EARLY_PERIODS`] or more.
+#[derive(Clone, Copy, Debug, Default)]
+struct FarEarly {
+    samples: usize,
+    /// The number of decisions from the first of them on, or since the last one once there are
+    /// [`FAR_EARLY_SAMPLES`].
+    decisions: usize,
+    /// The part of their earliness that an increase has counted, but the due time has not followed.
+    counted_s: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -83,6 +102,8 @@ pub(super) struct LagTracker {
     /// Index in the stream of the next sample, dropped ones counted.
     index: u64,
     pub(super) envelope: Envelope,
+    /// The recent samples that were far early.
+    far_early: Option<FarEarly>,
     /// Whether due times follow the fitted rate instead of the nominal one.
     follows_fit: bool,
     reads: ReadPattern,
@@ -106,6 +127,7 @@ impl LagTracker {
             block_least_s: f64::INFINITY,
             block_has_gap: false,
             overcount_s: 0.0,
+            far_early: None,
             index: 0,
             envelope: Envelope::new(period_s),
             // a fit counts the gaps so far: following it would feed their errors back
@@ -215,13 +237,17 @@ impl LagTracker {
         self.late_s = most_lag_s.max(LATE_DECAY * self.late_s);
         let samples = self.judged + 1;
         self.due_s += self.period_s;
-        if lag_s < -self.overcount_s {
-            let early_s = -self.overcount_s - lag_s;
-            self.add_early(at_s, early_s, samples);
-            self.due_s -= early_s;
-            self.block_least_s = -self.overcount_s;
+        let early_s = f64::max(0.0, -self.overcount_s - lag_s);
+        let counted_s = self.far_early.map_or(0.0, |far_early| far_early.counted_s);
+        if early_s > counted_s {
+            self.add_early(at_s, early_s - counted_s, samples);
+        }
+        if self.is_far_early_alone(lag_s, early_s) {
+            // all the others are late
+            self.late_s = self.late_s.max(-lag_s);
         } else {
-            self.block_least_s = self.block_least_s.min(lag_s);
+            self.due_s -= early_s;
+            self.block_least_s = self.block_least_s.min(lag_s) + early_s;
         }
         self.judged = 0;
         if let Some(increase) = &mut self.increase {
@@ -244,10 +270,36 @@ impl LagTracker {
             self.period_s = self.envelope.credible_period_s();
         }
         self.block_samples += samples as u64;
-        if self.block_samples >= BLOCK_LEN && at_s - self.block_start_s >= self.reads.window_s {
+        let has_least = self.block_least_s < f64::INFINITY;
+        if has_least && self.block_samples >= BLOCK_LEN && at_s - self.block_start_s >= self.reads.window_s {
             self.end_block(at_s);
         }
         GapEvent::Samples(samples as u64)
+    }
+
+    /// Whether the decided sample is far early and too few others were: then the due time does not
+    /// follow it. `early_s` is the time by which it would.
+    fn is_far_early_alone(&mut self, lag_s: f64, early_s: f64) -> bool {
+        let is_far_early = lag_s < -FAR_EARLY_PERIODS * self.period_s;
+        if self.far_early.is_none() && !is_far_early {
+            return false;
+        }
+        let far_early = self.far_early.get_or_insert_default();
+        far_early.decisions += 1;
+        far_early.samples += usize::from(is_far_early);
+        let is_alone = is_far_early && far_early.samples < FAR_EARLY_SAMPLES;
+        if is_alone {
+            far_early.counted_s = far_early.counted_s.max(early_s);
+        } else {
+            far_early.counted_s = f64::max(0.0, far_early.counted_s - early_s);
+            if is_far_early {
+                far_early.decisions = 0;
+            }
+        }
+        if far_early.decisions >= CONFIRMATIONS {
+            self.far_early = None;
+        }
+        is_alone
     }
 
     /// Adds early samples: the last of `samples` decided ones is the earliest, by `early_s`; it was

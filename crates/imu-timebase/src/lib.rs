@@ -31,7 +31,10 @@
 //!    are shown by the step of which all intervals are multiples (`base_step.rs`).
 //! 2. *Lag* (`lag_tracker.rs`): a sample is due a period after the one before. The due time follows
 //!    an earlier arrival at once, and the least lag of each block of 16 samples: so it follows the
-//!    sensor's clock. From 0.82 periods on a sample is in doubt, and held.
+//!    sensor's clock. It follows arrivals 0.3 periods early only if there are four
+//!    of them in 12: a USB adapter that keeps the end of each sample until the next one comes sends
+//!    a sample in 31 or 62 at once, where it ends with a full packet. From 0.82 periods on a sample
+//!    is in doubt, and held.
 //! 3. *Gap*: if the least lag of the samples held is steady over 12 reads and the window in which
 //!    reads meet every phase (0.1 s and more, `read_pattern.rs`), floor(lag / period + 0.18)
 //!    samples are missing. If a gap was counted one too large samples then come a period early;
