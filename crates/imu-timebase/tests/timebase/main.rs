@@ -1,6 +1,7 @@
 //! The time base against streams whose losses, clock and bunching are known.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod adapter;
 mod clock;
 mod link;
 mod losses;
