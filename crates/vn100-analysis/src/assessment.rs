@@ -210,13 +210,13 @@ fn noise_of(
     models: &Models,
 ) -> Option<ChannelNoise> {
     let signal = results.signal.as_ref();
+    // where the averaging is known, so is what it makes of neighbouring samples
+    let is_known = onboard.is_some_and(|onboard| onboard.window_known());
+    let shown = signal.and_then(|signal| signal.roll_off(bands)).filter(|shown| shown.is_proved || !is_known);
     let evidence = ChannelCurve {
         bands,
         cycle,
-        roll_off: slower(
-            signal.and_then(|signal| signal.roll_off(bands)),
-            onboard.and_then(|onboard| onboard.own_low_pass()),
-        ),
+        roll_off: slower(shown, onboard.and_then(|onboard| onboard.own_low_pass())),
         fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
         ..ChannelCurve::default()
     };
@@ -228,10 +228,11 @@ fn noise_of(
     Some(noise)
 }
 
-/// The one that remembers longer.
+/// The one that is proved, or remembers longer.
 fn slower(shown: Option<RollOff>, own: Option<RollOff>) -> Option<RollOff> {
     let both = shown.into_iter().chain(own);
-    both.max_by(|a, b| a.correlation_samples.total_cmp(&b.correlation_samples))
+    let by_memory = |a: &RollOff, b: &RollOff| a.correlation_samples.total_cmp(&b.correlation_samples);
+    both.max_by(|a, b| a.is_proved.cmp(&b.is_proved).then_with(|| by_memory(a, b)))
 }
 
 /// The axes of a snapshot one by one: the parameters that its [`Assessment`] has, but for slow

@@ -21,10 +21,9 @@ const FIRST: usize = 4;
 /// in the tests reaches it.
 const EVIDENCE: f64 = 20.0;
 
-/// Above, there may be one. White noise exceeds it in less than one record of a hundred, and is
-/// then known less well: no more than a few percent of its error altogether. A minute behind the
-/// filter of a VN-100 at 200 Hz reaches 9 to 20.
-const POSSIBLE: f64 = 6.0;
+/// Above, there may be one, and the interval of N covers both. A minute behind the filter of a
+/// VN-100 at 200 Hz reaches 9 to 20, half a minute 2 to 9.
+const POSSIBLE: f64 = 3.0;
 
 /// Points that the Hann window makes of one independent point: 1 + 2 (4/9 + 1/36).
 const DEPENDENCE: f64 = 1.944;
@@ -46,7 +45,7 @@ pub struct RollOff {
     /// frequencies.
     pub correlation_samples: f64,
     /// Whether it is a low pass beyond doubt. Otherwise the noise may be white after all, and
-    /// nothing is said of a filter; the shortest averaging times are not relied on.
+    /// intervals hold with and without a filter.
     pub is_proved: bool,
 }
 

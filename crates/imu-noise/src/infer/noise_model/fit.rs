@@ -142,6 +142,21 @@ impl NoiseFit {
         ours.upper = ours.upper.zip(theirs.upper).map(|(ours, theirs)| ours.max(theirs)).or(ours.upper);
     }
 
+    /// Lets intervals and bounds cover those of another fit that may be the right one: a term that
+    /// only one of them shows is no more than bounded.
+    fn cover(&mut self, other: &Self) {
+        for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+            self.widen(term, other);
+            let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else {
+                continue;
+            };
+            ours.p = ours.p.zip(theirs.p).map(|(ours, theirs)| ours.max(theirs));
+            if theirs.status != Status::Estimated {
+                *ours = ours.not_proved();
+            }
+        }
+    }
+
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
     /// of noises; `None` for octaves that do not follow the model and below two windows.
     #[must_use]
@@ -206,8 +221,10 @@ impl NoiseModel {
     /// to a sixteenth of the record, join the terms; where it falls by 3 to 8 the interval of N
     /// covers the fits with and without them, and by 8 to 16 those of N, B and K do. Where that
     /// does not hold either, or the lower end of N lies above what the curve itself leaves, the
-    /// model is rejected, and N is bounded by the curve. It is bounded by the fit where lines cover
-    /// more than half of the frequencies.
+    /// model is rejected, and N is bounded by the curve: unless the window is known, by averaging
+    /// times of ten samples and more, as a filter may be why. It is bounded by the fit where lines
+    /// cover more than half of the frequencies. Where a filter of unknown transfer may be there, the
+    /// terms are fitted from the second octave on too, and the intervals cover both fits.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -284,7 +301,7 @@ impl NoiseModel {
             Some((solution, quality))
         };
         let read_out = |model: &Model, range: Range<usize>, (solution, quality): (Solution, FitQuality)| {
-            let doubtless = ceiling(roll_off.or((range.start > 0).then_some(RollOff::POSSIBLE)), 0.01);
+            let doubtless = ceiling(roll_off, 0.01);
             let regression = Regression::new(model, &values, range.clone());
             let accepted = Accepted { model, regression, solution, range, quality, known: (fitted, octaves) };
             let fit = self.read_out(&accepted, slope, confidence);
@@ -329,18 +346,21 @@ impl NoiseModel {
             })
         };
         // A known window explains its own roll-off.
-        let whole = (filtered.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
-        let behind_filter =
-            |(model, first): (Model, usize)| Some(NoiseFit { roll_off: proved, ..attempt(&model, first)? });
-        let filtered = match roll_off {
-            Some(_) => filtered,
-            // what does not follow the model at the shortest averaging times may be that of a filter
-            None if whole.is_none() && may_be_filtered => behind(RollOff::POSSIBLE),
-            None => None,
+        let whole = (proved.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
+        let is_settled = whole.is_some() && proved.is_some();
+        let behind_filter = filtered.filter(|_| !is_settled).and_then(|(model, first)| attempt(&model, first));
+        let fit = match (whole, behind_filter) {
+            // a filter that only may be there
+            (Some(mut whole), Some(behind_filter)) => {
+                whole.cover(&behind_filter);
+                Some(whole)
+            }
+            (whole, behind_filter) => whole.or_else(|| Some(NoiseFit { roll_off: proved, ..behind_filter? })),
         };
-        whole.or_else(|| filtered.and_then(behind_filter)).unwrap_or_else(|| {
+        fit.unwrap_or_else(|| {
             let mut rejected = NoiseFit { lacks_free_band, ..self.without_values(Status::ModelRejected) };
-            let ceiling = ceiling(roll_off, 1.0 - confidence);
+            // a filter may be why
+            let ceiling = ceiling(roll_off.or(may_be_filtered.then_some(RollOff::POSSIBLE)), 1.0 - confidence);
             if let Some(white) = &mut rejected.parameters[Term::White as usize]
                 && ceiling.is_finite()
             {
