@@ -7,8 +7,9 @@ use crate::support::{capture, channel, replay, vn100, workspace};
 /// live the first sample is a matter of chance.
 const NEAR: f64 = 0.03;
 
-/// Its words, with a `#` for each number.
+/// Its words, with a `#` for each number; of intervals, which need not be symmetric, the name alone.
 fn words(line: &str) -> String {
+    let line = line.split_inclusive("95 % interval").next().unwrap_or(line);
     let is_number = |word: &&str| word.trim_start_matches(['+', '±']).parse::<f64>().is_ok();
     line.split_whitespace().map(|word| if is_number(&word) { "#" } else { word }).collect::<Vec<_>>().join(" ")
 }

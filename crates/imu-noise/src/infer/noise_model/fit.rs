@@ -223,8 +223,8 @@ impl NoiseModel {
     /// does not hold either, or the lower end of N lies above what the curve itself leaves, the
     /// model is rejected, and N is bounded by the curve: unless the window is known, by averaging
     /// times of ten samples and more, as a filter may be why. It is bounded by the fit where lines
-    /// cover more than half of the frequencies. Where a filter of unknown transfer may be there, the
-    /// terms are fitted from the second octave on too, and the intervals cover both fits.
+    /// cover more than half of the frequencies. Where a filter of unknown transfer may be there,
+    /// the terms are fitted from the second octave on too, and the intervals cover both fits.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
