@@ -9,6 +9,7 @@ mod joint;
 mod least_half_width;
 mod least_squares;
 mod model;
+mod noise_fit;
 mod parameter;
 mod record_length;
 mod regression;
@@ -25,12 +26,13 @@ pub use boxcar::{BoxcarWindow, white_deficit};
 pub use curve_reading::{
     ClassicalReading, NotRead, OverBound, SlopeLine, classical_reading, curve_minimum, over_bound, visible_random_walk,
 };
-pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
+pub use fit::ChannelCurve;
 pub use gauss_markov::GaussMarkovFit;
 use joint::{Component, Phase, Phases, of_each};
 pub use least_half_width::least_half_width;
 pub(crate) use least_squares::NonNegative;
 use model::Model;
+pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit};
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 use slope::Slope;
