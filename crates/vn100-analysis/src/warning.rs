@@ -66,6 +66,8 @@ pub enum WarningKind {
     CorrelatedNoise,
     /// A low-pass filter slower than the output removes the high frequencies.
     LowPass,
+    /// The spectrum may be that of a filter slower than the output.
+    PossibleFilter,
     /// Spectral peaks leave less than half of the band to the noise.
     LineFreeBand,
     /// The sensor was moved, or mean or noise changed during the record.
@@ -96,7 +98,7 @@ pub enum WarningKind {
 
 impl WarningKind {
     /// All kinds.
-    pub const ALL: [Self; 41] = [
+    pub const ALL: [Self; 42] = [
         Self::RecordingFailed,
         Self::EndedEarly,
         Self::NoValidLines,
@@ -125,6 +127,7 @@ impl WarningKind {
         Self::VibrationLine,
         Self::CorrelatedNoise,
         Self::LowPass,
+        Self::PossibleFilter,
         Self::LineFreeBand,
         Self::NotStationary,
         Self::WarmUp,
@@ -172,6 +175,7 @@ impl WarningKind {
             Self::VibrationLine => "vibration-line",
             Self::CorrelatedNoise => "correlated-noise",
             Self::LowPass => "low-pass",
+            Self::PossibleFilter => "possible-filter",
             Self::LineFreeBand => "line-free-band",
             Self::NotStationary => "not-stationary",
             Self::WarmUp => "warm-up",
@@ -232,6 +236,7 @@ impl WarningKind {
             Self::CompensatedStream
             | Self::DecimatedStream
             | Self::BunchedArrival
+            | Self::PossibleFilter
             | Self::AngleRestarted
             | Self::RotatedAxes
             | Self::YawFromMagnetometer => Severity::Note,

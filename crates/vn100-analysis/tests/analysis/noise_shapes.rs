@@ -28,6 +28,14 @@ impl Lcg {
 
 /// Twenty minutes of white noise on every axis; that of [`SHAPED`] as `shape` leaves it.
 fn assessed(shape: impl Fn(&mut Vec<f64>, &mut Lcg)) -> Assessment {
+    let window = RegisterContents {
+        register: Register::IMU_FILTER,
+        fields: RegisterFields::new("0,4,4,4,0,0,3,3,3,0").unwrap(),
+    };
+    assessed_with(vec![window], shape)
+}
+
+fn assessed_with(registers: Vec<RegisterContents>, shape: impl Fn(&mut Vec<f64>, &mut Lcg)) -> Assessment {
     const SAMPLES: usize = 48_000;
     let layout: Layout = VNIMU.clone();
     let mut random = Lcg(20_261_122);
@@ -47,12 +55,8 @@ fn assessed(shape: impl Fn(&mut Vec<f64>, &mut Lcg)) -> Assessment {
         })
         .collect();
     let counts = (0..SAMPLES).flat_map(|row| columns.iter().map(move |column| column[row].round() as i32));
-    let window = RegisterContents {
-        register: Register::IMU_FILTER,
-        fields: RegisterFields::new("0,4,4,4,0,0,3,3,3,0").unwrap(),
-    };
     let counts = counts.collect();
-    let mut batch = Batch { layout: Some(Arc::new(layout)), counts, registers: vec![window], ..Batch::default() };
+    let mut batch = Batch { layout: Some(Arc::new(layout)), counts, registers, ..Batch::default() };
     batch.link.tally.samples = SAMPLES as u64;
     let mut analysis = Analysis::new(Settings { rate_hz: Some(RATE_HZ), ..Settings::default() });
     analysis.absorb(&batch);
@@ -125,6 +129,25 @@ fn behind_a_low_pass_n_is_that_of_long_averaging_times() {
     assert!(from_s > 3.0 / RATE_HZ && from_s < 2.0, "{from_s}");
     let text = only(&assessment, WarningKind::LowPass).to_string();
     assert!(text.contains(&format!("fitted from {from_s:.3} s")), "{text}");
+}
+
+#[test]
+fn a_filter_that_may_be_there_widens_the_interval_of_n() {
+    let raised = |column: &mut Vec<f64>, _: &mut Lcg| {
+        let mut last = 0.0;
+        for value in column {
+            (last, *value) = (*value, *value - 0.025 * last);
+        }
+    };
+    // where the window of the sensor is known, nothing else filters
+    assert!(!white(&assessed(raised)).0.may_be_filtered);
+    let assessment = assessed_with(Vec::new(), raised);
+    let (fit, n) = white(&assessment);
+    let filtered = 0.975 * truth();
+    assert!(n.lower.unwrap() < filtered && filtered < n.upper.unwrap(), "{n:?}, not {filtered}");
+    assert_eq!((fit.may_be_filtered, fit.roll_off), (true, None), "{fit:?}");
+    let warning = only(&assessment, WarningKind::PossibleFilter);
+    assert!(warning.to_string().contains("with and without a filter"), "{warning}");
 }
 
 #[test]

@@ -219,6 +219,12 @@ const fn words(kind: WarningKind) -> Words {
             "Nothing, if the filter is intended. Otherwise widen its bandwidth.",
             &[],
         ),
+        Kind::PossibleFilter => (
+            "The spectrum may be that of a filter slower than the output; intervals of N hold with and without one.",
+            "White noise resembles that of a filter in some channels by chance, and a weak filter changes N by a few percent.",
+            "Measure for longer, or give the averaging window of a VN-100.",
+            &[],
+        ),
         Kind::LineFreeBand => (
             "Spectral peaks cover more than half of the band.",
             "What looks like white noise between them may be theirs: only an upper bound for N is given.",

@@ -71,6 +71,7 @@ impl Aspect {
             Kind::PrintFormat
             | Kind::StuckDigits
             | Kind::CorrelatedNoise
+            | Kind::PossibleFilter
             | Kind::LineFreeBand
             | Kind::QuantisationFloor
             | Kind::FullRange

@@ -231,7 +231,10 @@ impl NoiseModel {
                 whole.cover(&behind_filter);
                 Some(whole)
             }
-            (whole, behind_filter) => whole.or_else(|| Some(NoiseFit { roll_off: proved, ..behind_filter? })),
+            (whole, behind_filter) => whole.or_else(|| {
+                let may_be_filtered = proved.is_none();
+                Some(NoiseFit { roll_off: proved, may_be_filtered, ..behind_filter? })
+            }),
         };
         fit.unwrap_or_else(|| {
             let mut rejected = NoiseFit { lacks_free_band, ..self.without_values(Status::ModelRejected) };
@@ -334,6 +337,7 @@ impl NoiseModel {
             is_process_proved: false,
             lacks_free_band: false,
             roll_off: None,
+            may_be_filtered: false,
             edf: Vec::new(),
             expected: Vec::new(),
             correlations: Vec::new(),

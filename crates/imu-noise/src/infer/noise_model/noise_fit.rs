@@ -20,6 +20,9 @@ pub struct NoiseFit {
     pub lacks_free_band: bool,
     /// The low pass of unknown transfer behind which the terms were fitted, where one is proved.
     pub roll_off: Option<RollOff>,
+    /// The spectrum may be that of a filter of unknown transfer: the interval of N, at least half
+    /// as wide again for that, holds with and without it, or the model follows behind it alone.
+    pub may_be_filtered: bool,
     /// Averaging factor and edf of each octave from the shortest in use on.
     pub(super) edf: Vec<(u64, f64)>,
     /// Averaging factor and expected variance of each octave in use, in the unit squared.
@@ -92,6 +95,8 @@ impl NoiseFit {
     /// Lets intervals and bounds cover those of another fit that may be the right one: a term that
     /// only one of them shows is no more than bounded.
     pub(super) fn cover(&mut self, other: &Self) {
+        let width = |fit: &Self| fit.parameter(Term::White)?.relative_half_width();
+        let before = width(self);
         for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
             self.widen(term, other);
             let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else {
@@ -102,6 +107,7 @@ impl NoiseFit {
                 *ours = ours.not_proved();
             }
         }
+        self.may_be_filtered = before.zip(width(self)).is_some_and(|(before, after)| after > 1.5 * before);
     }
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
