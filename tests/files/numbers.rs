@@ -28,7 +28,7 @@ fn kinds(document: &Value) -> Vec<&str> {
     document["warnings"].as_array().unwrap().iter().map(|warning| warning["kind"].as_str().unwrap()).collect()
 }
 
-/// N in deg/√h, K in deg/h^1.5, B in deg/h, all in SI units.
+/// N in deg/√h, K in deg/h/√h, B in deg/h, all in SI units.
 const DEG_SQRT_H: f64 = 1.0 / 3_437.746_770_785;
 const DEG_H15: f64 = 1.0 / 1.237_588_8e7;
 const DEG_H: f64 = 1.0 / 206_264.806;

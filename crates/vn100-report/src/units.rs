@@ -244,7 +244,8 @@ pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
     conventions(sensor, term).first().map_or("", |si| si.unit)
 }
 
-/// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`.
+/// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`, `deg/h^1.5` as
+/// `°/h/√h`.
 #[must_use]
 pub fn pretty_unit(unit: &str) -> String {
     let unit = match unit.strip_prefix('u') {
@@ -255,7 +256,7 @@ pub fn pretty_unit(unit: &str) -> String {
         ("sqrt(Hz)", "√Hz"),
         ("sqrt(h)", "√h"),
         ("sqrt(s)", "√s"),
-        ("^1.5", "¹·⁵"),
+        ("/h^1.5", "/h/√h"),
         ("^2", "²"),
         ("^3", "³"),
         ("deg", "°"),
@@ -442,7 +443,8 @@ mod tests {
         for (unit, pretty) in [
             ("rad/s/sqrt(Hz)", "rad/s/√Hz"),
             ("m/s^2", "m/s²"),
-            ("deg/h^1.5", "°/h¹·⁵"),
+            ("deg/h^1.5", "°/h/√h"),
+            ("m/s/h^1.5", "m/s/h/√h"),
             ("ug/sqrt(Hz)", "µg/√Hz"),
             ("gauss", "gauss"),
             ("urad", "µrad"),

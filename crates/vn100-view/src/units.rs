@@ -73,7 +73,7 @@ pub(crate) fn convention(sensor: Sensor, term: Term, steps: usize) -> Convention
 
 /// The unit with signs for what ASCII spells out; one-sided densities are marked.
 pub(crate) fn shown_unit(convention: Convention) -> String {
-    let unit = convention.unit.replace("sqrt(", "√").replace(')', "").replace("^2", "²");
+    let unit = convention.unit.replace("/h^1.5", "/h/√h").replace("sqrt(", "√").replace(')', "").replace("^2", "²");
     if convention.sides == Some(Sides::One) { format!("{unit} one-sided") } else { unit }
 }
 

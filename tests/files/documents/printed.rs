@@ -50,10 +50,10 @@ fn parameter(name: &str, unit: &str) -> (&'static str, f64) {
     let si = match unit {
         "deg/√h" => DEGREE / 60.0,
         "deg/h" => DEGREE / 3600.0,
-        "deg/h^1.5" => DEGREE / 3600.0 / 60.0,
+        "deg/h/√h" => DEGREE / 3600.0 / 60.0,
         "m/s/√h" => 1.0 / 60.0,
         "mg" => 9.806_65e-3,
-        "m/s/h^1.5" => 1.0 / 3600.0 / 60.0,
+        "m/s/h/√h" => 1.0 / 3600.0 / 60.0,
         other => panic!("{other}"),
     };
     (field, si)

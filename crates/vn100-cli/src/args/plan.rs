@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want};
+use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want, WantError};
 use vn100_protocol::BaudRate;
 
 use super::{link::baud_rate, measure::confidence};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
-    /// Parameter to measure, as in "gyro N ±5%", "gyro B" or "gyro K >= 0.5 deg/h^1.5",
+    /// Parameter to measure, as in "gyro N ±5%", "gyro B" or "gyro K >= 0.5 deg/h/√h",
     /// or a limit to decide on, as in "accel B <= 0.04 mg", always with a unit [default: a table of
     /// the usual ones]
-    #[arg(long, value_name = "WANT")]
+    #[arg(long, value_name = "WANT", value_parser = want)]
     pub(crate) want: Vec<Want>,
 
     #[command(flatten)]
@@ -50,6 +50,47 @@ pub(crate) struct Fixed {
     pub(crate) baud: Option<BaudRate>,
 }
 
+/// A want, whose unit may have the signs of summaries and pages.
+fn want(text: &str) -> Result<Want, WantError> {
+    with_plain_unit(text).parse()
+}
+
+/// The text with every unit as documents have it: of `°/h/√h`, `deg/h/√h` and `deg/h/sqrt(h)`
+/// `deg/h^1.5`.
+fn with_plain_unit(text: &str) -> String {
+    let plain = [
+        ("√Hz", "sqrt(Hz)"),
+        ("√h", "sqrt(h)"),
+        ("√s", "sqrt(s)"),
+        ("/h/sqrt(h)", "/h^1.5"),
+        ("²", "^2"),
+        ("°", "deg"),
+        ("µ", "u"),
+    ];
+    plain.into_iter().fold(text.to_owned(), |text, (sign, plain)| text.replace(sign, plain))
+}
+
 fn planned_message(name: &str) -> Result<PlannedMessage, String> {
     PlannedMessage::named(name).ok_or_else(|| format!("no plan is made for {name}: use BINARY, BINARY+MAG or VNIMU"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_want_takes_the_units_of_documents_and_those_of_summaries() {
+        for (typed, plain) in [
+            ("gyro K >= 0.5 deg/h/√h", "gyro K >= 0.5 deg/h^1.5"),
+            ("gyro K >= 0.5 deg/h/sqrt(h)", "gyro K >= 0.5 deg/h^1.5"),
+            ("gyro K >= 0.5 °/h/√h", "gyro K >= 0.5 deg/h^1.5"),
+            ("gyro N <= 0.21 deg/√h", "gyro N <= 0.21 deg/sqrt(h)"),
+            ("accel N <= 140 µg/√Hz", "accel N <= 140 ug/sqrt(Hz)"),
+            ("accel K >= 0.01 m/s²/√s", "accel K >= 0.01 m/s^2/sqrt(s)"),
+            ("accel K >= 4 m/s/h/√h", "accel K >= 4 m/s/h^1.5"),
+        ] {
+            assert_eq!(want(typed), plain.parse(), "{typed}");
+            assert!(want(plain).is_ok(), "{plain}");
+        }
+    }
 }
