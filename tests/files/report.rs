@@ -237,6 +237,9 @@ fn registers_told_within_the_stream_are_in_the_report() {
     for untold in ["uncompensated_gyro_x: Angle", "histogram-uncompensated_gyro_x", "the worst known axis"] {
         assert!(!html.contains(untold), "{untold}: one value that was asked for has no noise");
     }
+    // read once, they have no curve
+    let figure = html.split("id=\"figure-allan-gyro\"").nth(1).unwrap().split("</figure>").next().unwrap();
+    assert!(figure.contains(">gyro_x") && !figure.contains("uncompensated"), "{figure}");
 }
 
 /// The cells of CSV with quotes.

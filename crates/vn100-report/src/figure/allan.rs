@@ -185,8 +185,9 @@ pub(crate) fn allan_of_records(
     together(format!("records-{}", id_of(channel)), channel, &drawn, deviation, None)
 }
 
-/// `of_sensor`: the figures of its data sheet, and what its parameters are to be multiplied by, of
-/// the axes of one sensor; each is then given with its N, B and K.
+/// Of those that have a curve: what is read from registers now and then has none. `of_sensor`: the
+/// figures of its data sheet, and what its parameters are to be multiplied by, of the axes of one
+/// sensor; each is then given with its N, B and K.
 fn together(
     id: String,
     title: &str,
@@ -194,6 +195,7 @@ fn together(
     deviation: Deviation,
     of_sensor: Option<(&[SheetLine], f64)>,
 ) -> Option<Figure> {
+    let curves: Vec<_> = curves.iter().filter(|(_, channel)| !channel.deviations.is_empty()).collect();
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
     let (x, y) = axes(&channels, &[], deviation)?;
     let (sheet, factor) = of_sensor.unwrap_or((&[], 1.0));
@@ -216,7 +218,7 @@ fn together(
         plot.draw(index, marks);
     }
     draw_slopes(&mut plot, channels.len());
-    for (index, (model, (name, _))) in models.iter().zip(curves).enumerate() {
+    for (index, (model, (name, _))) in models.iter().zip(&curves).enumerate() {
         if let Some(model) = model {
             model.draw_among(&mut plot, index, name);
         }
