@@ -35,8 +35,7 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
         Primitive::Area { points, colour: Colour::Series(0), opacity }
     };
     let mut marks = Vec::new();
-    // nothing is drawn across a gap
-    for run in blocks.chunk_by(|a, b| b.start_s - a.start_s <= 1.5 * a.duration_s) {
+    for run in without_gaps(blocks) {
         let std = |block: &BlockValues| block.std.unwrap_or(0.0);
         marks.push(band(run, 0.25, &|block| (block.min, block.max)));
         marks.push(band(run, 0.35, &|block| (block.mean - std(block), block.mean + std(block))));
@@ -51,6 +50,11 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     };
     let values = blocks.iter().map(value).collect();
     Some(plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values }]))
+}
+
+/// The runs of blocks without a gap: nothing is drawn across one.
+fn without_gaps(blocks: &[BlockValues]) -> impl Iterator<Item = &[BlockValues]> {
+    blocks.chunk_by(|a, b| b.start_s - a.start_s <= 1.5 * a.duration_s)
 }
 
 /// The unit for the length of a record, and its seconds.
@@ -69,9 +73,9 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
     let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
     let (unit, unit_s) = time_unit(end_s);
     let middle = |block: &BlockValues| (block.start_s + block.duration_s / 2.0) / unit_s;
-    let curves: Vec<Vec<(f64, f64)>> = (of_channels.iter())
-        .map(|blocks| blocks.iter().filter_map(|block| Some((middle(block), block.std?))).collect())
-        .collect();
+    let points =
+        |run: &[BlockValues]| run.iter().filter_map(|block| Some((middle(block), block.std?))).collect::<Vec<_>>();
+    let curves: Vec<Vec<(f64, f64)>> = of_channels.iter().map(|blocks| points(blocks)).collect();
     let first = channels.first().filter(|_| curves.iter().any(|points| !points.is_empty()))?;
     let x = PlotAxis::new("time", unit, Scale::around(curves.iter().flatten().map(|(x, _)| *x), false));
     let highest = curves.iter().flatten().map(|(_, std)| *std).fold(0.0, f64::max);
@@ -85,8 +89,8 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
         .map(|(index, channel)| (LegendSample::Both(stroke(index), Marker::of_series(index)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
-    for (index, points) in curves.iter().enumerate() {
-        let marks = plot.marked_line(index, points, stroke(index));
+    for (index, blocks) in of_channels.iter().enumerate() {
+        let marks = without_gaps(blocks).flat_map(|run| plot.marked_line(index, &points(run), stroke(index))).collect();
         plot.draw(index, marks);
     }
     let series = channels.iter().zip(&curves).map(|(channel, points)| PlottedSeries::of(&channel.name, points));
