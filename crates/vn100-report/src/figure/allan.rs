@@ -37,7 +37,7 @@ const fn curve_units(quantity: Quantity) -> &'static [(&'static str, f64)] {
     match quantity {
         Quantity::AngularRate => &[("deg/h", 3600.0 * DEG), ("deg/s", DEG), ("rad/s", 1.0)],
         Quantity::Acceleration => &[("mg", MG), ("m/s^2", 1.0)],
-        Quantity::MagneticField => &[("mgauss", 1e3), ("gauss", 1.0), ("nT", 1e5)],
+        Quantity::MagneticField => &[("mG", 1e3), ("gauss", 1.0), ("nT", 1e5)],
         _ => &[],
     }
 }
