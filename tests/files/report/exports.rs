@@ -111,6 +111,36 @@ fn messages_turned_to_east_north_up_have_the_variance_of_the_white_noise() {
     assert!(metadata.metadata["stamps"].starts_with("arrival: "), "{metadata:?}");
 }
 
+/// What a ROS program reads is what the report was made of, and the warm-up before it.
+#[test]
+fn messages_end_where_the_measurement_ended() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a.mcap", &["--message", "VNIMU"]);
+    let options = ["--skip", "1min", "--duration", "3min", "--export", "mcap"];
+    let (page, _) = report(&folder, &[&capture], &options);
+    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    assert_eq!(messages.filter(|message| message.channel.topic == "/imu/data").count(), 3 * 60 * 40);
+}
+
+#[test]
+fn messages_of_packets_without_arrival_times_have_the_time_of_the_sensor() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a.bin", &["--message", "BINARY", "--duration", "1min"]);
+    let mut bytes = fs::read(&capture).unwrap();
+    let packet = bytes.len() / (60 * 40);
+    bytes.drain(packet * 1000..packet * 1400);
+    fs::write(&capture, &bytes).unwrap();
+    let (page, _) = report(&folder, &[&capture], &["--export", "mcap"]);
+    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let imu = messages.filter(|message| message.channel.topic == "/imu/data");
+    let times: Vec<u64> = imu.map(|message| message.log_time).collect();
+    // to a microsecond by the clock of the emulated sensor
+    let ms = |place: usize| (times[place] as f64 / 1e6).round();
+    assert_eq!((times.len(), ms(999), ms(1000)), (2000, 999.0 * 25.0, 1400.0 * 25.0));
+}
+
 #[test]
 fn messages_have_the_dates_of_a_table() {
     let folder = TempDir::new().unwrap();

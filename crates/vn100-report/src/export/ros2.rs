@@ -14,6 +14,7 @@ use mcap::{
 use thiserror::Error;
 use vn100_analysis::noise::{Status, Term};
 use vn100_analysis::protocol::{Layout, Quantity, stream::Batch};
+use vn100_analysis::{EndKind, RateFrom};
 
 use crate::measured::Record;
 
@@ -65,7 +66,8 @@ impl RosFrame {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stamps {
     /// Times on an even grid with the measured rate from the first arrival on, without the jitter
-    /// of the transport; the arrival times where samples are missing or no rate was measured.
+    /// of the transport; the arrival times where samples are missing or no rate was measured. The
+    /// device time in packets where the capture has no arrival times.
     #[default]
     Fitted,
     /// The arrival time of each frame.
@@ -134,6 +136,8 @@ pub struct Ros2Messages<W: Write> {
     frame: RosFrame,
     clock: Clock,
     samples: u64,
+    /// Where the measurement ended, if that was before the end of the capture.
+    most_samples: Option<u64>,
     rate_covariance: [f64; 9],
     acceleration_covariance: [f64; 9],
     metadata: BTreeMap<String, String>,
@@ -172,6 +176,8 @@ impl<W: Write> Ros2Messages<W> {
             RosFrame::Enu => "body forwards, left, up; orientation against east, north, up (REP 103)",
         };
         let measured = record.measured;
+        let timing = &measured.snapshot.timing;
+        let is_cut = measured.facts.end == Some(EndKind::Duration);
         let unknown = || "not recorded".to_owned();
         let entries = [
             ("capture", measured.facts.name.clone()),
@@ -194,6 +200,7 @@ impl<W: Write> Ros2Messages<W> {
             frame,
             clock: Clock::new(record, stamps),
             samples: 0,
+            most_samples: is_cut.then_some(timing.samples + timing.excluded),
             rate_covariance: covariance(record, Quantity::AngularRate),
             acceleration_covariance: covariance(record, Quantity::Acceleration),
             metadata: entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
@@ -207,9 +214,12 @@ impl<W: Write> Ros2Messages<W> {
     pub fn push(&mut self, batch: &Batch) -> Result<(), Ros2Error> {
         let Some(layout) = &batch.layout else { return Ok(()) };
         for (row, counts) in batch.rows().enumerate() {
+            if self.most_samples.is_some_and(|most| self.samples >= most) {
+                return Ok(());
+            }
             let arrival =
                 batch.arrivals.iter().rev().find(|arrival| arrival.from_row <= row).map(|arrival| arrival.at_ns);
-            let at_ns = self.clock.stamp(self.samples, arrival);
+            let at_ns = self.clock.stamp(self.samples, arrival, batch.device_ns.get(row).copied());
             self.sample(layout, counts, |channel| batch.is_absent(row, channel), at_ns)?;
             self.samples += 1;
         }
@@ -322,6 +332,29 @@ struct Clock {
     origin_ns: i64,
     /// Of the first row; the stamps of a capture may begin anywhere, before 1970 too.
     first_ns: Option<i64>,
+    /// Where the times are those of the sensor.
+    device: Option<DeviceTimes>,
+}
+
+/// The device time of the last sample, and the time since the first.
+#[derive(Debug, Clone, Copy)]
+struct DeviceTimes {
+    last_ns: Option<u64>,
+    since_first_ns: u64,
+    /// Between samples, for the place where a sensor has started again.
+    interval_ns: u64,
+}
+
+impl DeviceTimes {
+    /// The time since the first sample at a sample with this device time; without one it stays.
+    fn at(&mut self, device_ns: Option<u64>) -> u64 {
+        if let Some(device_ns) = device_ns {
+            let step_ns = self.last_ns.map(|last_ns| device_ns.checked_sub(last_ns).unwrap_or(self.interval_ns));
+            self.since_first_ns = self.since_first_ns.saturating_add(step_ns.unwrap_or(0));
+            self.last_ns = Some(device_ns);
+        }
+        self.since_first_ns
+    }
 }
 
 impl Clock {
@@ -334,8 +367,14 @@ impl Clock {
             why_not_fitted,
             origin_ns: record.measured.facts.csv.as_ref().and_then(|csv| csv.first_stamp_ns).unwrap_or(0),
             first_ns: None,
+            device: None,
         };
-        let Some(arrivals) = &snapshot.arrivals else { return clock(Some(timing.rate_hz), "") };
+        let Some(arrivals) = &snapshot.arrivals else {
+            let is_counted = timing.rate_from != RateFrom::DeviceTime;
+            let interval_ns = (1e9 / timing.rate_hz).round() as u64;
+            let device = DeviceTimes { last_ns: None, since_first_ns: 0, interval_ns };
+            return Self { device: (!is_counted).then_some(device), ..clock(is_counted.then_some(timing.rate_hz), "") };
+        };
         match (stamps, arrivals.measured_hz) {
             (Stamps::Arrival, _) => clock(None, ""),
             (Stamps::Fitted, _) if timing.missing > 0 || timing.segments > 1 => {
@@ -352,7 +391,10 @@ impl Clock {
         self.first_ns.is_some_and(|first_ns| first_ns >= YEAR_NS)
     }
 
-    fn stamp(&mut self, sample: u64, arrival_ns: Option<i64>) -> u64 {
+    fn stamp(&mut self, sample: u64, arrival_ns: Option<i64>, device_ns: Option<u64>) -> u64 {
+        if let Some(device) = &mut self.device {
+            return device.at(device_ns);
+        }
         let arrival_ns = arrival_ns.map(|at_ns| at_ns.saturating_add(self.origin_ns));
         if let Some(arrival_ns) = arrival_ns.filter(|_| self.has_arrivals) {
             self.first_ns.get_or_insert(arrival_ns);
@@ -372,6 +414,7 @@ impl Clock {
                 format!("fitted: first arrival + number of the sample / {hz} Hz, the measured rate")
             }
             Some(hz) => format!("number of the sample / {hz} Hz: the capture has no arrival times"),
+            None if self.device.is_some() => "device time of each packet: the capture has no arrival times".into(),
             None => format!("arrival: when the read that completed the line returned{}", self.why_not_fitted),
         };
         let origin =
@@ -482,22 +525,39 @@ mod tests {
 
     #[test]
     fn stamps_are_dates_where_the_capture_has_them() {
-        let clock = |grid_hz| Clock { grid_hz, has_arrivals: true, why_not_fitted: "", origin_ns: 0, first_ns: None };
+        let clock = |grid_hz| Clock {
+            grid_hz,
+            has_arrivals: true,
+            why_not_fitted: "",
+            origin_ns: 0,
+            first_ns: None,
+            device: None,
+        };
         let dated = 1_700_000_000_000_000_000;
         for (first_ns, expected) in [(dated, dated as u64), (5_000_000_000, 0), (-7, 0)] {
             let mut fitted = clock(Some(40.0));
-            assert_eq!(fitted.stamp(0, Some(first_ns)), expected);
-            assert_eq!(fitted.stamp(4, Some(first_ns + 123)), expected + 100_000_000);
+            assert_eq!(fitted.stamp(0, Some(first_ns), None), expected);
+            assert_eq!(fitted.stamp(4, Some(first_ns + 123), None), expected + 100_000_000);
             assert!(fitted.text().contains(if expected > 0 { "since 1970" } else { "no dates" }));
             let mut arrival = clock(None);
-            assert_eq!(arrival.stamp(0, Some(first_ns)), expected);
-            assert_eq!(arrival.stamp(1, Some(first_ns + 123)), expected + 123);
+            assert_eq!(arrival.stamp(0, Some(first_ns), None), expected);
+            assert_eq!(arrival.stamp(1, Some(first_ns + 123), None), expected + 123);
         }
         let mut counted = Clock { origin_ns: dated, ..clock(None) };
-        assert_eq!((counted.stamp(0, Some(0)), counted.stamp(1, Some(5))), (dated as u64, dated as u64 + 5));
+        assert_eq!(
+            (counted.stamp(0, Some(0), None), counted.stamp(1, Some(5), None)),
+            (dated as u64, dated as u64 + 5)
+        );
         let mut without = Clock { has_arrivals: false, ..clock(Some(40.0)) };
-        assert_eq!((without.stamp(0, None), without.stamp(1, None)), (0, 25_000_000));
+        assert_eq!((without.stamp(0, None, None), without.stamp(1, None, None)), (0, 25_000_000));
         assert!(without.text().contains("no arrival times") && without.text().contains("no dates"));
+    }
+
+    #[test]
+    fn stamps_of_packets_without_arrival_times_keep_gaps_and_continue_after_a_restart() {
+        let mut times = DeviceTimes { last_ns: None, since_first_ns: 0, interval_ns: 5 };
+        let device_ns = [Some(1000), Some(1005), Some(1105), None, Some(3), Some(8)];
+        assert_eq!(device_ns.map(|device_ns| times.at(device_ns)), [0, 5, 105, 105, 110, 115]);
     }
 
     #[test]
