@@ -407,6 +407,14 @@ fn the_page_is_opened() {
     let opened = report();
     assert!(opened.status.success() && opened.stderr.is_empty());
     assert!(fs::read_to_string(&noted).unwrap().trim().ends_with("/night.html"));
+    // a browser that the opener becomes, until it is closed
+    let close = folder.path().join("close");
+    assert!(Command::new("mkfifo").arg(&close).status().unwrap().success());
+    script(&format!("read -r line < '{0}'; echo closed > '{0}'", text(&close)));
+    let running = report();
+    assert!(running.status.success() && running.stderr.is_empty());
+    fs::write(&close, "now\n").unwrap();
+    assert_eq!(fs::read_to_string(&close).unwrap(), "closed\n");
 }
 
 #[test]

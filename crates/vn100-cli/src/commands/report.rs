@@ -10,7 +10,9 @@ use std::{
     io::{self, Read},
     path::{self, Path},
     process::{Command, Stdio},
+    sync::mpsc,
     thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -92,7 +94,10 @@ fn print_written(path: &Path) -> Result<()> {
     unless_closed(print(&format!("wrote {}\n", path.display())))
 }
 
-/// Opens the page in what the desktop has for pages.
+/// How long what opens pages may take to fail.
+const OPENER_PATIENCE: Duration = Duration::from_secs(3);
+
+/// Opens the page in what the desktop has for pages, which may run until the browser is closed.
 fn open(page: &Path) -> Result<()> {
     let (opener, before): (_, &[&str]) = match env::consts::OS {
         "windows" => ("cmd", &["/C", "start", ""]),
@@ -104,11 +109,20 @@ fn open(page: &Path) -> Result<()> {
     let mut command = Command::new(opener);
     // it may print a line for each browser that it tried
     let command = command.args(before).arg(&page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let status = command.status().with_context(|| format!("{opener} cannot be started"))?;
-    if !status.success() {
-        bail!("{opener} ended with {status}");
+    let mut opener_process = command.spawn().with_context(|| format!("{opener} cannot be started"))?;
+    let (sender, ended) = mpsc::channel();
+    thread::spawn(move || sender.send(opener_process.wait()));
+    match ended.recv_timeout(OPENER_PATIENCE) {
+        Ok(status) => {
+            let status = status?;
+            if !status.success() {
+                bail!("{opener} ended with {status}");
+            }
+            Ok(())
+        }
+        // it has become the browser, or waits for it
+        Err(_) => Ok(()),
     }
-    Ok(())
 }
 
 fn option_text(args: &ReportArgs) -> String {
