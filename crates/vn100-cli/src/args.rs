@@ -77,7 +77,7 @@ impl Args {
                 Some("an archive is of files and folders: standard input is none".into())
             }
             Subcommand::Sim(SimArgs { output: Some(_), sensor, .. }) if !sensor.faults.faults.is_empty() => {
-                Some("--faults strike a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
+                Some("--faults act on a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
             }
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files

@@ -217,18 +217,16 @@ impl Info {
         if let Some([mag, accel, gyro]) = self.window {
             let mag = match mag {
                 0 | 1 => "; the magnetometer is not averaged".into(),
-                _ => format!(", {mag} magnetometer refreshes"),
+                _ => format!("; {mag} of the magnetometer's"),
             };
-            writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer refreshes{mag}")?;
+            let mut averages = format!("{gyro} gyroscope, {accel} accelerometer samples of 800 a second{mag}");
             if let Some(rate_hz) = self.rate_hz.filter(|hz| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz))
                 && u32::from(gyro.min(accel)).max(1) * rate_hz < MEASUREMENTS_PER_S
             {
-                writeln!(
-                    out,
-                    "             of 800 a second: noise aliases at {rate_hz} Hz; --window {} avoids it",
-                    MEASUREMENTS_PER_S / rate_hz
-                )?;
+                let unaliased = MEASUREMENTS_PER_S / rate_hz;
+                averages += &format!(". Noise aliases at {rate_hz} Hz: --window {unaliased} avoids it");
             }
+            writeln!(out, "{}", fill(&averages, "  averages   ", "             "))?;
         }
         Ok(())
     }
@@ -333,8 +331,9 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNDTV 100 Hz, VNIMU 100 Hz,\n             VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer refreshes; the magnetometer is not averaged\n             \
-             of 800 a second: noise aliases at 40 Hz; --window 20 avoids it\n"
+             at most    BINARY 200 Hz, BINARY+MAG 160 Hz, VNDTV 100 Hz, VNIMU 100 Hz,\n             VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this baud rate\n  averages   4 gyroscope, 4 accelerometer samples of 800 a second; the\n             \
+             magnetometer is not averaged. Noise aliases at 40 Hz: --window 20\n             \
+             avoids it\n"
         );
     }
 
