@@ -10,7 +10,7 @@ use vn100_report::{
     Record,
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
-    numbers::{NOTHING, digits, four_digits, grouped},
+    numbers::{NOTHING, digits, four_digits, grouped, signed},
     units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, not_normal, pretty_unit},
 };
 
@@ -171,10 +171,6 @@ fn coarse_steps(channels: &[&ChannelValues]) -> Option<String> {
         .collect();
     let unit = pretty_unit(&channels.first()?.unit);
     (!steps.is_empty()).then(|| format!("The values change in coarse steps, in {unit}: {}.", steps.join("; ")))
-}
-
-fn signed(value: f64, decimals: usize) -> String {
-    format!("{value:+.decimals$}").replace('-', "−")
 }
 
 fn upright(channels: &[&ChannelValues]) -> String {

@@ -52,6 +52,12 @@ pub fn with_powers(text: &str) -> String {
     written + rest
 }
 
+/// The value with its sign and `decimals` decimals; `+0.0` where it rounds to 0.
+#[must_use]
+pub fn signed(value: f64, decimals: usize) -> String {
+    plain::signed(value, decimals).replace('-', "−")
+}
+
 /// A probability to two digits; below 10⁻⁹, which is too small to matter, as a bound.
 #[must_use]
 pub fn p_value(p: f64) -> String {

@@ -8,7 +8,7 @@ use vn100_analysis::{Detrend, LEAST_EDF, Snapshot};
 use vn100_protocol::Quantity;
 use vn100_report::{
     names::{NEUTRAL_SERIES, deviation_name, names_of},
-    numbers::plain::short,
+    numbers::plain::{short, signed},
     units::{BlockValues, ChannelValues, EARTH_RATE_RAD_S, Point, fitted, norm_values, not_normal},
 };
 
@@ -53,8 +53,9 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
             let off = of_mean - STANDARD_GRAVITY_M_S2;
             let (side, percent) = (if off < 0.0 { "below" } else { "above" }, 100.0 * off / STANDARD_GRAVITY_M_S2);
             Some(format!(
-                "Mean specific force: |a| = {of_mean:.4} m/s^2, {:.4} m/s^2 {side} standard gravity ({percent:+.2} %)",
-                off.abs()
+                "Mean specific force: |a| = {of_mean:.4} m/s^2, {:.4} m/s^2 {side} standard gravity ({} %)",
+                off.abs(),
+                signed(percent, 2)
             ))
         }
         Quantity::AngularRate => Some(format!(

@@ -71,6 +71,13 @@ pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
     format!("±≤{:.decimals$} %", (scale * widest).ceil() / scale)
 }
 
+/// The value with its sign and `decimals` decimals; `+0.0` where it rounds to 0.
+#[must_use]
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:+.decimals$}");
+    if text.bytes().any(|digit| matches!(digit, b'1'..=b'9')) { text } else { text.replace('-', "+") }
+}
+
 /// An offset in ppm: `+12 ppm`; one that rounds to zero is `+0 ppm`.
 #[must_use]
 pub fn ppm(value: f64) -> String {
@@ -167,6 +174,15 @@ mod tests {
         {
             assert_eq!(ppm(value), text);
         }
+    }
+
+    #[test]
+    fn nothing_is_not_below_0() {
+        for (value, decimals, text) in [(-0.004, 1, "+0.0"), (0.0, 2, "+0.00"), (-0.06, 1, "-0.1"), (2.345, 2, "+2.35")]
+        {
+            assert_eq!(signed(value, decimals), text);
+        }
+        assert_eq!(crate::numbers::signed(-1.5, 1), "−1.5");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::{AXES, StatisticsRow};
 use crate::{
     measured::Record,
     names::{QUANTITIES, names_of},
+    numbers::plain::signed,
     units::{ChannelValues, fitted},
 };
 
@@ -63,7 +64,7 @@ fn remark(quantity: Quantity, record: &Record<'_>) -> String {
     match (quantity, length) {
         (Quantity::Acceleration, Some(length)) => {
             let off_mg = 1e3 * (length / STANDARD_GRAVITY_M_S2 - 1.0);
-            format!("norm {length:.4}, g {off_mg:+.1} mg")
+            format!("norm {length:.4}, g {} mg", signed(off_mg, 1))
         }
         (Quantity::MagneticField, Some(length)) => format!("norm {length:.4}"),
         _ => String::new(),
