@@ -211,6 +211,20 @@ fn what_a_recording_tells_of_the_sensor_is_in_the_report() {
     assert!(html.contains(concat!("vn100 ", env!("CARGO_PKG_VERSION"))), "what made the recording");
 }
 
+/// At the rate at which the sensor samples nothing aliases, whatever the window.
+#[test]
+fn a_stream_of_all_samples_has_no_aliasing() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a.bin", &["--message", "BINARY", "--rate", "800"]);
+    let (_, html) = report(&folder, &[&capture], &[]);
+    for part in ["aliasing on board: none at this rate, with any averaging window.", "one-sided † *</td>"] {
+        assert!(html.contains(part), "no {part}");
+    }
+    for part in ["two-sided †", "1 to 1.00 times", "nor entirely missing lines"] {
+        assert!(!html.contains(part), "{part}");
+    }
+}
+
 #[test]
 fn registers_told_within_the_stream_are_in_the_report() {
     let folder = TempDir::new().unwrap();

@@ -248,7 +248,7 @@ pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
                     td { (pretty_unit(&verdict.figure.printed)) @if let Some(same) = in_shown_unit(&verdict.figure, unit, factor) { br; (same) } }
                     td {
                         @match &verdict.readings[..] {
-                            [two, one, ..] => { (range(two.expected, factor)) " two-sided †" br; (range(one.expected, factor)) " one-sided" }
+                            [two, one, ..] => { (range(two.expected, factor)) " two-sided" br; (range(one.expected, factor)) " one-sided †" }
                             _ => (range(verdict.expected, factor)),
                         }
                         @if verdict.unknown == Some(StreamUnknown::Window) { " *" }

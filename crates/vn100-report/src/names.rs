@@ -114,8 +114,11 @@ pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does no
 pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
-            let percent = digits(100.0 * relative, 2);
-            format!("±{percent} %, by the arrival times against {nominal_hz} Hz; within the interval")
+            let off = match 100.0 * relative {
+                ..0.005 => "below ±0.01 %".to_owned(),
+                percent => format!("±{} %", digits(percent, 2)),
+            };
+            format!("{off}, by the arrival times against {nominal_hz} Hz; within the interval")
         }
         (None, RateFrom::DeviceTime) => "by the clock of the sensor: ±0.002 % as quoted".into(),
         (None, RateFrom::Device) => "not verified without arrival times: as reported by the sensor".into(),
@@ -125,6 +128,7 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
     };
     let aliasing = match budget.aliasing {
         None => "unknown: what is averaged before a sample is sent is not known".into(),
+        Some(Aliasing { most: ..1.005, .. }) => "none at this rate, with any averaging window".into(),
         Some(Aliasing { factor, window_from: WindowFrom::Default, most, .. }) => format!(
             "N is {factor:.2} times the sensor's own at the factory default of register 85, 1 to {most:.2} times at others: not known"
         ),

@@ -2,7 +2,7 @@
 
 use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
+    LongTauValidity, MissingFrom, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
     uncompensated_message,
 };
 use vn100_report::{
@@ -151,9 +151,13 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
         limits.push("Environment: disturbances or warm-up cover the longest averaging times.".into());
     }
     if !findings.has_stamps {
-        limits.push(
-            "Format: without arrival times neither the true rate nor entirely missing lines can be detected.".into(),
-        );
+        limits.push(match findings.timing.missing_from {
+            MissingFrom::DeviceTime => "Format: without arrival times the sensor's clock is not verified.".into(),
+            MissingFrom::Counter => "Format: without arrival times the true rate is not known.".into(),
+            MissingFrom::Arrival | MissingFrom::RejectedRows => {
+                "Format: without arrival times neither the true rate nor entirely missing lines can be detected.".into()
+            }
+        });
     }
     limits
 }
@@ -196,7 +200,13 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let window = findings.sensors.iter().filter_map(|sensor| sensor.onboard).find(|onboard| {
         onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.unaliased_window() || !onboard.window_known())
     });
-    if let Some(onboard) = window {
+    if let Some(onboard) = window.filter(|onboard| onboard.unaliased_window() == 1) {
+        advice.push(format!(
+            "Set the averaging window to 1 at {} Hz, so that neighbouring samples share no values and short averaging times are not too low (`{}`).",
+            trimmed(onboard.rate_hz, 3),
+            words(&Remedy::MeasureWith(Setting::Window(1)))
+        ));
+    } else if let Some(onboard) = window {
         advice.push(format!(
             "Set the averaging window to 800/rate ({} at {} Hz) to avoid aliasing, so that N compares with the data sheet (`{}`).",
             onboard.unaliased_window(),

@@ -205,6 +205,13 @@ fn what_lies_between_stream_and_sensor_is_explained() {
         |findings| findings.sensors[0].axes[0].verdicts = vec![(Term::White, Verdict::Fail, "measured much".into())],
         &["N of gyro_x: fail", "Compared with VectorNav VN-100"],
     );
+    changes(
+        |findings| {
+            let onboard = findings.sensors[0].onboard.as_mut().unwrap();
+            (onboard.rate_hz, onboard.window) = (800.0, BoxcarWindow { length: 4, decimation: 1.0 });
+        },
+        &["Set the averaging window to 1 at 800 Hz, so that neighbouring samples share no values"],
+    );
     changes(|findings| findings.datasheet = None, &["No data sheet was compared"]);
 }
 
@@ -262,6 +269,12 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
             "does not contain its registers",
             "were not recorded",
         ],
+    );
+    changes(
+        |findings| {
+            (findings.has_stamps, findings.timing.missing_from) = (false, MissingFrom::DeviceTime);
+        },
+        &["without arrival times the sensor's clock is not verified"],
     );
     changes(
         |findings| {
