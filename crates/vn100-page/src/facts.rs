@@ -118,7 +118,7 @@ fn sensor(record: &Record<'_>) -> Vec<Row> {
     let mut rows: Vec<Row> =
         identity.into_iter().map(|(name, register)| or_not_recorded(name, text(register))).collect();
     rows.extend(REGISTERS.into_iter().map(|register| {
-        let name = format!("{}, register {}", register.name().unwrap_or("register"), register.0);
+        let name = format!("{} (register {})", register.name().unwrap_or("register"), register.0);
         or_not_recorded(&capitalised(&name), text(register).map(|text| in_words(register, &text)))
     }));
     rows
