@@ -157,3 +157,27 @@ fn the_details_of_many_sources_come_when_they_are_opened() {
         !one.closest('label') && !one.textContent.trim() && !one.getAttribute('aria-label')).length";
     assert_eq!(browser.value(unnamed), 0);
 }
+
+/// Tables scroll within themselves; what names them stays in sight.
+#[test]
+fn a_phone_shows_no_line_that_leaves_the_screen() {
+    const WIDTH: u32 = 400;
+    let folder = TempDir::new().unwrap();
+    let file = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "-d", "1min"]);
+    let served = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]);
+    let Some(mut browser) = Browser::open(&format!("http://{}/report.html", served.address)) else { return };
+    let screen = json!({ "width": WIDTH, "height": 800, "deviceScaleFactor": 1, "mobile": true });
+    browser.call("Emulation.setDeviceMetricsOverride", screen).unwrap();
+    browser
+        .until("document.querySelectorAll('figure').length > 10 && document.querySelectorAll('caption').length > 10");
+    browser.value("document.querySelectorAll('details').forEach((one) => { one.open = true; })");
+    assert_eq!(browser.value("document.documentElement.scrollWidth"), WIDTH);
+    let cut = format!(
+        "[...document.querySelectorAll('caption > span, th[colspan] > span, p, li, summary, dd')]\
+         .filter((one) => one.getBoundingClientRect().right > {WIDTH}).map((one) => one.textContent)"
+    );
+    assert_eq!(browser.value(&format!("({cut}).join('; ')")), "");
+    assert!(
+        browser.value("document.querySelectorAll('caption > span, th[colspan] > span').length").as_u64() > Some(10)
+    );
+}

@@ -25,7 +25,7 @@ impl Captions {
 
     /// The caption of the next table.
     pub(crate) fn table(&self, text: &str) -> Markup {
-        html! { caption { (self.number("Table", &self.tables)) (text) } }
+        html! { caption { span { (self.number("Table", &self.tables)) (text) } } }
     }
 
     fn number(&self, kind: &str, counter: &Cell<u32>) -> Markup {
