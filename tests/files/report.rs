@@ -220,9 +220,27 @@ fn a_stream_of_all_samples_has_no_aliasing() {
     for part in ["aliasing on board: none at this rate, with any averaging window.", "one-sided † *</td>"] {
         assert!(html.contains(part), "no {part}");
     }
+    // the second figure of a parameter has no values of its own
+    assert!(html.contains("<th scope=\"row\"></th><td class=\"unit\"></td><td></td><td></td><td></td>"), "{html}");
     for part in ["two-sided †", "1 to 1.00 times", "nor entirely missing lines"] {
         assert!(!html.contains(part), "{part}");
     }
+}
+
+#[test]
+fn the_deviation_per_segment_is_not_drawn_across_a_gap() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a.bin", &["--message", "BINARY"]);
+    let lines = |folder: &TempDir| {
+        let (_, html) = report(folder, &[&capture], &[]);
+        let figure = html.split("id=\"figure-segments-gyro\"").nth(1).unwrap().split("</figure>").next().unwrap();
+        figure.matches("class=\"l c0\"").count()
+    };
+    let without_gap = lines(&folder);
+    let mut bytes = fs::read(&capture).unwrap();
+    bytes.drain(bytes.len() / 2..bytes.len() / 4 * 3);
+    fs::write(&capture, bytes).unwrap();
+    assert_eq!(lines(&folder), without_gap + 1);
 }
 
 #[test]

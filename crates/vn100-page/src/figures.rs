@@ -26,7 +26,7 @@ pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captio
         @if !others.is_empty() { (grid(others, captions)) }
         p {
             "Bars are pointwise " (level) " % confidence intervals; hollow grey points without a bar have fewer than two equivalent degrees of freedom and show no trend."
-            @if record.measured.snapshot.deviation == Deviation::Allan {
+            @if record.measured.snapshot.deviation == Deviation::Allan && record.measured.assessment.motion.is_none() {
                 " Diamonds: N, read at 1 s. Lines in the colour of an axis: its flicker floor 0.664 B and its random walk K, where they are estimated; upper bounds stand in the legend with ≤."
             }
         }

@@ -185,7 +185,7 @@ fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
             @match &row.cells {
                 Cells::All(text) => { td.all colspan=(axes) { (text) } }
                 Cells::Axes(cells) => {
-                    @for place in 0..axes { td { (cells.get(place).map_or_else(|| NOTHING.into(), |cell| as_written(cell))) } }
+                    @for place in 0..axes { td { (cells.get(place).map_or_else(String::new, |cell| as_written(cell))) } }
                 }
             }
             @if table.has_datasheet {

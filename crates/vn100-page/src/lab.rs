@@ -157,13 +157,18 @@ pub(crate) fn background(words: RemedyWords) -> Markup {
         dl.background {
             @for (code, entry) in &entries {
                 div id={ "background-" (code.replace(' ', "-")) } {
-                    dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(entry.code) { ", " (entry.title) } }
+                    dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(entry.code) { ", " (with_minus(&entry.title)) } }
                     dd {
-                        (with_code(&entry.meaning)) " " (with_code(entry.why)) " " (with_code(&entry.advice.in_words(words)))
+                        (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why)) " " (with_code(&entry.advice.in_words(words)))
                         @if !entry.source.is_empty() { " (" (entry.source) ")" }
                     }
                 }
             }
         }
     }
+}
+
+/// The text with slopes such as -1/2 as figures write them.
+fn with_minus(text: &str) -> String {
+    text.replace(" -1", " −1")
 }

@@ -107,11 +107,11 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
             (in_units(axes, temperature_conventions(sensor), html! { "temperature coefficient of the bias" }, of))
             @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
                 (row(axes, "lag behind the temperature", "s", |noise| lag_text(noise.temperature.as_ref()?)))
-                (row(axes, "p without it", "", |noise| found(noise).map(|found| p_value(found.p))))
-                (row(axes, "its largest share of the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
+                (row(axes, "p without the coefficient", "", |noise| found(noise).map(|found| p_value(found.p))))
+                (row(axes, "largest share of temperature in the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
             }
             @if let Some(why) = why {
-                tr { th colspan=(axes.len() + 2) scope="rowgroup" { "No temperature coefficient: " (why.to_string()) } }
+                tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "No temperature coefficient: " (why.to_string()) } } }
             }
         }
     }
@@ -160,7 +160,7 @@ fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
         |noise: &ChannelNoise, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
     html! {
         tbody {
-            tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Graphical slope method (IEEE 952), for comparison with other reports" } }
+            tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "Graphical slope method (IEEE 952), for comparison with other reports" } } }
             @for (term, rule) in GRAPHICAL {
                 @let si = &conventions(sensor, term)[0];
                 @let name = format!("{}: {rule}", letter(term));
