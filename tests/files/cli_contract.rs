@@ -58,6 +58,19 @@ fn a_wrong_command_line_is_usage() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
+    // the usage is that of the command
+    for arguments in [
+        &["attach", "sim", "--resume"][..],
+        &["replay", "x", "--pool"],
+        &["report", "x", "-o", "/dev/full"],
+        &["sim", "-o", "x.bin", "--faults", "drop@1s"],
+        &["archive", "-"],
+    ] {
+        let output = vn100().args(arguments).output().unwrap();
+        let usage = format!("\nUsage: vn100 {} ", arguments[0]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && stderr.contains(&usage), "{stderr}");
+    }
 }
 
 #[test]

@@ -90,10 +90,19 @@ impl Args {
             _ => None,
         };
         match refusal {
-            Some(refusal) => Err(Self::command().error(ErrorKind::ArgumentConflict, refusal)),
+            Some(refusal) => Err(refused(self.command.name(), &refusal)),
             None => Ok(self),
         }
     }
+}
+
+/// A usage error with the usage of the command with this name.
+fn refused(name: &str, refusal: &str) -> clap::Error {
+    let mut program = Args::command();
+    // the usage of a command begins with the name of the program
+    program.build();
+    let command = program.get_subcommands().find(|command| command.get_name() == name).cloned();
+    command.unwrap_or(program).error(ErrorKind::ArgumentConflict, refusal)
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -152,6 +161,22 @@ pub(crate) enum Subcommand {
     /// Print the manual page, or write one for each command
     #[command(after_help = help::after("man"))]
     Man(ManArgs),
+}
+
+impl Subcommand {
+    /// The name of a command whose options are checked together.
+    const fn name(&self) -> &'static str {
+        match self {
+            Self::Attach(_) => "attach",
+            Self::Record(_) => "record",
+            Self::Replay(_) => "replay",
+            Self::Archive(_) => "archive",
+            Self::Compare(_) => "compare",
+            Self::Report(_) => "report",
+            Self::Sim(_) => "sim",
+            _ => "",
+        }
+    }
 }
 
 #[derive(Debug, Clone, clap::Args)]
