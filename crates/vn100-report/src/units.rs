@@ -271,12 +271,14 @@ fn converted_decimals(decimals: u8, scale: f64) -> usize {
 }
 
 /// A value with `decimals` decimals. Where the text is wider than `width`, with fewer decimals as
-/// long as three digits remain, else with a power of ten.
+/// long as three digits remain, else with a power of ten. What rounds to 0 has no minus.
 #[must_use]
 pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
     let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
     let fixed = fixed.map(|places| format!("{value:.places$}"));
+    let is_zero = |text: &str| !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
+    let fixed = fixed.map(|text| if is_zero(&text) { text.replace('-', "") } else { text });
     let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
     fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))
 }
@@ -433,6 +435,8 @@ mod tests {
             (-4.8481e-6, 12, 9, "-4.848e-6"),
             (9.9996, 4, 5, "10.00"),
             (-1.5e12, 3, 9, "-1.500e12"),
+            (-1.9e-6, 4, 7, "0.0000"),
+            (-0.0, 3, 9, "0.000"),
         ] {
             assert_eq!(fitted(value, decimals, width), text);
         }
