@@ -136,7 +136,9 @@ impl Datasheet {
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
             let judged = |figure: &DatasheetFigure| {
                 let (window, window_known) = self.window(noise.sensor, channel.onboard, snapshot);
-                let unknown = unknown(figure.term, window_known, snapshot);
+                // at the rate of the sensor no window aliases
+                let is_settled = window_known || channel.onboard.is_some_and(|onboard| !onboard.aliases());
+                let unknown = unknown(figure.term, is_settled, snapshot);
                 let stream = StreamFactor { is_known: unknown.is_none(), ..StreamFactor::ONE };
                 // only white noise aliases
                 let stream = match figure.term {
@@ -201,8 +203,8 @@ impl Datasheet {
 }
 
 /// Why the effect of the stream on a parameter is not known; `None` where it is known.
-fn unknown(term: Term, window_known: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
-    let window = (!window_known).then_some(StreamUnknown::Window);
+fn unknown(term: Term, is_settled: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
+    let window = (!is_settled).then_some(StreamUnknown::Window);
     let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
     let line = (snapshot.detrended == Some(Detrend::Line)).then_some(StreamUnknown::LineRemoved);
     match term {

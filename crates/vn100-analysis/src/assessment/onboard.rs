@@ -63,6 +63,12 @@ impl Onboard {
         self.window_from != WindowFrom::Default
     }
 
+    /// Whether a window that is too short would alias white noise: not where each refresh is an
+    /// output.
+    pub(crate) fn aliases(&self) -> bool {
+        self.unaliased_window() > 1
+    }
+
     /// The window that would bring the sensor's own density into the stream.
     #[must_use]
     pub fn unaliased_window(&self) -> u32 {

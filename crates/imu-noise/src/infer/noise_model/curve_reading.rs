@@ -78,8 +78,10 @@ impl ClassicalReading {
 pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
     let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
-    let line = |slope: f64, read_at_s: f64, longest_s: f64| {
-        let pairs = points.windows(2).filter(|pair| usable && pair[1].0 <= longest_s).map(|pair| {
+    let lowest = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+    let line = |slope: f64, read_at_s: f64, from_s: f64, longest_s: f64| {
+        let within = |pair: &&[(f64, f64)]| usable && pair[0].0 >= from_s && pair[1].0 <= longest_s;
+        let pairs = points.windows(2).filter(within).map(|pair| {
             let [(tau_1, dev_1), (tau_2, dev_2)] = [pair[0], pair[1]];
             let apart = ((dev_2 / dev_1).ln() / (tau_2 / tau_1).ln() - slope).abs();
             let tau_s = (tau_1 * tau_2).sqrt();
@@ -91,13 +93,18 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> 
             && points.last().is_some_and(|(last, _)| read_at_s <= *last);
         if is_inside { Ok(found) } else { Err(NotRead::OutsideCurve) }
     };
-    let lowest = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
     let inner = lowest.filter(|lowest| usable && *lowest > 0 && lowest + 1 < points.len());
     let flat = |lowest: usize| SlopeLine { value: points[lowest].1 / PLATEAU.sqrt(), tau_s: points[lowest].0 };
     ClassicalReading {
-        white: line(-0.5, ClassicalReading::WHITE_TAU_S, duration_s / 20.0),
+        white: line(-0.5, ClassicalReading::WHITE_TAU_S, 0.0, duration_s / 20.0),
         bias_instability: inner.map(flat).ok_or(NotRead::NoMinimum),
-        rate_random_walk: line(0.5, ClassicalReading::RANDOM_WALK_TAU_S, f64::INFINITY),
+        // before the minimum the low pass of a sensor may rise as steeply
+        rate_random_walk: line(
+            0.5,
+            ClassicalReading::RANDOM_WALK_TAU_S,
+            lowest.map_or(0.0, |lowest| points[lowest].0),
+            f64::INFINITY,
+        ),
     }
 }
 
@@ -213,6 +220,18 @@ mod tests {
         let (tau_s, deviations) = curve(2e-4, 0.0, 2e-6);
         let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
         assert!((value(reading.bias_instability) / (1.62 * (2e-4_f64 * 2e-6).sqrt()) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn the_rise_behind_a_low_pass_is_no_random_walk() {
+        let (tau_s, mut deviations) = curve(2e-4, 3e-5, 2e-6);
+        let expected = classical_reading(&tau_s, &deviations, f64::INFINITY).rate_random_walk.unwrap();
+        // up to the third octave the deviation rises as the square root
+        for i in 0..3 {
+            deviations[i] = deviations[3] * (tau_s[i] / tau_s[3]).sqrt();
+        }
+        let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
+        assert_eq!(reading.rate_random_walk, Ok(expected));
     }
 
     #[test]

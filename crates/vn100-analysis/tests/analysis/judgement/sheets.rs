@@ -49,6 +49,10 @@ fn verdicts_count_what_the_stream_makes_of_white_noise() {
     let given = Simulated::default().settings;
     let window = verdicts(1e-4, unknown(Vec::new(), given.clone()));
     assert_eq!((window.0, window.1), (Verdict::Consistent, Some(StreamUnknown::Window)));
+    // at the rate of the sensor it makes no difference
+    let every_refresh = Settings { rate_hz: Some(800.0), ..given.clone() };
+    let no_decimation = verdicts(1e-4, unknown(Vec::new(), every_refresh));
+    assert_eq!((no_decimation.0, no_decimation.1), (Verdict::Pass, None));
     let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
     assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
     // a line that was taken out is no matter to white noise
