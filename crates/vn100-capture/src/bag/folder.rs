@@ -43,19 +43,26 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if ENDINGS.iter().any(|ending| name.ends_with(ending)) {
-            files.push((number(&name), name, path));
+        let stem = ENDINGS.iter().find_map(|ending| name.strip_suffix(ending));
+        if let Some((bag, number)) = stem.map(numbered) {
+            files.push((number, bag, name, path));
         }
     }
     files.sort();
-    Ok(files.into_iter().map(|(_, _, path)| path).collect())
+    if let [(first, bag, one, _), others @ ..] = &files[..]
+        && let Some((.., other, _)) = others.iter().find(|(_, other, ..)| first.is_none() || bag != other)
+    {
+        return Err(BagError::NotOneBag { one: one.into(), other: other.into() });
+    }
+    Ok(files.into_iter().map(|(.., path)| path).collect())
 }
 
-/// The number before the first dot: parts of a bag are called `NAME_0.db3`, `NAME_1.db3`.
-fn number(name: &str) -> u64 {
-    let stem = name.split('.').next().unwrap_or_default();
-    let digits = stem.rsplit(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
-    digits.parse().unwrap_or(0)
+/// The name of the bag and the number of the part: parts are called `NAME_0.db3`, `NAME_1.db3`. In
+/// the name each digit is a 0, as ROS 1 begins it with the time of the part.
+fn numbered(stem: &str) -> (String, Option<u64>) {
+    let part = stem.rsplit_once('_').and_then(|(name, digits)| Some((name, digits.parse().ok()?)));
+    let (name, number) = part.map_or((stem, None), |(name, number)| (name, Some(number)));
+    (name.replace(|c: char| c.is_ascii_digit(), "0"), number)
 }
 
 #[cfg(test)]
@@ -80,5 +87,22 @@ mod tests {
         let names: Vec<_> =
             files(folder.path()).unwrap().iter().map(|path| path.file_name().unwrap().to_owned()).collect();
         assert_eq!(names, ["b_0.db3", "b_9.db3", "b_10.db3"]);
+        fs::write(folder.path().join("c_0.db3"), "").unwrap();
+        let Err(BagError::NotOneBag { one, other }) = files(folder.path()) else { panic!() };
+        assert_eq!((one, other), ("b_0.db3".into(), "c_0.db3".into()));
+    }
+
+    #[test]
+    fn recordings_side_by_side_are_not_parts_of_one() {
+        let read = |names: &[&str]| {
+            let folder = tempfile::tempdir().unwrap();
+            names.iter().for_each(|name| fs::write(folder.path().join(name), "").unwrap());
+            files(folder.path()).map(|files| files.len()).ok()
+        };
+        assert_eq!(read(&["static.mcap"]), Some(1));
+        assert_eq!(read(&["static.mcap", "walk.mcap"]), None);
+        assert_eq!(read(&["lab1.mcap", "lab2.mcap"]), None);
+        assert_eq!(read(&["walk.mcap", "walk_0.mcap"]), None);
+        assert_eq!(read(&["2026-01-01-10-00-00_0.bag", "2026-01-01-10-05-00_1.bag"]), Some(2));
     }
 }

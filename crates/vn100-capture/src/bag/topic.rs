@@ -326,6 +326,18 @@ pub enum BagError {
     /// The folder is no bag.
     #[error("it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it")]
     NotABagFolder,
+    /// The folder has no list of files, and two of them are not parts of one bag by their names.
+    #[error(
+        "it is a folder without metadata.yaml, and {} and {} are not parts of one bag (NAME_0, NAME_1 ...): name one of them",
+        one.display(),
+        other.display()
+    )]
+    NotOneBag {
+        /// The name of a file.
+        one: PathBuf,
+        /// The name of a file of another bag.
+        other: PathBuf,
+    },
     /// The folder has files of several forms.
     #[error("{} is not of the same form as the other files of the bag", path.display())]
     OtherFile {
