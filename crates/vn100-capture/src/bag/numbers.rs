@@ -83,9 +83,9 @@ impl NumberFields {
     pub(super) fn standard(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<Self, BagError> {
         let mut fields = Vec::new();
         for (part, prefix) in &topic.parts {
-            for (channel, path) in part.channels {
+            for (channel, path) in part.channels() {
                 // only known channels have such a name
-                let Some(place) = by_name(channel) else { continue };
+                let Some(place) = by_name(&channel) else { continue };
                 let path = format!("{prefix}{path}");
                 let (unit_scale, bits) = (part.unit_scale, part.bits.into());
                 fields.push(NumberField { place, path, unit: None, unit_scale, zero: 0.0, bits });
@@ -186,8 +186,8 @@ impl NumberFields {
         };
         let stamp = stamp.into_iter().map(|(path, in_unit)| (slot(path), in_unit)).collect();
         let unread = zero_parts.iter().map(|(part, prefix)| {
-            let numbers = part.channels.iter().map(|(_, path)| slot(format!("{prefix}{path}"))).collect();
-            let path = format!("{prefix}{}", part.field());
+            let numbers = part.channels().map(|(_, path)| slot(format!("{prefix}{path}"))).collect();
+            let path = format!("{prefix}{}", part.field);
             (UnreadNumbers { path, zero_messages: topic.probed, nonzero_messages: 0 }, numbers)
         });
         let unread = unread.collect();
@@ -336,22 +336,18 @@ impl NumberFields {
 /// Bits behind the point of a count: as many as the range of the quantity leaves of 32, for numbers
 /// in a unit of which `unit_scale` are one unit of the channel.
 fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
-    let own = |name: &str| PARTS.iter().find(|part| part.channels[0].0 == name);
-    let part = match quantity {
-        Quantity::AngularRate => own("gyro_x"),
-        Quantity::Acceleration => own("accel_x"),
-        Quantity::MagneticField => own("mag_x"),
-        Quantity::Quaternion => own("quat_x"),
-        Quantity::Temperature => own("temperature"),
-        Quantity::Pressure => own("pressure"),
-        Quantity::Angle | Quantity::Value => None,
-    };
-    match (part, quantity) {
+    let is_own = |part: &&Part| part.channels().any(|(channel, _)| is_of(&channel, quantity));
+    match (PARTS.iter().find(is_own), quantity) {
         (Some(part), _) => i32::from(part.bits) + (unit_scale / part.unit_scale).log2().floor() as i32,
         // 512 degrees
         (None, Quantity::Angle) => 22 + unit_scale.log2().floor() as i32,
         (None, _) => 0,
     }
+}
+
+/// Whether the channel of this name is of this quantity.
+fn is_of(channel: &str, quantity: Quantity) -> bool {
+    by_name(channel).is_some_and(|place| known(place).quantity == quantity)
 }
 
 fn no_field(topic: &ScannedTopic, path: &str) -> BagError {

@@ -14,11 +14,12 @@ pub(super) const FLUID_PRESSURE: &str = "sensor_msgs/FluidPressure";
 /// Numbers of a standard message that are present together or not at all.
 pub(super) struct Part {
     pub(super) message: &'static str,
-    /// The path of their covariance: -1 in its first element means that the sensor does not measure
-    /// them.
-    pub(super) covariance: Option<&'static str>,
-    /// The channels, and the paths of their numbers.
-    pub(super) channels: &'static [(&'static str, &'static str)],
+    /// What the names of their channels begin with.
+    pub(super) channel: &'static str,
+    /// The field that holds the numbers.
+    pub(super) field: &'static str,
+    /// The axes, a letter for each; none where the field is itself the number.
+    axes: &'static str,
     /// How many units of the channel are one unit of the message.
     pub(super) unit_scale: f64,
     /// A count is 2^-`bits` of the unit of the message: as many bits as the range of a sensor
@@ -27,68 +28,33 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The path of the field that holds its numbers.
-    pub(super) fn field(&self) -> &'static str {
-        let (_, path) = self.channels[0];
-        path.split_once('.').map_or(path, |(field, _)| field)
+    /// The channels, and the paths of their numbers.
+    pub(super) fn channels(&self) -> impl Iterator<Item = (String, String)> {
+        let Self { channel, field, axes, .. } = self;
+        let whole = axes.is_empty().then(|| (channel.to_string(), field.to_string()));
+        whole.into_iter().chain(axes.chars().map(move |axis| (format!("{channel}_{axis}"), format!("{field}.{axis}"))))
+    }
+
+    /// The path of their covariance: -1 in its first element means that the sensor does not measure
+    /// them.
+    pub(super) fn covariance(&self) -> Option<String> {
+        (self.message == IMU).then(|| format!("{}_covariance[0]", self.field))
     }
 }
 
 pub(super) const PARTS: [Part; 6] = [
-    Part {
-        message: IMU,
-        covariance: Some("orientation_covariance[0]"),
-        channels: &[
-            ("quat_x", "orientation.x"),
-            ("quat_y", "orientation.y"),
-            ("quat_z", "orientation.z"),
-            ("quat_w", "orientation.w"),
-        ],
-        unit_scale: 1.0,
-        bits: 30,
-    },
-    Part {
-        message: IMU,
-        covariance: Some("linear_acceleration_covariance[0]"),
-        channels: &[
-            ("accel_x", "linear_acceleration.x"),
-            ("accel_y", "linear_acceleration.y"),
-            ("accel_z", "linear_acceleration.z"),
-        ],
-        unit_scale: 1.0,
-        bits: 23,
-    },
-    Part {
-        message: IMU,
-        covariance: Some("angular_velocity_covariance[0]"),
-        channels: &[
-            ("gyro_x", "angular_velocity.x"),
-            ("gyro_y", "angular_velocity.y"),
-            ("gyro_z", "angular_velocity.z"),
-        ],
-        unit_scale: 1.0,
-        bits: 25,
-    },
-    Part {
-        message: MAGNETIC_FIELD,
-        covariance: None,
-        channels: &[("mag_x", "magnetic_field.x"), ("mag_y", "magnetic_field.y"), ("mag_z", "magnetic_field.z")],
-        // gauss in a tesla
-        unit_scale: 1e4,
-        bits: 40,
-    },
-    Part {
-        message: TEMPERATURE,
-        covariance: None,
-        channels: &[("temperature", "temperature")],
-        unit_scale: 1.0,
-        bits: 23,
-    },
+    Part { message: IMU, channel: "quat", field: "orientation", axes: "xyzw", unit_scale: 1.0, bits: 30 },
+    Part { message: IMU, channel: "accel", field: "linear_acceleration", axes: "xyz", unit_scale: 1.0, bits: 23 },
+    Part { message: IMU, channel: "gyro", field: "angular_velocity", axes: "xyz", unit_scale: 1.0, bits: 25 },
+    // gauss in a tesla
+    Part { message: MAGNETIC_FIELD, channel: "mag", field: "magnetic_field", axes: "xyz", unit_scale: 1e4, bits: 40 },
+    Part { message: TEMPERATURE, channel: "temperature", field: "temperature", axes: "", unit_scale: 1.0, bits: 23 },
+    // kilopascals in a pascal
     Part {
         message: FLUID_PRESSURE,
-        covariance: None,
-        channels: &[("pressure", "fluid_pressure")],
-        // kilopascals in a pascal
+        channel: "pressure",
+        field: "fluid_pressure",
+        axes: "",
         unit_scale: 1e-3,
         bits: 13,
     },

@@ -90,8 +90,8 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
         };
     }
     let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences()).collect();
-    let has_rates = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "gyro_x");
-    let has_accelerations = |topic: &ScannedTopic| has(topic, |part| part.channels[0].0 == "accel_x");
+    let has_rates = |topic: &ScannedTopic| has(topic, |part| part.channel == "gyro");
+    let has_accelerations = |topic: &ScannedTopic| has(topic, |part| part.channel == "accel");
     let is_inertial = |topic: &&ScannedTopic| has_rates(topic) || has_accelerations(topic);
     let inertial: Vec<_> = scan.topics.iter().filter(is_inertial).collect();
     let of_sensor: Vec<_> = scan.topics.iter().filter(|topic| !topic.parts.is_empty()).collect();
@@ -145,7 +145,7 @@ fn no_sensor_in(topic: &ScannedTopic) -> BagError {
             topic: name,
             type_name,
             messages: topic.probed,
-            paths: topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field())).collect(),
+            paths: topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field)).collect(),
         },
         Ok(Some(_)) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
         Ok(None) => BagError::NoDefinition { topic: name, type_name },

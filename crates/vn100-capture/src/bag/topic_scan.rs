@@ -218,12 +218,12 @@ impl Probe {
             };
             let Some(prefix) = prefix else { continue };
             let is_there = |path: &str| all.iter().any(|(other, _)| *other == format!("{prefix}{path}"));
-            if part.channels.iter().all(|(_, path)| is_there(path)) {
-                let covariance = part.covariance.filter(|path| is_there(path));
+            if part.channels().all(|(_, path)| is_there(&path)) {
+                let covariance = part.covariance().filter(|path| is_there(path));
                 parts.push(ProbedPart {
                     part,
                     covariance: covariance.map(|path| slot(format!("{prefix}{path}"))),
-                    numbers: part.channels.iter().map(|(_, path)| slot(format!("{prefix}{path}"))).collect(),
+                    numbers: part.channels().map(|(_, path)| slot(format!("{prefix}{path}"))).collect(),
                     path: prefix,
                     is_known: false,
                     is_there: false,
