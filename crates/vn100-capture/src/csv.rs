@@ -39,7 +39,7 @@ use self::{
     dialect::Dialect,
     fields::LastField,
     resolution::{ColumnScan, Prior, Quantizer, Scanned},
-    stamp::{StampForm, StampUnit},
+    stamp::StampForm,
 };
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use column_map::{by_name, known};
@@ -131,9 +131,8 @@ impl CsvPlan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnUse {
     Ignored,
+    /// The stamp, or a part that is added to it: the nanoseconds beside its seconds.
     Stamp(StampForm),
-    /// A part that is added to the stamp: the nanoseconds beside its seconds.
-    StampPart(StampUnit),
     /// The time of the sensor in nanoseconds, which starts again when the sensor does.
     DeviceTime,
     /// The channel at this place of the layout.

@@ -36,18 +36,10 @@ use super::stamp::{StampForm, StampUnit};
 pub struct ColumnMap {
     /// Empty where only the stamp or the sentences are mapped.
     pub(crate) channels: Vec<MappedChannel>,
-    pub(super) stamp: Option<MappedStamp>,
+    /// The column of the stamps, and the one that is added to it where there are two.
+    pub(super) stamp: Vec<(ColumnName, StampForm)>,
     /// The column of sentences.
     pub(super) sentence: Option<ColumnName>,
-}
-
-/// The column or the two columns of the stamps.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct MappedStamp {
-    pub(super) column: ColumnName,
-    pub(super) form: StampForm,
-    /// The column that is added, and its unit.
-    pub(super) part: Option<(ColumnName, StampUnit)>,
 }
 
 /// A column that holds a channel.
@@ -115,7 +107,7 @@ impl FromStr for ColumnMap {
     type Err = ColumnMapError;
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let mut map = Self { channels: Vec::new(), stamp: None, sentence: None };
+        let mut map = Self { channels: Vec::new(), stamp: Vec::new(), sentence: None };
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
         }
@@ -156,18 +148,13 @@ impl ColumnMap {
                 let (seconds, part) = column.split_once(&format!(":{}+", first.name))?;
                 Some((seconds.trim(), StampForm::Unit(first), part.trim()))
             });
-            let stamp = match (pair, form) {
-                (Some((seconds, first, added)), StampForm::Unit(unit)) => MappedStamp {
-                    column: column_name(seconds, part)?,
-                    form: first,
-                    part: Some((column_name(added, part)?, unit)),
-                },
-                _ => MappedStamp { column: column_name(column, part)?, form, part: None },
+            let columns = match pair.filter(|_| matches!(form, StampForm::Unit(_))) {
+                Some((seconds, first, added)) => vec![(seconds, first), (added, form)],
+                None => vec![(column, form)],
             };
-            return match self.stamp.replace(stamp) {
-                Some(_) => Err(twice()),
-                None => Ok(()),
-            };
+            let columns = columns.into_iter().map(|(column, form)| Ok((column_name(column, part)?, form)));
+            let stamp = columns.collect::<Result<_, _>>()?;
+            return if std::mem::replace(&mut self.stamp, stamp).is_empty() { Ok(()) } else { Err(twice()) };
         }
         let column = column_name(column, part)?;
         let index =
@@ -194,12 +181,10 @@ impl ColumnMap {
     /// What holds the times, or the parts of them that are added, with the nanoseconds of a unit;
     /// `None` for one that is text.
     pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
-        let whole = self.stamp.iter().map(|stamp| match stamp.form {
-            StampForm::Unit(unit) => (&stamp.column, Some(unit.in_nanoseconds())),
-            StampForm::Clock(_) => (&stamp.column, None),
-        });
-        let parts = self.stamp.iter().filter_map(|stamp| stamp.part.as_ref());
-        whole.chain(parts.map(|(column, unit)| (column, Some(unit.in_nanoseconds()))))
+        self.stamp.iter().map(|(column, form)| match form {
+            StampForm::Unit(unit) => (column, Some(unit.in_nanoseconds())),
+            StampForm::Clock(_) => (column, None),
+        })
     }
 
     /// Every column with the channel it holds, the stamp last.
@@ -207,8 +192,7 @@ impl ColumnMap {
         let channels = self.channels.iter();
         channels
             .map(|mapped| (&*known(mapped.index).name, &mapped.column))
-            .chain(self.stamp.iter().map(|stamp| (STAMP, &stamp.column)))
-            .chain(self.stamp.iter().filter_map(|stamp| Some((STAMP, &stamp.part.as_ref()?.0))))
+            .chain(self.stamp.iter().map(|(column, _)| (STAMP, column)))
             .chain(self.sentence.iter().map(|column| (RAW, column)))
     }
 }
@@ -230,11 +214,9 @@ impl fmt::Display for ColumnMap {
             write!(f, "{comma}{}={}:{}", known(mapped.index).name, mapped.column, mapped.unit.name)?;
             comma = ",";
         }
-        if let Some(MappedStamp { column, form, part }) = &self.stamp {
-            write!(f, "{comma}{STAMP}={column}:{}", form.name())?;
-            if let Some((column, unit)) = part {
-                write!(f, "+{column}:{}", unit.name)?;
-            }
+        for (place, (column, form)) in self.stamp.iter().enumerate() {
+            let before = if place == 0 { format!("{comma}{STAMP}=") } else { "+".into() };
+            write!(f, "{before}{column}:{}", form.name())?;
             comma = ",";
         }
         if let Some(column) = &self.sentence {
@@ -372,7 +354,7 @@ mod tests {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
         let form = StampForm::Unit(StampUnit::ALL[2]);
-        assert_eq!(map.stamp, Some(MappedStamp { column: ColumnName::Number(1), form, part: None }));
+        assert_eq!(map.stamp, [(ColumnName::Number(1), form)]);
         for text in ["t=secs:s+nsecs:ns", "t=1:s+2:ns,raw=VNYMR read", "t=Time (local):iso", "raw=5", "t=a:b+c:clock"] {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
         }

@@ -40,6 +40,13 @@ fn with_unit_behind(name: &str) -> Option<(usize, Option<&'static Unit>)> {
     })
 }
 
+/// The unit of this quantity that stands behind a name, in brackets or after a separator.
+pub(super) fn unit_behind(name: &str, quantity: Quantity) -> Option<&'static Unit> {
+    let name = name.to_lowercase();
+    let mut behind = name.match_indices(['_', ' ', '[', '(']).map(|(at, _)| &name[at + 1..]);
+    behind.find_map(|unit| unit_of(quantity, unit.trim_end_matches([']', ')', ' '])))
+}
+
 /// In lower case, without a unit.
 fn by_plain_name(name: &str) -> Option<usize> {
     let name = name.trim();

@@ -197,8 +197,8 @@ impl<'a> HeaderCandidate<'a> {
         }
         let cells = self.cells(&places, lines_above);
         let search = self.stamp_search(&places, &cells);
-        places.stamp = match map.and_then(|map| map.stamp.as_ref()) {
-            Some(stamp) => Some(search.mapped(stamp)?),
+        places.stamp = match map.map_or(Ok(None), |map| search.mapped(map))? {
+            Some(stamp) => Some(stamp),
             None if is_row => search.unnamed(),
             None => match search.found()? {
                 // beside sentences what can only be times is
@@ -209,8 +209,8 @@ impl<'a> HeaderCandidate<'a> {
         let stamp_places = places.stamp.iter().flat_map(|stamp| &stamp.columns).map(|&(place, _)| place);
         for place in stamp_places {
             if let Some(&(_, channel)) = places.channels.iter().find(|(taken, _)| *taken == place) {
-                let said = map.and_then(|map| map.stamp.as_ref());
-                let column = said.map_or_else(|| self.header.argument(place), |stamp| stamp.column.to_string());
+                let said = map.and_then(|map| map.stamp.first());
+                let column = said.map_or_else(|| self.header.argument(place), |(column, _)| column.to_string());
                 return Err(CsvError::SameColumn { column, channels: [&known(channel).name, STAMP] });
             }
         }
@@ -253,10 +253,7 @@ impl<'a> HeaderCandidate<'a> {
         }
         let cells = self.cells(&places, lines_above);
         let search = self.stamp_search(&places, &cells);
-        places.stamp = match &map.stamp {
-            Some(stamp) => Some(search.mapped(stamp)?),
-            None => search.likely(),
-        };
+        places.stamp = search.mapped(map)?.or_else(|| search.likely());
         self.check_one_sensor(&places, &cells)?;
         places.channels.sort_by_key(|&(_, channel)| channel);
         let is_chosen = |mapped: &&MappedChannel| places.channels.iter().any(|&(_, channel)| channel == mapped.index);

@@ -3,7 +3,8 @@
 use vn100_protocol::Quantity;
 
 use super::{
-    column_map::{self, known},
+    column_map::{STAMP, by_name, known, units},
+    column_name::unit_behind,
     header::Header,
     number::Number,
     stamp_columns::StampColumns,
@@ -15,19 +16,6 @@ const AXES: [(&str, &[&str]); 3] = [
     ("gyro", &["gyr", "gyro", "gyroscope", "omega", "angular", "rate", "angvel", "w", "g"]),
     ("accel", &["acc", "accel", "acceleration", "accelerometer", "accl", "linear", "a", "f"]),
     ("mag", &["mag", "magn", "magnetic", "magnetometer", "field", "m", "b", "h"]),
-];
-
-/// How units are written in the names of columns.
-const UNITS: [(&str, &[&str]); 9] = [
-    ("deg/s", &["deg/s", "dps", "°/s", "degps", "deg_s"]),
-    ("deg/h", &["deg/h", "°/h"]),
-    ("mdeg/s", &["mdeg/s", "mdps"]),
-    ("rad/s", &["rad/s", "radps", "rad_s"]),
-    ("m/s^2", &["m/s^2", "m/s2", "m/s²", "mps2"]),
-    ("mg", &["[mg]", "(mg)"]),
-    ("g", &["[g]", "(g)"]),
-    ("uT", &["ut]", "ut)", "µt"]),
-    ("gauss", &["gauss"]),
 ];
 
 /// Channels by the names of the columns; where the names do not help, six neighbouring columns of
@@ -66,14 +54,16 @@ pub(super) fn guess(header: &Header, stamps: Option<&StampColumns>, rows: &[Vec<
     let accelerations = found.iter().filter(|(_, channel)| is_acceleration(channel)).map(|(place, _)| *place);
     let gravity = gravity_unit(rows, &accelerations.collect::<Vec<_>>());
     let unit = |place: usize, channel: &str| {
-        let written = written_unit(&header.described(place), channel);
-        written.or(gravity.filter(|_| is_acceleration(channel))).map_or_else(|| first_unit(channel), str::to_owned)
+        let quantity = by_name(channel).map_or(Quantity::Value, |index| known(index).quantity);
+        let written = unit_behind(&header.described(place), quantity).map(|unit| &*unit.name);
+        let own = || units(quantity).next().map(|unit| &*unit.name);
+        written.or(gravity.filter(|_| is_acceleration(channel))).or_else(own).unwrap_or("1")
     };
     let mut parts: Vec<String> = found
         .iter()
         .map(|(place, channel)| format!("{channel}={}:{}", header.argument(*place), unit(*place, channel)))
         .collect();
-    parts.extend(stamps.map(|stamps| format!("{}={}", column_map::STAMP, stamps.named(header))));
+    parts.extend(stamps.map(|stamps| format!("{}={}", STAMP, stamps.named(header))));
     parts.join(",")
 }
 
@@ -132,25 +122,6 @@ fn numbers(rows: &[Vec<Vec<u8>>], place: usize) -> impl Iterator<Item = f64> {
     rows.iter().filter_map(move |row| Number::parse(row.get(place)?)).map(|number| number.value())
 }
 
-/// The unit in the name of a column.
-fn written_unit(name: &str, channel: &str) -> Option<&'static str> {
-    let units: Vec<&str> = units_of(channel).map(|unit| &*unit.name).collect();
-    let name = name.to_lowercase();
-    let written =
-        UNITS.iter().find(|(unit, forms)| units.contains(unit) && forms.iter().any(|form| name.contains(form)));
-    written.map(|(unit, _)| *unit)
-}
-
-/// The unit of the sensor for this quantity.
-fn first_unit(channel: &str) -> String {
-    units_of(channel).next().map_or("1", |unit| &*unit.name).to_owned()
-}
-
-fn units_of(channel: &str) -> impl Iterator<Item = &'static column_map::Unit> {
-    let quantity = column_map::by_name(channel).map_or(Quantity::Value, |index| known(index).quantity);
-    column_map::units(quantity)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,7 +149,7 @@ mod tests {
             let guessed =
                 guess(&Header::read(line.as_bytes(), if line.contains(';') { b';' } else { b',' }), None, &[]);
             assert_eq!(guessed, expected);
-            assert!(guessed.parse::<column_map::ColumnMap>().is_ok(), "{guessed}");
+            assert!(guessed.parse::<crate::ColumnMap>().is_ok(), "{guessed}");
         }
     }
 

@@ -6,11 +6,12 @@ use vn100_protocol::Quantity;
 
 use super::{
     CsvError,
-    column_map::{ColumnMap, ColumnName, MappedStamp, STAMP, Unit, known},
+    column_map::{ColumnMap, ColumnName, STAMP, Unit, known},
     column_name::{channel_of, is_unit},
     fields::FieldCutter,
     number::Number,
     shown,
+    stamp::StampForm,
     stamp_columns::StampColumns,
     streams::quantity,
 };
@@ -126,12 +127,8 @@ impl Header {
         }
         let channels = map.channels.iter().zip(&found);
         Ok(ColumnPlaces {
-            stamp: None,
-            units: Vec::new(),
-            others: Vec::new(),
-            // a map of channels names no sentences
-            sentence: None,
             channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
+            ..ColumnPlaces::default()
         })
     }
 
@@ -140,13 +137,13 @@ impl Header {
     pub(super) fn is_row(&self, map: &ColumnMap, places: &ColumnPlaces) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
         let mut mapped = places.channels.iter().map(|&(place, _)| place);
-        let is_stamp = |stamp: &MappedStamp| {
-            let place = self.mapped_place(STAMP, &stamp.column);
-            place.is_ok_and(|place| stamp.form.nanoseconds(self.names[place].as_bytes()).is_some())
+        let is_stamp = |(column, form): &(ColumnName, StampForm)| {
+            let place = self.mapped_place(STAMP, column);
+            place.is_ok_and(|place| form.nanoseconds(self.names[place].as_bytes()).is_some())
         };
         by_number
             && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
-            && map.stamp.as_ref().is_none_or(is_stamp)
+            && map.stamp.iter().all(is_stamp)
     }
 
     /// Whether the line could name columns: several fields, each neither empty, number nor

@@ -12,7 +12,7 @@ use super::{
     resolution::ColumnScan,
     row_counts::{Absence, RowCounts},
     so_far::SoFar,
-    stamp::{self, StampForm},
+    stamp,
 };
 
 /// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
@@ -208,9 +208,6 @@ impl RowParser {
                     }
                 }
                 ColumnUse::Stamp(form) => stamp = Some(added(stamp, form.nanoseconds(field))?),
-                ColumnUse::StampPart(unit) => {
-                    stamp = Some(added(stamp, StampForm::Unit(unit).nanoseconds(field))?);
-                }
                 ColumnUse::DeviceTime => *device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
                 ColumnUse::OtherStream => *holds_others |= Number::parse(field).is_some(),
                 ColumnUse::Ignored | ColumnUse::Sentence => {}
@@ -234,7 +231,6 @@ impl RowParser {
         for (field, &column) in fields.iter().chain(tail.map(<[u8]>::trim_ascii)).zip(&plan.columns) {
             let form = match column {
                 ColumnUse::Stamp(form) => form,
-                ColumnUse::StampPart(unit) => StampForm::Unit(unit),
                 ColumnUse::Sentence => {
                     sentence.extend_from_slice(field);
                     continue;

@@ -4,7 +4,7 @@
 use super::{
     ColumnUse, CsvError,
     clock::ClockForm,
-    column_map::{MappedStamp, STAMP},
+    column_map::{ColumnMap, STAMP},
     header::Header,
     number::Number,
     shown,
@@ -38,20 +38,19 @@ pub(super) struct StampSearch<'a> {
 }
 
 impl StampSearch<'_> {
-    /// The columns that the user named.
-    pub(super) fn mapped(&self, map: &MappedStamp) -> Result<StampColumns, CsvError> {
-        let place = self.header.mapped_place(STAMP, &map.column)?;
-        let mut columns = vec![(place, ColumnUse::Stamp(map.form))];
-        if let Some((column, unit)) = &map.part {
-            columns.push((self.header.mapped_place(STAMP, column)?, ColumnUse::StampPart(*unit)));
-        }
-        if !self.rows.is_empty() && self.cells(place).all(|cell| map.form.nanoseconds(cell).is_none()) {
+    /// The columns that the user named; `None` where the map names none.
+    pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, CsvError> {
+        let mapped = |(column, form): &(_, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
+        let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, CsvError>>()?;
+        let Some(&(place, form)) = columns.first() else { return Ok(None) };
+        if !self.rows.is_empty() && self.cells(place).all(|cell| form.nanoseconds(cell).is_none()) {
             return Err(self.no_stamps(place));
         }
-        if map.part.is_none() && self.is_coarse(place) {
+        if columns.len() == 1 && self.is_coarse(place) {
             return Err(CsvError::CoarseStamps { column: self.header.names[place].clone(), rows: self.rows.len() });
         }
-        Ok(self.completed(columns))
+        let columns = columns.into_iter().map(|(place, form)| (place, ColumnUse::Stamp(form)));
+        Ok(Some(self.completed(columns.collect())))
     }
 
     /// The columns by their names, else by their content.
@@ -139,7 +138,7 @@ impl StampSearch<'_> {
                 let is_part =
                     self.cells(part).filter_map(Number::parse).all(|part| (0.0..limit).contains(&part.value()));
                 let form = ColumnUse::Stamp(StampForm::Unit(seconds_unit));
-                is_part.then(|| vec![(seconds, form), (part, ColumnUse::StampPart(unit))])
+                is_part.then(|| vec![(seconds, form), (part, ColumnUse::Stamp(StampForm::Unit(unit)))])
             })
         })
     }
@@ -236,9 +235,8 @@ impl StampColumns {
         let column = |&(place, column): &(usize, ColumnUse)| {
             let form = match column {
                 ColumnUse::Stamp(form) => form.name(),
-                ColumnUse::StampPart(unit) => unit.name,
                 ColumnUse::DeviceTime => StampUnit::NANOSECONDS.name,
-                ColumnUse::Ignored | ColumnUse::Channel(_) | ColumnUse::OtherStream | ColumnUse::Sentence => "",
+                _ => "",
             };
             format!("{}:{form}", header.argument(place))
         };
@@ -250,15 +248,7 @@ impl StampColumns {
 fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
     columns.iter().try_fold(0_i64, |sum, &(place, column)| {
         let cell = row.get(place)?;
-        let part = match column {
-            ColumnUse::Stamp(form) => form.nanoseconds(cell)?,
-            ColumnUse::StampPart(unit) => StampForm::Unit(unit).nanoseconds(cell)?,
-            ColumnUse::Ignored
-            | ColumnUse::DeviceTime
-            | ColumnUse::Channel(_)
-            | ColumnUse::OtherStream
-            | ColumnUse::Sentence => 0,
-        };
-        sum.checked_add(part)
+        let part_ns = if let ColumnUse::Stamp(form) = column { form.nanoseconds(cell)? } else { 0 };
+        sum.checked_add(part_ns)
     })
 }

@@ -7,7 +7,7 @@ use vn100_protocol::{
     stream::{FileReport, ReadOptions},
 };
 
-use super::*;
+use super::{super::stamp::StampUnit, *};
 use crate::read_samples::{Event, FileReader};
 
 const IMU_HEADER: &str = "mag_x,mag_y,mag_z,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temperature,pressure";
