@@ -14,7 +14,7 @@ use zip::{CompressionMethod, ZipArchive};
 use crate::{captures_below::is_message, utf16};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
-const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const BZIP2_MAGIC: &[u8] = b"BZh";
 const XZ_MAGIC: &[u8] = b"\xfd7zXZ\0";
 const ZIP_MAGIC: &[u8] = b"PK\x03\x04";

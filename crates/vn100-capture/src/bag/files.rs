@@ -12,7 +12,7 @@ use super::{
     rosbag2::Rosbag2,
     shared_file::SharedFile,
     sqlite,
-    topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount},
+    topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount, place_of},
 };
 use crate::{counted_reader::CountedReader, recording};
 
@@ -167,11 +167,7 @@ impl Messages {
             if let Some(head) = file.next_head()? {
                 while self.places.len() <= head.topic {
                     let topic = &file.topics()[self.places.len()];
-                    let place = self.topics.iter().position(|other| other == topic).unwrap_or_else(|| {
-                        self.topics.push(topic.clone());
-                        self.topics.len() - 1
-                    });
-                    self.places.push(place);
+                    self.places.push(place_of(&mut self.topics, topic.clone()));
                 }
                 return Ok(Some(MessageHead { topic: self.places[head.topic], ..head }));
             }

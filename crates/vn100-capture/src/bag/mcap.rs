@@ -9,7 +9,7 @@ use mcap::records::{Channel, Record, Statistics, op};
 
 use super::shared_file::SharedFile;
 use super::topic::{
-    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
+    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged,
 };
 use crate::{
     mcap_records::{McapRecords, Next, parse_record},
@@ -31,8 +31,7 @@ struct Contents {
     schemas: BTreeMap<u16, Schema>,
     /// The place of the topic, for each channel.
     channels: BTreeMap<u16, usize>,
-    topics: Vec<Topic>,
-    definition_bytes: usize,
+    topics: TopicList,
 }
 
 /// What the summary at the end of a file says of its messages.
@@ -102,7 +101,7 @@ impl Contents {
         }
         match parse_record(opcode, data)? {
             Record::Schema { header, data } => {
-                self.definition_bytes += data.len();
+                self.topics.definition_bytes += data.len();
                 self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
             }
             Record::Channel(channel) => {
@@ -123,14 +122,7 @@ impl Contents {
     fn take_channel(&mut self, id: u16, name: &str, encoding: &str, schema: Option<&Schema>) -> io::Result<()> {
         let (type_name, definition) = schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
         let new = Topic::new(name, type_name, Encoding::named(encoding), definition);
-        let place = self.topics.iter().position(|topic| *topic == new).unwrap_or_else(|| {
-            self.topics.push(new);
-            self.topics.len() - 1
-        });
-        self.channels.insert(id, place);
-        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
-            return Err(damaged("it has more topics or definitions than any bag"));
-        }
+        self.channels.insert(id, self.topics.place_of(new)?);
         Ok(())
     }
 }
@@ -159,7 +151,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     }
 
     fn topics(&self) -> &[Topic] {
-        &self.contents.topics
+        &self.contents.topics.topics
     }
 
     /// From the summary at the end of the file, which a file that was cut does not have.
@@ -172,7 +164,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
             let schema = schemas.get(&channel.schema_id);
             self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema)?;
         }
-        let mut counts = vec![TopicCount::default(); self.contents.topics.len()];
+        let mut counts = vec![TopicCount::default(); self.contents.topics.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
             let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
@@ -188,10 +180,6 @@ impl Schema {
         let is_ros = matches!(encoding, "ros1msg" | "ros2msg");
         Self { name: name.into(), definition: is_ros.then(|| String::from_utf8_lossy(data).into_owned()) }
     }
-}
-
-fn damaged(problem: &str) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
 }
 
 #[cfg(test)]

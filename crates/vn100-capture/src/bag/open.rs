@@ -12,12 +12,10 @@ use super::{
     folder,
     topic::BagError,
 };
-use crate::recording;
+use crate::{recording, unpack::ZSTD_MAGIC};
 
 /// The most bytes that are unpacked to a temporary file.
 const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
-
-const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 impl Bag {
     /// The bag in a file or a folder; `None` for any other file, compressed ones included.

@@ -10,9 +10,7 @@ use std::{
 
 use bzip2::bufread::BzDecoder;
 
-use super::topic::{
-    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic, TopicCount,
-};
+use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
@@ -39,12 +37,11 @@ pub(super) struct Ros1Bag<R> {
     bytes: Bytes<R>,
     /// The place of the topic of each connection.
     connections: BTreeMap<u32, usize>,
-    topics: Vec<Topic>,
+    topics: TopicList,
     header: Vec<u8>,
     data: Vec<u8>,
     /// Bytes of the message that were not read.
     unread_bytes: u32,
-    definition_bytes: usize,
 }
 
 /// Where the next record is read.
@@ -64,11 +61,10 @@ impl<R: Read + Seek> Ros1Bag<R> {
         Ok(Self {
             bytes: Bytes::File(BufReader::with_capacity(READ_BYTES, file)),
             connections: BTreeMap::new(),
-            topics: Vec::new(),
+            topics: TopicList::default(),
             header: Vec::new(),
             data: Vec::new(),
             unread_bytes: 0,
-            definition_bytes: 0,
         })
     }
 
@@ -148,15 +144,8 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let text = |name| field(&self.data, name).map(|text| String::from_utf8_lossy(text).into_owned());
         let type_name = text(b"type").unwrap_or_default();
         let new = Topic::new(&name, &type_name, Encoding::Ros1, text(b"message_definition").as_deref());
-        let place = self.topics.iter().position(|topic| *topic == new).unwrap_or_else(|| {
-            self.topics.push(new);
-            self.topics.len() - 1
-        });
-        self.connections.insert(connection, place);
-        self.definition_bytes += self.data.len();
-        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
-            return Err(damaged("it has more topics or definitions than any bag"));
-        }
+        self.topics.definition_bytes += self.data.len();
+        self.connections.insert(connection, self.topics.place_of(new)?);
         if self.connections.len() > MOST_CONNECTIONS {
             return Err(damaged(&format!("it has more than {MOST_CONNECTIONS} connections")));
         }
@@ -214,7 +203,7 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
     }
 
     fn topics(&self) -> &[Topic] {
-        &self.topics
+        &self.topics.topics
     }
 
     /// From the index at the end of the bag, which a bag that was never closed does not have.
@@ -244,14 +233,14 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
                         let (connection, messages) = (number_4(&pair[..4]), number_4(&pair[4..]));
                         let topic = connection.and_then(|connection| self.connections.get(&connection));
                         let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(Index::None) };
-                        counts.resize_with(self.topics.len(), TopicCount::default);
+                        counts.resize_with(self.topics.topics.len(), TopicCount::default);
                         counts[topic].add(messages.into(), first_ns, last_ns);
                     }
                 }
                 _ => self.skip(record.data_bytes)?,
             }
         }
-        counts.resize_with(self.topics.len(), TopicCount::default);
+        counts.resize_with(self.topics.topics.len(), TopicCount::default);
         Ok(Index::Counts(counts))
     }
 }
@@ -316,10 +305,6 @@ fn number_8(bytes: &[u8]) -> Option<u64> {
 fn time_ns(bytes: &[u8]) -> Option<i64> {
     let (seconds, nanoseconds) = bytes.split_at_checked(4)?;
     Some(i64::from(number_4(seconds)?) * 1_000_000_000 + i64::from(number_4(nanoseconds)?))
-}
-
-fn damaged(problem: &str) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
 }
 
 /// The error, in words where the file ends too early.

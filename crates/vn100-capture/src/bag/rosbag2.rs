@@ -3,17 +3,16 @@
 
 use std::{
     collections::BTreeMap,
-    io::{self, ErrorKind, Read, Seek},
+    io::{self, Read, Seek},
 };
 
 use zstd::bulk::Decompressor;
 
 use super::{
-    sqlite::{Database, Row, SqlValue, SqliteTable, TableScan},
+    sqlite::{Database, Row, SqlValue, SqliteTable, TableScan, damaged},
     topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
-
-const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+use crate::unpack::ZSTD_MAGIC;
 
 /// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
@@ -101,13 +100,8 @@ fn unpack(decompressor: &mut Decompressor<'_>, data: &[u8], unpacked: &mut Vec<u
 
 impl MessageTable {
     fn of(table: &SqliteTable) -> Option<Self> {
-        let place = |name: &str| table.columns.iter().position(|column| column == name);
-        Some(Self {
-            topic_id: place("topic_id")?,
-            timestamp: place("timestamp")?,
-            data: place("data")?,
-            table: table.clone(),
-        })
+        let (topic_id, timestamp) = (table.column("topic_id")?, table.column("timestamp")?);
+        Some(Self { topic_id, timestamp, data: table.column("data")?, table: table.clone() })
     }
 
     /// The head of a message; `None` for a row without a topic or a time.
@@ -126,8 +120,7 @@ fn definitions<R: Read + Seek>(
     database: &mut Database<R>,
     table: &SqliteTable,
 ) -> io::Result<BTreeMap<String, String>> {
-    let place = |name: &str| table.columns.iter().position(|column| column == name);
-    let places = (place("topic_type"), place("encoding"), place("encoded_message_definition"));
+    let places = (table.column("topic_type"), table.column("encoding"), table.column("encoded_message_definition"));
     let (Some(name), Some(encoding), Some(text)) = places else { return Ok(BTreeMap::new()) };
     let (mut scan, mut row) = (database.scan(table)?, Row::default());
     let (mut definitions, mut bytes) = (BTreeMap::new(), 0);
@@ -153,9 +146,10 @@ fn read_topics<R: Read + Seek>(
     table: &SqliteTable,
     definitions: &BTreeMap<String, String>,
 ) -> io::Result<Topics> {
-    let place = |name: &str| table.columns.iter().position(|column| column == name);
-    let (Some(name), Some(type_name)) = (place("name"), place("type")) else { return Ok(Topics::default()) };
-    let (id, encoding) = (place("id"), place("serialization_format"));
+    let (Some(name), Some(type_name)) = (table.column("name"), table.column("type")) else {
+        return Ok(Topics::default());
+    };
+    let (id, encoding) = (table.column("id"), table.column("serialization_format"));
     let (mut scan, mut row) = (database.scan(table)?, Row::default());
     let (mut topics, mut places) = Topics::default();
     while database.next_row(&mut scan, &mut row)? {
@@ -184,7 +178,7 @@ fn string(text: &[u8]) -> String {
 }
 
 fn too_many() -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, "the database is damaged: it has more topics or definitions than any bag")
+    damaged("it has more topics or definitions than any bag")
 }
 
 #[cfg(test)]

@@ -44,6 +44,13 @@ pub(super) struct SqliteTable {
     root: u32,
 }
 
+impl SqliteTable {
+    /// The place of a column.
+    pub(super) fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+}
+
 /// How far a scan of a table has come.
 #[derive(Debug)]
 pub(super) struct TableScan {
@@ -356,7 +363,7 @@ fn column_names(sql: &str) -> Vec<String> {
     parts.filter_map(first_word).collect()
 }
 
-fn damaged(problem: &str) -> io::Error {
+pub(super) fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the database is damaged: {problem}"))
 }
 

@@ -106,6 +106,37 @@ impl Topic {
     }
 }
 
+/// The topics of a file, one for each definition that messages of a topic have.
+#[derive(Default)]
+pub(super) struct TopicList {
+    pub(super) topics: Vec<Topic>,
+    /// Bytes of all definitions together.
+    pub(super) definition_bytes: usize,
+}
+
+impl TopicList {
+    /// The place of a topic, which is added where it is new.
+    pub(super) fn place_of(&mut self, topic: Topic) -> io::Result<usize> {
+        let place = place_of(&mut self.topics, topic);
+        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
+            return Err(damaged("it has more topics or definitions than any bag"));
+        }
+        Ok(place)
+    }
+}
+
+/// The place of a topic among others, to which it is added where it is new.
+pub(super) fn place_of(topics: &mut Vec<Topic>, topic: Topic) -> usize {
+    topics.iter().position(|other| *other == topic).unwrap_or_else(|| {
+        topics.push(topic);
+        topics.len() - 1
+    })
+}
+
+pub(super) fn damaged(problem: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, format!("the bag is damaged: {problem}"))
+}
+
 /// `package/msg/Type` as `package/Type`.
 pub(super) fn short_type(name: &str) -> String {
     name.replacen("/msg/", "/", 1)
