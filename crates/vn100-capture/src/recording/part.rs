@@ -122,11 +122,15 @@ pub fn recording_path(part: &Path) -> PathBuf {
     }
 }
 
+/// The folder that a file is in.
+pub(super) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// The parts of a recording that are there, by their numbers.
 pub(super) fn existing_parts(recording: &Path) -> io::Result<BTreeMap<u32, PathBuf>> {
-    let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut parts = BTreeMap::new();
-    for entry in fs::read_dir(folder)? {
+    for entry in fs::read_dir(folder_of(recording))? {
         let name = entry?.file_name();
         let path = recording.with_file_name(&name);
         let number = Path::new(&name).file_stem().and_then(|stem| Path::new(stem).extension()?.to_str()?.parse().ok());

@@ -22,7 +22,7 @@ use crate::{
     mcap_records::{McapRecords, Next, parse_record},
     unpack::unpacked_file,
 };
-use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
 /// How much of a file is searched for a topic of recordings: a tool that merges files may put much
 /// before it.
@@ -59,6 +59,18 @@ pub struct RecordingEnd {
     pub complete: bool,
     /// Why the recording ended, in words; `None` where the file does not say.
     pub reason: Option<String>,
+}
+
+impl RecordingEnd {
+    /// The event with which a resumed recording continues; `None` where nothing came before, so
+    /// that nothing was interrupted.
+    pub(super) fn interruption(&self) -> Option<LinkEvent> {
+        let cause = match &self.reason {
+            Some(reason) => format!("recording ended ({reason}) and resumed"),
+            None => "recording interrupted".into(),
+        };
+        Some(LinkEvent { at_ns: self.ended_ns?, kind: LinkEventKind::Down { cause } })
+    }
 }
 
 /// Why a file is no recording.

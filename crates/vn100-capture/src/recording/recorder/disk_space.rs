@@ -2,6 +2,8 @@
 
 use std::{collections::VecDeque, path::Path, time::Duration};
 
+use crate::recording::part::folder_of;
+
 /// Less is reported.
 const ENOUGH: Duration = Duration::from_secs(3600);
 
@@ -42,7 +44,7 @@ impl DiskWatch {
     /// Asks the disk of the file at `path`.
     pub(super) fn of(path: &Path) -> Self {
         // of its folder: the file may be moved away
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned();
+        let folder = folder_of(path).to_owned();
         Self::asking(move || free_bytes(&folder))
     }
 

@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 use super::{
     NamedFile, RecordError,
@@ -66,13 +66,8 @@ impl Parts {
             bytes: 0,
         };
         let (path, mut writer) = parts.open().map_err(failed)?;
-        if let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = before.end {
-            let cause = match reason {
-                Some(reason) => format!("recording ended ({reason}) and resumed"),
-                None => "recording interrupted".into(),
-            };
-            let down = LinkEvent { at_ns, kind: LinkEventKind::Down { cause } };
-            writer.write(&StreamInput::Link(down)).and_then(|()| writer.flush()).map_err(failed)?;
+        if let Some(interruption) = before.end.as_ref().and_then(RecordingEnd::interruption) {
+            writer.write(&StreamInput::Link(interruption)).and_then(|()| writer.flush()).map_err(failed)?;
         }
         Ok((parts, path, writer, before.serial))
     }

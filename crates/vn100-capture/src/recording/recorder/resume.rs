@@ -11,11 +11,12 @@ use std::{
 use bytes::Bytes;
 use mcap::records::Metadata;
 use vn100_protocol::Register;
-use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{Chunk, ReadOptions, SampleReader, StreamInput};
 
 use super::{NamedFile, RecordError};
 use crate::recording::{
     FORMAT, HEAD_BYTES, RECORDING_METADATA, RESUMED, is_ours,
+    part::folder_of,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
     writer::{RecordingWriter, head},
 };
@@ -43,10 +44,7 @@ pub(super) fn resume(
     if recording.recorded().started_ns == Some(0) {
         return Err(not_resumable(RecordingError::Undated));
     }
-    let copy = Copy::beside(path);
-    copy.remove_leftover().map_err(failed)?;
-    let file = File::create_new(&copy.path).map_err(failed)?;
-    NamedFile::claim(&file);
+    let (copy, file) = Copy::beside(path).map_err(failed)?;
     let mut begin = recording.head.clone();
     for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
         about.metadata.insert(RESUMED.into(), "true".into());
@@ -81,15 +79,9 @@ fn copy_inputs(
     while let Some(copied) = recording.next_entry(&mut copy)? {
         copied?;
     }
-    let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
-        // nothing came, so that nothing was interrupted
-        return Ok(serial.found);
-    };
-    let cause = match reason {
-        Some(reason) => format!("recording ended ({reason}) and resumed"),
-        None => "recording interrupted".into(),
-    };
-    writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
+    if let Some(interruption) = recording.recorded().end.get().and_then(RecordingEnd::interruption) {
+        writer.write(&StreamInput::Link(interruption))?;
+    }
     Ok(serial.found)
 }
 
@@ -131,29 +123,26 @@ struct Copy {
 }
 
 impl Copy {
-    fn beside(recording: &Path) -> Self {
+    /// An empty copy, in place of one that a killed program has left behind.
+    fn beside(recording: &Path) -> io::Result<(Self, File)> {
         let mut name = OsString::from(".");
         name.push(recording.file_name().unwrap_or_default());
         name.push(".resuming");
-        Self { path: recording.with_file_name(name) }
-    }
-
-    /// Removes the copy of a program that was killed at it.
-    fn remove_leftover(&self) -> io::Result<()> {
-        match fs::remove_file(&self.path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
+        let copy = Self { path: recording.with_file_name(name) };
+        match fs::remove_file(&copy.path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
         }
+        let file = File::create_new(&copy.path)?;
+        NamedFile::claim(&file);
+        Ok((copy, file))
     }
 
     fn take_place_of(self, recording: &Path) -> io::Result<()> {
         fs::rename(&self.path, recording)?;
         // the name is safe when its folder is
         #[cfg(unix)]
-        {
-            let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            File::open(folder)?.sync_all()?;
-        }
+        File::open(folder_of(recording))?.sync_all()?;
         Ok(())
     }
 }
@@ -176,10 +165,7 @@ pub(super) fn begins_as_ours(path: &Path) -> bool {
 /// The writer of a new recording that bears this name once its head is on the disk, in the place of
 /// what bore it.
 pub(super) fn begun_whole(path: &Path, head: &[Metadata]) -> io::Result<RecordingWriter<NamedFile>> {
-    let copy = Copy::beside(path);
-    copy.remove_leftover()?;
-    let file = File::create_new(&copy.path)?;
-    NamedFile::claim(&file);
+    let (copy, file) = Copy::beside(path)?;
     let writer = RecordingWriter::begin(NamedFile(file.try_clone()?), head)?;
     file.sync_all()?;
     copy.take_place_of(path)?;
