@@ -16,10 +16,10 @@ use crate::{
     counted_reader::CountedReader,
     csv::{self, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
-    read_samples::{BytesReader, Event, read_file, read_samples},
+    read_samples::{Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
-    timing_sidecar::{Sidecar, TimedReader},
+    timing_sidecar::{BytesReader, Sidecar},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
@@ -189,18 +189,12 @@ impl Capture {
                     MeasuredFrames::First => ReadOptions { measured, ..options },
                     _ => options,
                 };
-                let start: StartReading = match sidecar {
-                    Some(sidecar) => Box::new(move |options, stop| {
-                        read_file(TimedReader::new(reader, sidecar, chosen(options)), stop)
-                    }),
-                    None if again.is_some() => {
-                        Box::new(move |options, stop| read_file(BytesReader::new(reader, chosen(options)), stop))
-                    }
+                let start: StartReading = if sidecar.is_some() || again.is_some() {
+                    Box::new(move |options, stop| read_file(BytesReader::new(reader, sidecar, chosen(options)), stop))
+                } else {
                     // a read of a stream may wait for bytes for any time
-                    None => {
-                        let source = ReaderSource::spawn(reader, None).map_err(failed)?;
-                        Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
-                    }
+                    let source = ReaderSource::spawn(reader, None).map_err(failed)?;
+                    Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
                 };
                 (format, start)
             }

@@ -1,16 +1,13 @@
 //! The events of a stream of samples, and the two loops that read a source to its end and send
 //! them: a task for a source that waits, and a thread for a file.
 
-use std::{
-    io::{self, Read},
-    thread,
-};
+use std::{io, thread};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use vn100_protocol::stream::{Batch, FileReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
 
-use crate::source::{READ_BYTES, Source};
+use crate::source::Source;
 
 /// Batches that may wait: enough to keep both sides busy, few enough to keep memory flat.
 pub const WAITING_BATCHES: usize = 4;
@@ -107,37 +104,6 @@ pub(crate) trait FileReader: Send + 'static {
 
     /// The last batches, and what became of the content.
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>);
-}
-
-/// Reads and decodes the bytes of a file on one thread: to hand them over to another takes longer
-/// than their decoding.
-pub(crate) struct BytesReader<R> {
-    reader: R,
-    samples: SampleReader,
-    buffer: Vec<u8>,
-}
-
-impl<R: Read> BytesReader<R> {
-    pub(crate) fn new(reader: R, options: ReadOptions) -> Self {
-        Self { reader, samples: SampleReader::new(options), buffer: vec![0; READ_BYTES] }
-    }
-}
-
-impl<R: Read + Send + 'static> FileReader for BytesReader<R> {
-    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let read = match self.reader.read(&mut self.buffer) {
-            Ok(0) => return Ok(None),
-            Ok(read) => read,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(Some(Vec::new())),
-            Err(error) => return Err(error),
-        };
-        self.samples.push(&self.buffer[..read], None);
-        Ok(Some(self.samples.take_batches().into_iter().map(Event::from).collect()))
-    }
-
-    fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
-        (self.samples.finish(), None)
-    }
 }
 
 /// Starts a thread that reads `file` to its end, or until `stop`, as [`read_samples`] does.

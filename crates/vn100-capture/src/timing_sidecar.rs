@@ -1,4 +1,5 @@
-//! Raw captures with the times of their reads: `NAME.timing` has a row `t_ns,offset` for each.
+//! Raw captures and text, with the times of their reads where `NAME.timing` has a row `t_ns,offset`
+//! for each.
 
 use std::{
     fs::File,
@@ -118,10 +119,11 @@ impl ReadStamp {
     }
 }
 
-/// Reads a capture with its stamps, one batch for many reads: one can bring a few bytes.
-pub(crate) struct TimedReader<R> {
+/// Reads and decodes a file on one thread: to hand its bytes over to another takes longer than
+/// their decoding. One batch is for many reads of the port: one can bring a few bytes.
+pub(crate) struct BytesReader<R> {
     reader: BufReader<R>,
-    sidecar: Sidecar,
+    sidecar: Option<Sidecar>,
     samples: SampleReader,
     /// Bytes of the capture that were read.
     offset: u64,
@@ -133,18 +135,18 @@ pub(crate) struct TimedReader<R> {
     unsent: usize,
 }
 
-impl<R: Read> TimedReader<R> {
-    pub(crate) fn new(reader: R, sidecar: Sidecar, options: ReadOptions) -> Self {
+impl<R: Read> BytesReader<R> {
+    pub(crate) fn new(reader: R, sidecar: Option<Sidecar>, options: ReadOptions) -> Self {
         let reader = BufReader::with_capacity(READ_BYTES, reader);
         Self { reader, sidecar, samples: SampleReader::new(options), offset: 0, at_ns: None, next: None, unsent: 0 }
     }
 }
 
-impl<R: Read + Send + 'static> FileReader for TimedReader<R> {
+impl<R: Read + Send + 'static> FileReader for BytesReader<R> {
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        loop {
+        while let Some(sidecar) = &mut self.sidecar {
             if self.next.is_none() {
-                self.next = self.sidecar.next()?;
+                self.next = sidecar.next()?;
             }
             match self.next.take_if(|stamp| stamp.offset <= self.offset) {
                 Some(stamp) => self.at_ns = Some(stamp.at_ns),
@@ -157,12 +159,15 @@ impl<R: Read + Send + 'static> FileReader for TimedReader<R> {
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(Some(Vec::new())),
             Err(error) => return Err(error),
         };
-        let end_of_read = self.next.map_or_else(|| self.sidecar.reach(), |stamp| stamp.offset);
-        let of_read = end_of_read.saturating_sub(self.offset);
-        if of_read == 0 {
-            return Err(self.sidecar.ends_early());
+        let mut taken = buffered.len();
+        if let Some(sidecar) = &self.sidecar {
+            let end_of_read = self.next.map_or_else(|| sidecar.reach(), |stamp| stamp.offset);
+            let of_read = end_of_read.saturating_sub(self.offset);
+            if of_read == 0 {
+                return Err(sidecar.ends_early());
+            }
+            taken = taken.min(usize::try_from(of_read).unwrap_or(usize::MAX));
         }
-        let taken = buffered.len().min(usize::try_from(of_read).unwrap_or(usize::MAX));
         self.samples.push(&buffered[..taken], self.at_ns);
         self.reader.consume(taken);
         self.offset += taken as u64;
@@ -220,7 +225,7 @@ mod tests {
         std::fs::write(folder.path().join("capture.bin.timing"), timing).unwrap();
         let sidecar = Sidecar::beside(&path).unwrap().unwrap();
         let bytes = io::Cursor::new(capture.as_bytes().to_vec());
-        let reader = TimedReader::new(bytes, sidecar, ReadOptions::default());
+        let reader = BytesReader::new(bytes, Some(sidecar), ReadOptions::default());
         let mut events = read_file(reader, CancellationToken::new()).unwrap();
         let mut stamps = Vec::new();
         loop {
