@@ -102,6 +102,7 @@ fn the_document_has_every_field_of_the_contract() {
         ("/link/replies", 0.into()),
         ("/link/other_messages", 0.into()),
         ("/link/binary_packets", 0.into()),
+        ("/link/damaged_packets", 0.into()),
         ("/link/skipped_bytes", 0.into()),
         ("/link/overrun_bytes", 0.into()),
         ("/link/reconnects", 0.into()),

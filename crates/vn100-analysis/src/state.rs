@@ -26,7 +26,7 @@ use crate::accumulate::{
 const MAGIC: [u8; 4] = *b"VN1S";
 
 /// Version of the form in bytes.
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 
 /// Length of the header: magic, version, layout of the sums, length of what follows.
 const HEADER: usize = 4 + 2 + 8 + 8;

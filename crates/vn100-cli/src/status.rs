@@ -8,7 +8,7 @@ use vn100_analysis::Snapshot;
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::link_facts;
-use vn100_report::{health::link_word, numbers::plain::time, printable};
+use vn100_report::{health::link_word, names::damaged_packets, numbers::plain::time, printable};
 
 use vn100_view::MessageQueue;
 
@@ -208,13 +208,14 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
 
 fn counts(snapshot: &Snapshot) -> String {
     let timing = &snapshot.timing;
-    let rejected = snapshot.link.tally.rejected.total();
+    let tally = &snapshot.link.tally;
+    let (rejected, packets) = (tally.rejected.total(), damaged_packets(tally));
     let pending = snapshot.rows_pending().map(|lines| format!("{lines} samples pending, measuring the rate"));
     match pending {
         // neither a time nor a rate is known yet
-        Some(pending) if timing.samples == 0 => format!("{pending}, {rejected} rejected"),
+        Some(pending) if timing.samples == 0 => format!("{pending}, {rejected} rejected{packets}"),
         pending => format!(
-            "{} samples in {:.0} s at {} Hz, {rejected} rejected, {} dropped{}",
+            "{} samples in {:.0} s at {} Hz, {rejected} rejected{packets}, {} dropped{}",
             timing.samples,
             timing.duration_s(),
             timing.rate_hz,

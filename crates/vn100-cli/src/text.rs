@@ -12,7 +12,7 @@ use vn100_analysis::{Snapshot, SourceFacts};
 use vn100_protocol::stream::{AbsentValues, BagReport, CsvReport};
 use vn100_report::{
     Measured, RecordingDocument, code_of_missing, code_of_rate,
-    names::{echoes, rejected_lines},
+    names::{damaged_packets, echoes, rejected_lines},
     numbers::plain::{counted, ppm, short},
     printable,
     units::channel_values,
@@ -139,7 +139,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         short(timing.rate_hz)
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let rejected = format!("  rejected   {}", rejected_lines(tally));
+    let rejected = format!("  rejected   {}{}", rejected_lines(tally), damaged_packets(tally));
     write_wrapped(out, &rejected)?;
     writeln!(
         out,

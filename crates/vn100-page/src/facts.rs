@@ -278,6 +278,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
                 rejected.too_long
             ),
         ),
+        fact("Damaged packets", grouped(tally.damaged_packets)),
         fact(
             "Valid sentences",
             format!(

@@ -10,7 +10,7 @@ use vn100_report::{
     figure::{Figure, Figures, last_minutes},
     goals::{Goals, warm_up},
     health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
-    names::rejected_lines,
+    names::{damaged_packets, rejected_lines},
     numbers::{
         plain::{counted, digits_trimmed, grouped, ppm, tau, time},
         with_powers,
@@ -155,7 +155,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         ("Measured rate", measured),
         ("Intervals", intervals),
         ("Line load", line_load(facts.link.as_ref(), snapshot).map(|load| format!("{:.0} %", 100.0 * load))),
-        ("Rejected", Some(rejected_lines(tally))),
+        ("Rejected", Some(rejected_lines(tally) + &damaged_packets(tally))),
         ("Dropped samples", Some(dropped)),
         ("Excluded samples", (timing.excluded > 0).then(|| grouped(timing.excluded))),
         ("Link", (snapshot.outages.times > 0).then(|| snapshot.outages.to_string())),

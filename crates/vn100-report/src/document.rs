@@ -80,6 +80,7 @@ struct Link {
     binary_packets: u64,
     rejected_packets: u64,
     repeated_packets: u64,
+    damaged_packets: u64,
     skipped_bytes: u64,
     overrun_bytes: u64,
     /// Unsolicited device errors: how often each code was reported.
@@ -277,6 +278,7 @@ fn link(snapshot: &Snapshot) -> Link {
         binary_packets: tally.packets,
         rejected_packets: tally.measured_packets.rejected,
         repeated_packets: tally.measured_packets.repeated,
+        damaged_packets: tally.damaged_packets,
         skipped_bytes: link.skipped_bytes(),
         overrun_bytes: link.overrun_bytes,
         unsolicited_errors: link

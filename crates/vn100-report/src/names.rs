@@ -9,7 +9,7 @@ use vn100_analysis::{
 
 use crate::{
     codes::{code_of_grade, code_of_status, code_of_verdict},
-    numbers::plain::{digits, four_digits},
+    numbers::plain::{counted, digits, four_digits},
 };
 
 /// The quantities, in the order of results.
@@ -163,6 +163,15 @@ pub fn rejected_lines(tally: &Tally) -> String {
     let present: Vec<_> =
         kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!("{count} {kind}")).collect();
     if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
+}
+
+/// How many packets fail their checksum, behind the rejected lines; empty for none.
+#[must_use]
+pub fn damaged_packets(tally: &Tally) -> String {
+    match tally.damaged_packets {
+        0 => String::new(),
+        count => format!(", {}", counted(count, "damaged packet")),
+    }
 }
 
 /// How many questions of this program the line echoed; empty for none.

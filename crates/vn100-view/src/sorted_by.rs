@@ -68,7 +68,8 @@ fn gravity(source: &SourceView) -> u8 {
 }
 
 pub(super) fn lost(source: &SourceView) -> u64 {
-    source.snapshot.link.tally.rejected.total() + source.snapshot.timing.missing
+    let tally = &source.snapshot.link.tally;
+    tally.rejected.total() + tally.damaged_packets + source.snapshot.timing.missing
 }
 
 /// N of the noisiest axis, in SI units.

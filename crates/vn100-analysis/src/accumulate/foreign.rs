@@ -54,7 +54,7 @@ pub(crate) fn decode_layout(input: &mut ByteReader<'_>) -> Result<Layout, BadEnc
 }
 
 /// The plain numbers of the counts, in the order of their bytes.
-fn numbers(counts: &mut StreamCounts) -> [&mut u64; 26] {
+fn numbers(counts: &mut StreamCounts) -> [&mut u64; 27] {
     let StreamCounts {
         tally,
         foreign_samples,
@@ -81,13 +81,14 @@ fn numbers(counts: &mut StreamCounts) -> [&mut u64; 26] {
         packets,
         measured_packets: MeasuredPackets { samples: measured, rejected: rejected_packets, repeated },
         split_packets,
+        damaged_packets,
         rejected: RejectedCounts { checksum, unchecked, grammar, range, truncated, too_long },
     } = tally;
     #[rustfmt::skip]
     let numbers = [
         valid_sentence_bytes, rejected_sentence_bytes, packet_bytes, skipped_bytes, buffered_bytes,
         samples, replies, other, unchecked_sentences, packets, split_packets,
-        measured, rejected_packets, repeated,
+        measured, rejected_packets, repeated, damaged_packets,
         checksum, unchecked, grammar, range, truncated, too_long,
         foreign_samples, baud_scan_bytes, overrun_bytes, echoes, outputs_resumed, connects,
     ];

@@ -13,7 +13,7 @@ use memchr::{memchr_iter, memchr3};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
-    framing::packet::{self, Packet, PacketHead, PacketRun, PacketStart},
+    framing::packet::{self, Packet, PacketHead, PacketRun, PacketStart, SeenHeads},
     framing::sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
 };
@@ -42,6 +42,9 @@ pub struct Framer {
     line_end_of: LineEndOf,
     /// Of the last packet: the next one is like it as a rule.
     packet_head: PacketHead,
+    seen_heads: SeenHeads,
+    /// Where the last damaged packet would have ended.
+    damaged_until: u64,
 }
 
 /// A piece of a stream.
@@ -83,6 +86,8 @@ impl Framer {
             offset: 0,
             line_end_of: LineEndOf::Nothing,
             packet_head: PacketHead::default(),
+            seen_heads: SeenHeads::default(),
+            damaged_until: 0,
         }
     }
 
@@ -192,15 +197,16 @@ impl Framer {
     fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
         let length = match packet::classify(input) {
             PacketStart::Incomplete => return Found::Incomplete,
-            PacketStart::No => return Found::Nothing,
+            PacketStart::No => return self.damaged_packet(input),
             PacketStart::Packet(length) => length,
         };
         match is_completed_by_sentence(input, length, end_of_input) {
             None => Found::Incomplete,
-            Some(true) => Found::Nothing,
+            Some(true) => self.damaged_packet(input),
             Some(false) => {
                 let packet = Packet { raw: &input[..length], offset: self.offset };
                 self.packet_head.remember(packet.raw);
+                self.seen_heads.remember(packet.raw);
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
                 self.tally.packets += 1;
@@ -208,6 +214,18 @@ impl Framer {
                 Found::Frame(length, Frame::Packet(packet))
             }
         }
+    }
+
+    /// Counts what begins with 0xFA and is no packet, if it was one before it was damaged.
+    #[cold]
+    fn damaged_packet<'a>(&mut self, input: &[u8]) -> Found<'a> {
+        if self.offset >= self.damaged_until
+            && let Some(length) = self.seen_heads.length_of(input)
+        {
+            self.tally.damaged_packets += 1;
+            self.damaged_until = self.offset + length as u64;
+        }
+        Found::Nothing
     }
 
     /// The packets at the head of `input` that are like the one before, as nearly all are, and that

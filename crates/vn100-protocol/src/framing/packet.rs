@@ -123,6 +123,43 @@ impl PacketHead {
     }
 }
 
+/// Groups and field words, one for each group, behind the 0xFA.
+const MAX_HEAD: usize = 2 + 2 * KNOWN_GROUPS.count_ones() as usize;
+
+/// How the packets so far begin, with their lengths: a sensor has three outputs, which may be set
+/// anew.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SeenHeads {
+    /// The latest first; unused ones have no length.
+    heads: [SeenHead; 8],
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct SeenHead {
+    bytes: [u8; MAX_HEAD],
+    head_length: usize,
+    /// Of the whole packet.
+    length: usize,
+}
+
+impl SeenHeads {
+    pub(crate) fn remember(&mut self, packet: &[u8]) {
+        if self.length_of(packet).is_none() {
+            let head_length = 2 + 2 * packet[1].count_ones() as usize;
+            let mut bytes = [0; MAX_HEAD];
+            bytes[..head_length].copy_from_slice(&packet[..head_length]);
+            self.heads.rotate_right(1);
+            self.heads[0] = SeenHead { bytes, head_length, length: packet.len() };
+        }
+    }
+
+    /// The length of the packet that `input` begins as, if one like it was seen.
+    pub(crate) fn length_of(&self, input: &[u8]) -> Option<usize> {
+        let begins = |seen: &&SeenHead| seen.length > 0 && input.starts_with(&seen.bytes[..seen.head_length]);
+        self.heads.iter().find(begins).map(|seen| seen.length)
+    }
+}
+
 /// How many of these begin alike, one after the other, and have a right CRC.
 #[multiversion(targets("x86_64+pclmulqdq+sse4.1"))]
 fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {

@@ -30,6 +30,9 @@ pub struct Tally {
     pub measured_packets: MeasuredPackets,
     /// Parts of packets that firmware 3 has split; they are not read, and their bytes are skipped.
     pub split_packets: u64,
+    /// Packets damaged on the way, whose bytes are skipped: what begins with the groups and field
+    /// words of an earlier packet and fails its CRC, unless it lies within the length of another.
+    pub damaged_packets: u64,
     /// Rejected sentences.
     pub rejected: RejectedCounts,
 }
@@ -40,9 +43,9 @@ pub struct Tally {
 pub struct MeasuredPackets {
     /// Samples.
     pub samples: u64,
-    /// With a number that no VN-100 measures.
+    /// Packets with a number that no VN-100 measures.
     pub rejected: u64,
-    /// With the device time of the one before.
+    /// Packets with the device time of the packet before.
     pub repeated: u64,
 }
 
@@ -86,6 +89,7 @@ impl Tally {
         self.unchecked_sentences += next.unchecked_sentences;
         self.packets += next.packets;
         self.split_packets += next.split_packets;
+        self.damaged_packets += next.damaged_packets;
         self.measured_packets.samples += next.measured_packets.samples;
         self.measured_packets.rejected += next.measured_packets.rejected;
         self.measured_packets.repeated += next.measured_packets.repeated;

@@ -1,11 +1,13 @@
 //! Packets of the maker's manual and of real sensors, and what is measured of them.
 
 use bytes::Bytes;
-use proptest::{prelude::*, sample::Index};
+use proptest::{collection::vec, prelude::*, sample::Index};
 use vn100_protocol::{
     BinaryOutput, Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
     stream::{Batch, Chunk, MarkKind, MeasuredFrames, ReadOptions, SampleReader, StreamInput},
 };
+
+use crate::support::{decode_in_pieces, packet};
 
 /// Manual UM001, revision 2.02: attitude alone.
 const ATTITUDE: &str = "FA01080093502E42833EF13F48B504BB9288";
@@ -324,6 +326,87 @@ fn a_dollar_in_a_damaged_packet_is_no_line() {
     assert_eq!((tally.skipped_bytes, tally.bytes()), (bytes(EXACT[1]).len() as u64, stream.len() as u64));
 }
 
+/// How many damaged packets a decoder counts, however the stream is cut.
+fn damaged_packets(stream: &[u8]) -> u64 {
+    let counts =
+        [1, 7, stream.len()].map(|size| decode_in_pieces(stream, &[size], Options::default()).1.damaged_packets);
+    assert_eq!([counts[0]; 3], counts);
+    counts[0]
+}
+
+#[test]
+fn packets_that_fail_their_checksum_are_counted() {
+    let [first, second, third] = EXACT.map(bytes);
+    let damaged = |at: usize| {
+        let mut packet = second.clone();
+        packet[at] ^= 0x10;
+        packet
+    };
+    for at in 6..second.len() {
+        assert_eq!(damaged_packets(&[first.clone(), damaged(at), third.clone()].concat()), 1, "byte {at}");
+    }
+    // one behind the other, or without some bytes
+    assert_eq!(damaged_packets(&[first.clone(), damaged(9), damaged(30), third.clone()].concat()), 2);
+    assert_eq!(damaged_packets(&[&first[..], &second[..20], &second[24..], &third].concat()), 1);
+    // of two outputs
+    let other = acceleration(4);
+    let mut damaged_other = acceleration(8);
+    damaged_other[20] ^= 1;
+    let both = [first.clone(), other.clone(), damaged(20), other, damaged_other, third.clone()].concat();
+    assert_eq!(damaged_packets(&both), 2);
+    // a sentence follows in place of its end
+    let cut = [&first[..], &second[..30], YMR.as_bytes(), &third].concat();
+    assert_eq!(damaged_packets(&cut), 1);
+}
+
+#[test]
+fn what_only_looks_like_a_packet_is_no_damaged_one() {
+    let [first, second, third] = EXACT.map(bytes);
+    // none like it came before
+    let mut damaged = second.clone();
+    damaged[30] ^= 1;
+    assert_eq!(damaged_packets(&[damaged.clone(), first.clone()].concat()), 0);
+    let mut of_another_form = acceleration(4);
+    of_another_form[20] ^= 1;
+    assert_eq!(damaged_packets(&[first.clone(), of_another_form, third.clone()].concat()), 0);
+    // the start byte alone, in text, between packets and in one; and other masks
+    let text = [YMR.as_bytes(), b"\xFA word \xFA\x01\xFF\xFF", YMR.as_bytes()].concat();
+    assert_eq!(damaged_packets(&[&first[..], b"\xFA\xFA\x05\xFA\x01\x08\x00", &text, &third].concat()), 0);
+    // a head in the payload of a good packet, and in that of a damaged one, which is one
+    let mut with_head = second.clone();
+    with_head[20..26].copy_from_slice(&first[..6]);
+    assert_eq!(damaged_packets(&[first.clone(), sealed(with_head.clone()), third.clone()].concat()), 0);
+    assert_eq!(damaged_packets(&[first.clone(), with_head, third.clone()].concat()), 1);
+    // the beginning of one at the end of the stream
+    assert_eq!(damaged_packets(&[&first[..], &second[..30]].concat()), 0);
+}
+
+proptest! {
+    /// Flipped bits behind the head, lines and other bytes between packets.
+    #[test]
+    fn damaged_packets_are_counted_one_by_one(
+        pieces in vec((any::<u64>(), any::<[f32; 3]>(), prop::option::weighted(0.3, (4_usize..26, 0_u8..8)), 0..4), 1..20),
+        sizes in vec(1_usize..60, 1..6),
+    ) {
+        let mut stream = packet(0, [0.0; 3]);
+        for (time, values, flip, between) in &pieces {
+            let mut packet = packet(*time, *values);
+            prop_assume!(!packet[1..].contains(&0xFA));
+            if let Some((at, bit)) = flip {
+                let end = packet.len() - 1;
+                packet[(*at).min(end)] ^= 1 << bit;
+                prop_assume!(!packet[1..].contains(&0xFA));
+            }
+            stream.extend(packet);
+            stream.extend([&b""[..], YMR.as_bytes(), b"\xFA\x01", b"noise"][*between as usize]);
+        }
+        let expected = pieces.iter().filter(|(_, _, flip, _)| flip.is_some()).count() as u64;
+        let (_, whole) = decode_in_pieces(&stream, &[], Options::default());
+        let (_, cut) = decode_in_pieces(&stream, &sizes, Options::default());
+        prop_assert_eq!((whole.damaged_packets, cut), (expected, whole));
+    }
+}
+
 /// A damaged sentence between packets takes the place of no packet.
 #[test]
 fn damaged_sentences_between_packets_are_no_samples() {
@@ -416,8 +499,8 @@ fn registers_and_packets_have_one_form() {
 proptest! {
     #[test]
     fn rows_do_not_depend_on_how_the_stream_is_cut(
-        cuts in proptest::collection::vec(any::<Index>(), 0..6),
-        flips in proptest::collection::vec((any::<Index>(), 0_u32..8), 0..3),
+        cuts in vec(any::<Index>(), 0..6),
+        flips in vec((any::<Index>(), 0_u32..8), 0..3),
         line_by_line in any::<bool>(),
     ) {
         let parts = [bytes(SATURATION), YMR.as_bytes().to_vec(), bytes(SATURATION), bytes(COMPENSATED)];
@@ -507,7 +590,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
     fn packets_that_follow_each_other_are_read_like_single_ones(
-        changes in proptest::collection::vec((0_u64..200, 0_usize..7), 0..8),
+        changes in vec((0_u64..200, 0_usize..7), 0..8),
         diagnostics in any::<bool>(),
     ) {
         use Change::{Completed, Cut, Flipped, NotANumber, Other, Repeated, Saturated};

@@ -171,6 +171,7 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     ] {
         out.count("vn100_bad_lines", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
     }
+    out.count("vn100_damaged_packets", "Packets that fail their checksum.", of_port, tally.damaged_packets);
     out.count("vn100_bytes", "Bytes read.", of_port, link.bytes());
     out.count("vn100_skipped_bytes", "Bytes in which no sentence and no packet was.", of_port, link.skipped_bytes());
     let reconnects = link.connects.saturating_sub(1);

@@ -226,6 +226,9 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let tally = &snapshot.link.tally;
     let rejected = if detail <= Detail::Little { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
     parts.add(format!("rejected {rejected}"), counted(tally.rejected.total()));
+    if tally.damaged_packets > 0 {
+        parts.add(format!("damaged packets {}", grouped(tally.damaged_packets)), theme.warning());
+    }
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
     parts.add(format!("dropped {}{gaps}", grouped(timing.missing)), counted(timing.missing));

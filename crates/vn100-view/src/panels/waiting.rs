@@ -37,7 +37,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
         grouped(source.snapshot.link.bytes()),
         grouped(tally.valid_sentences()),
         grouped(tally.packets),
-        grouped(tally.rejected.total() + tally.measured_packets.rejected)
+        grouped(tally.rejected.total() + tally.measured_packets.rejected + tally.damaged_packets)
     )));
     let block = Block::new()
         .borders(Borders::ALL)

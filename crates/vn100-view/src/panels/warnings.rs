@@ -19,11 +19,11 @@ use crate::{
 };
 use vn100_words::remedy_words;
 
-/// What stands on top, as long as there is room for it.
+/// The lines at the top of the screen, as far as there is room.
 pub(crate) struct TopLines {
-    /// Of what is broken: in full.
+    /// The faults, in full.
     faults: Vec<String>,
-    /// Of warnings, the gravest first.
+    /// The warnings, the most severe first.
     warnings: Vec<(String, Style)>,
     notices: Option<String>,
     /// The warnings that have no row are named in the last one.
@@ -121,12 +121,15 @@ fn names<'a>(texts: impl Iterator<Item = &'a str>) -> String {
     counted.into_iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// What was lost so far: rejected sentences by kind, dropped samples, reconnects; none that is 0.
+/// What was lost so far: rejected sentences by kind, damaged packets, dropped samples, reconnects;
+/// none that is 0.
 fn lost(source: &SourceView) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
     let rejected = link.tally.rejected.total();
     let reconnects = link.connects.saturating_sub(1);
+    let damaged = link.tally.damaged_packets;
     let other = [
+        (damaged, format!("damaged packets {}", grouped(damaged))),
         (timing.missing, format!("dropped {}{}", grouped(timing.missing), in_gaps(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
         (timing.excluded, format!("excluded {}", grouped(timing.excluded))),

@@ -141,7 +141,7 @@ fn what_cannot_be_merged_is_said() {
         State::from_bytes(&bytes).unwrap_err()
     };
     assert_eq!(with(0, b'X'), StateError::NotAState);
-    assert_eq!(with(4, 9), StateError::OtherVersion { found: 9, known: 2 });
+    assert_eq!(with(4, 9), StateError::OtherVersion { found: 9, known: 3 });
     assert!(matches!(with(6, !bytes[6]), StateError::OtherLayout { .. }));
     assert!(matches!(with(40, !bytes[40]), StateError::Damaged { .. }));
     assert!(matches!(State::from_bytes(&bytes[..bytes.len() - 1]), Err(StateError::Truncated { .. })));
