@@ -95,6 +95,36 @@ fn parts_are_joined_to_the_document_of_the_undivided_recording_in_any_order() {
 }
 
 #[test]
+fn the_samples_of_all_parts_are_one_table() {
+    let Recorded { _folder, whole, parts } = recorded(Rotation::Bytes(150_000));
+    let folder = whole.parent().unwrap();
+    let table = |name: &str, files: &[&Path], options: &[&str]| {
+        let path = folder.join(name);
+        let output = vn100().args(["replay", "--json"]).args(options).arg("--samples").arg(&path).args(files).output();
+        let output = output.unwrap();
+        (fs::read_to_string(path).ok(), output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (undivided, _, _) = table("whole.csv", &[&whole], &[]);
+    assert_eq!(undivided.as_ref().unwrap().lines().count(), 4801);
+    let mut files: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
+    files.swap(0, 2);
+    assert_eq!(table("joined.csv", &files, &[]), (undivided.clone(), Some(0), String::new()));
+    // over a part that is missing
+    files.retain(|file| *file != parts[1]);
+    let (text, status, error) = table("without.csv", &files, &[]);
+    let (text, undivided) = (text.unwrap(), undivided.unwrap());
+    assert_eq!(status, Some(0), "{error}");
+    let rows: Vec<&str> = undivided.lines().collect();
+    assert!((3000..4801).contains(&text.lines().count()) && text.lines().all(|row| rows.contains(&row)));
+    // of files that are no parts of one recording, or are not to be joined
+    for (files, options) in [(&files, &["--separate"][..]), (&vec![&*whole, &*parts[0]], &[])] {
+        let (text, status, error) = table("refused.csv", files, options);
+        assert_eq!((text, status), (None, Some(2)));
+        assert!(error.contains("a capture or the parts of one recording: give one"), "{error}");
+    }
+}
+
+#[test]
 fn each_part_replays_alone_and_separately_all_do() {
     let Recorded { _folder, whole, parts } = recorded(Rotation::Bytes(150_000));
     let files: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();

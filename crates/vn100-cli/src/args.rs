@@ -82,7 +82,8 @@ impl Args {
             Subcommand::Report(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files
                 .refused_taus()
-                .or_else(|| result.refused(files.files.len()))
+                // parts of a recording are one source, which the files themselves say
+                .or_else(|| result.refused(1))
                 .or_else(|| serve.refused(files.files.iter().map(|file| file.display().to_string()))),
             Subcommand::Compare(args) if args.files.taus.is_some() => {
                 Some("--taus is for replay and report: records are compared octave by octave".into())
@@ -97,7 +98,7 @@ impl Args {
 }
 
 /// A usage error with the usage of the command with this name.
-fn refused(name: &str, refusal: &str) -> clap::Error {
+pub(crate) fn refused(name: &str, refusal: &str) -> clap::Error {
     let mut program = Args::command();
     // the usage of a command begins with the name of the program
     program.build();

@@ -26,9 +26,9 @@ use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 use vn100_view::{MessageQueue, SourceMonitor, View};
 
 use crate::{
-    args::{FileArgs, Ndjson, ReplayArgs},
+    args::{FileArgs, Ndjson, ReplayArgs, refused},
     asked::measure_options,
-    exit::{HangUp, report, stop_on_interrupt, unless_closed},
+    exit::{HangUp, report, stop_on_interrupt, unless_closed, usage},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
@@ -45,11 +45,21 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     if let Some(speed) = args.speed {
         return replay_in_view(args, speed);
     }
+    let inputs = inputs(files);
+    if args.result.samples.is_some()
+        && let [first, second, ..] = &inputs[..]
+    {
+        let refusal = match first.path == second.path {
+            true => "--samples takes the samples of one stream, and the file has several: name one with --topic",
+            false => "--samples takes the samples of one source, a capture or the parts of one recording: give one",
+        };
+        usage(&refused("replay", refusal));
+    }
     let evaluation = evaluation(&files.measure, args.result.filter_models)?;
     let mut writer = ResultWriter::new(args.result.format());
     let mut recordings = Vec::new();
     let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
-    unless_closed(measure_files(files, &inputs(files), evaluation, outputs, |measured| {
+    unless_closed(measure_files(files, &inputs, evaluation, outputs, |measured| {
         writer.write(&measured)?;
         recordings.extend(args.pool.then_some(measured));
         Ok(())
@@ -182,9 +192,6 @@ async fn measure_all(
     mut take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let Outputs { printed, samples } = outputs;
-    if samples.is_some() && inputs.len() > 1 {
-        bail!("--samples takes the samples of one stream, and the file has several: name one with --topic");
-    }
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
         progress: progress_bar(
