@@ -85,7 +85,7 @@ impl Format {
     }
 }
 
-/// In so many bytes sentences that come between packets are seen.
+/// How many bytes are searched for sentences between packets.
 const MIXED_BYTES: usize = 4096;
 
 /// What the head of a file was taken for.

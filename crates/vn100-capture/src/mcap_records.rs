@@ -22,7 +22,7 @@ const LONG_READ_BYTES: usize = 1024 * 1024;
 /// Kind and length, before each record.
 const HEAD_BYTES: usize = 1 + 8;
 
-/// Of the last record, and of all that follows the data and the summary.
+/// Bytes of the content of the footer, and of everything after the summary.
 const FOOTER_BYTES: usize = 8 + 8 + 4;
 const TAIL_BYTES: usize = HEAD_BYTES + FOOTER_BYTES + mcap::MAGIC.len();
 
@@ -179,7 +179,7 @@ impl<R: Read> McapRecords<R> {
             (self.next, self.filled) = (0, self.filled - self.next);
         }
         while self.filled - self.next < bytes {
-            // as much as is there, not as much as is claimed
+            // memory grows with the bytes read, not with the length that the record claims
             let room = (bytes - self.filled).clamp(READ_BYTES, LONG_READ_BYTES);
             if self.buffer.len() < self.filled + room {
                 self.buffer.resize(self.filled + room, 0);

@@ -13,10 +13,10 @@ use crate::{
 };
 use vn100_protocol::stream::{Batch, FileReport, ReadOptions, SampleReader};
 
-/// No line of a sidecar is longer, comments included.
+/// Longest line of a sidecar in bytes, comments included.
 const LONGEST_LINE: usize = 1024;
 
-/// One read of a port brings so much at least before it is thought too long.
+/// The last read of the port is taken to be no longer than this, unless an earlier one was.
 const PORT_READ_BYTES: u64 = 4096;
 
 /// The rows of a sidecar, read as they are needed.
@@ -127,7 +127,7 @@ pub(crate) struct BytesReader<R> {
     samples: SampleReader,
     /// Bytes of the capture that were read.
     offset: u64,
-    /// Of the read at hand.
+    /// Arrival time of the current read.
     at_ns: Option<i64>,
     /// The next read.
     next: Option<ReadStamp>,

@@ -69,7 +69,7 @@ fn document_with(member: &str) -> Option<ArchiveError> {
     Some(ArchiveError::Document(document))
 }
 
-/// Why something packed is not read.
+/// Why compressed data cannot be read.
 #[derive(Debug)]
 pub(crate) enum UnpackError {
     Io(io::Error),
@@ -82,12 +82,12 @@ impl From<io::Error> for UnpackError {
     }
 }
 
-/// What a file holds, unpacked; `counted` is laid around the file.
+/// The decompressed content of a file; `counted` wraps the file, to count the bytes read of it.
 pub(crate) fn unpacked_file<R: Read + Send + 'static>(
     mut file: File,
     counted: impl FnOnce(File) -> R,
 ) -> Result<Box<dyn Read + Send>, UnpackError> {
-    // what is no file of the disk has no place to go back to
+    // only a regular file can be rewound
     let begins_as_zip = file.metadata()?.is_file() && {
         let mut magic = [0; ZIP_MAGIC.len()];
         let n = file.read(&mut magic)?;
@@ -105,10 +105,10 @@ pub(crate) fn unpacked_file<R: Read + Send + 'static>(
     unpacked(MemberReader { inner: CrcReader::new(inner), member })
 }
 
-/// What a stream holds, unpacked; text in UTF-16 as UTF-8.
+/// The decompressed content of a stream, with text in UTF-16 converted to UTF-8.
 pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, UnpackError> {
     let mut magic = Vec::new();
-    // no more is waited for than shows what it is
+    // reads only as many bytes as are needed to recognise the format
     while magic.len() < LONGEST_MAGIC
         && [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC, ZIP_MAGIC]
             .iter()
@@ -232,7 +232,7 @@ impl<R: Read> Read for MemberReader<R> {
     }
 }
 
-/// Unpacks gzip data, member behind member, and behind the last one the zeros that fill up a block.
+/// Unpacks gzip data of one or more members, and ignores the zeros that pad the last block.
 struct Gunzip<R> {
     /// `None` behind the last member.
     member: Option<GzDecoder<BufReader<R>>>,

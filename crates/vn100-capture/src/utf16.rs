@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Read};
 
-/// So many bytes behind the byte order mark show whether it is one.
+/// How many bytes after the byte order mark are examined to confirm that it is one.
 const SHOWN_BYTES: u64 = 64;
 
 const BUFFER_BYTES: usize = 8192;

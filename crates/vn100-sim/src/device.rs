@@ -115,7 +115,7 @@ pub struct Device {
     clock: SensorClock,
     /// The processing that `registers` ask for.
     processing: Processing,
-    /// What the integrals were when they were last taken.
+    /// The integrals when they were last read.
     deltas: Deltas,
     uart: Uart,
 }
@@ -126,7 +126,7 @@ struct Run {
     ticks: u64,
     /// After how many ticks the integrals were last taken.
     deltas_tick: Option<u64>,
-    /// What the clock said at the last tick that was asked for.
+    /// The reading of the clock at the last tick that was requested.
     device_time: Option<(u64, u64)>,
     buffer: CommandBuffer,
     restart_ns: Option<u64>,

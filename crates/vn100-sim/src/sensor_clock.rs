@@ -27,7 +27,8 @@ impl SensorClock {
         Self { random: random_stream(seed, CLOCK_STREAM, NoiseComponent::White) }
     }
 
-    /// What it says so long after the start; jitter never takes it back by a tick.
+    /// The reading of the clock at this time after the start; it never runs backwards from
+    /// tick to tick, whatever the jitter.
     pub(crate) fn read(&mut self, since_start_ns: u64) -> u64 {
         let jitter_ns = (JITTER_NS * normal(&mut self.random)).clamp(-5.0 * JITTER_NS, 5.0 * JITTER_NS);
         since_start_ns.saturating_add_signed(jitter_ns as i64) / CLOCK_STEP_NS * CLOCK_STEP_NS

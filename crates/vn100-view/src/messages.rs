@@ -35,7 +35,7 @@ impl MessageQueue {
         messages.seen = false;
     }
 
-    /// What is written behind all others, in place of what was kept before.
+    /// Sets the message that is written after all others.
     pub(super) fn keep(&self, last: Option<String>) {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
     }

@@ -34,9 +34,9 @@ pub(crate) struct SourceView {
     pub(crate) recording: Option<RecordingState>,
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) assessment: Arc<Assessment>,
-    /// Of the snapshot and the assessment.
+    /// The values of the channels, from the snapshot and the assessment.
     pub(crate) values: Vec<ChannelValues>,
-    /// Of both, the gravest first; of those that are as grave the newest.
+    /// The warnings of both, the most severe first, and the newest first of equal severity.
     pub(crate) warnings: Vec<Warning>,
     /// What is broken now.
     pub(crate) faults: Faults,

@@ -18,8 +18,8 @@ const PROBED_MESSAGES: usize = 100;
 /// Bytes of each that are looked at.
 const PROBED_BYTES: usize = 1024 * 1024;
 
-/// Messages of all topics that are passed on the way: a topic whose first message comes later is
-/// judged by its type alone.
+/// Messages of all topics that are read for this: a topic whose first message comes later is judged
+/// by its type alone.
 const PASSED_MESSAGES: usize = 100_000;
 
 /// The topics of a bag.
@@ -41,7 +41,7 @@ pub(super) struct ScannedTopic {
     pub(super) parts: Vec<(&'static Part, String)>,
     /// Those that are zero in all that were looked at.
     pub(super) zero_parts: Vec<(&'static Part, String)>,
-    /// The first time in its messages that runs on, by its path.
+    /// The path of the first time in its messages that rises from message to message.
     pub(super) stamp: Result<String, StampProblem>,
     /// Messages that were looked at, and their bytes.
     pub(super) probed: usize,
@@ -281,7 +281,8 @@ impl Probe {
 }
 
 impl ProbedStamp {
-    /// Those that run on in the large are messages out of order.
+    /// Times that rise over many messages, though not from each to the next, are those of messages
+    /// out of order.
     fn problem(&self) -> Option<StampProblem> {
         const OUT_OF_ORDER: usize = 16;
         let times = &*self.times_ns;

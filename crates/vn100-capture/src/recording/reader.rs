@@ -118,7 +118,7 @@ pub struct RecordingReader<R> {
     /// All metadata before the first input.
     pub(super) head: Vec<Metadata>,
     first: Option<Entry<'static>>,
-    /// Those of the last message of several that were not shown.
+    /// Reads of the last message on `/vn100/reads` that were not returned yet.
     reads: VecDeque<(i64, Bytes)>,
     recorded: Recorded,
     done: bool,

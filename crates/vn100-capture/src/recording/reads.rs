@@ -9,10 +9,11 @@
 
 use std::mem;
 
-/// Longest time from the first read of a message to its last: what a reader of the file waits for.
+/// Longest time from the first read of a message to its last, by which the file lags behind the
+/// port.
 const TOGETHER_NS: u64 = 50_000_000;
 
-/// So many bytes do not wait: a message is a small part of them.
+/// Reads of this many bytes are written at once: the header of a message is small beside them.
 const TOGETHER_BYTES: usize = 4 * 1024;
 
 /// Longest form of a 64-bit number.

@@ -164,7 +164,7 @@ impl<F: FnMut(Item<'_>)> Sink for F {
     }
 }
 
-/// What is done with packets is done with so many of them at a time: their bytes are still at hand.
+/// Most packets passed on at a time, few enough for their bytes to stay in the cache.
 const MOST_PACKETS: usize = 64;
 
 /// Gives `sink` each item; returns what is left, which is incomplete.

@@ -101,11 +101,11 @@ pub enum StampSource {
     Field(String),
     /// Those of the recorder: of sentences, and of messages that hold none.
     Recorded,
-    /// Those of the recorder, as those in the messages are all zero.
+    /// The times of the recorder, because those in the messages are all zero.
     RecordedAsZero,
-    /// Those of the recorder, as those in the messages are all the same.
+    /// The times of the recorder, because those in the messages are all the same.
     RecordedAsConstant,
-    /// Those of the recorder, as those in the messages run backwards.
+    /// The times of the recorder, because those in the messages run backwards.
     RecordedAsBackwards,
 }
 

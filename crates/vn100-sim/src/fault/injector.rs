@@ -41,7 +41,7 @@ pub enum PlugEvent {
 enum Splice {
     /// Bytes are lost up to the end of the line.
     FirstLine,
-    /// So many more are lost.
+    /// This many more bytes are lost.
     SecondLine(u8),
 }
 

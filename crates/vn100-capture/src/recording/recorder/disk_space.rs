@@ -4,16 +4,17 @@ use std::{collections::VecDeque, path::Path, time::Duration};
 
 use crate::recording::part::folder_of;
 
-/// Less is reported.
+/// Free space that lasts less than this is reported.
 const ENOUGH: Duration = Duration::from_secs(3600);
 
 /// How often the disk is asked, in time of the stream.
 const ASKED_EVERY_NS: u64 = 10_000_000_000;
 
-/// The present rate is that between the first and the last answer of so long a time.
+/// The present rate is the mean over this time.
 const PRESENT_NS: i64 = 300_000_000_000;
 
-/// Between two answers that show a rate: file systems write in bursts.
+/// Shortest time between two measurements of the free space that give a rate: file systems write
+/// in bursts.
 const SHORTEST_NS: i64 = 60_000_000_000;
 
 /// The free space on a disk that will soon be full.

@@ -117,7 +117,7 @@ impl Parts {
 }
 
 impl Before {
-    /// Of the last part that has it, each.
+    /// Takes each value from the last part that has it.
     fn of(parts: &BTreeMap<u32, PathBuf>) -> Result<Self, RecordError> {
         let mut before = Self::default();
         for path in parts.values().rev() {

@@ -21,8 +21,8 @@ use crate::recording::{
     writer::{RecordingWriter, head},
 };
 
-/// Gives the writer behind the copy, which then bears the name of the recording, and the last
-/// serial number in it. The recording stays as it was until the copy is on the disk.
+/// Replaces the recording by a copy of its readable part, and returns a writer that appends to it
+/// and the last serial number in it. The recording is not changed until the copy is on the disk.
 pub(super) fn resume(
     path: &Path,
     metadata: &BTreeMap<String, String>,
@@ -117,7 +117,7 @@ impl SerialNumber {
     }
 }
 
-/// The copy as long as it has not taken its place; removed if it never does.
+/// A copy that has not replaced the recording yet; it is deleted if it never does.
 struct Copy {
     path: PathBuf,
 }
@@ -162,8 +162,8 @@ pub(super) fn begins_as_ours(path: &Path) -> bool {
     read.is_ok_and(|length| length < HEAD_BYTES as usize || is_ours(&beginning))
 }
 
-/// The writer of a new recording that bears this name once its head is on the disk, in the place of
-/// what bore it.
+/// Begins a new recording under another name, and renames it to `path` once its head is on the
+/// disk; a file of that name is replaced.
 pub(super) fn begun_whole(path: &Path, head: &[Metadata]) -> io::Result<RecordingWriter<NamedFile>> {
     let (copy, file) = Copy::beside(path)?;
     let writer = RecordingWriter::begin(NamedFile(file.try_clone()?), head)?;
