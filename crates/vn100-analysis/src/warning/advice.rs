@@ -114,18 +114,21 @@ impl Advice {
         }
         let damaged =
             (tally.rejected.total()).saturating_sub(tally.rejected.unchecked).saturating_sub(rejected.total());
+        let advice = match link.rejected_rows {
+            Some(_) => "They were damaged before they were stored, on the link or by the program that wrote the file.",
+            None if link.connects > 0 => "Check the cable, the connector and the baud rate.",
+            None => {
+                "They were damaged before they were stored, on the link or by the program that wrote them, such as a log that cuts or \
+                 joins lines, or drops bytes."
+            }
+        };
+        if tally.damaged_packets > 0 {
+            let all = counted(tally.packets + tally.damaged_packets, "packet");
+            let headline = format!("{} of {all} rejected: checksum mismatch", tally.damaged_packets);
+            self.warn(WarningKind::RejectedLines, headline, format!("{evidence} {advice}"));
+        }
         if damaged > 0 {
             let headline = format!("{} rejected: checksum mismatch or malformed", of_all_lines(damaged, tally));
-            let advice = match link.rejected_rows {
-                Some(_) => {
-                    "They were damaged before they were stored, on the link or by the program that wrote the file."
-                }
-                None if link.connects > 0 => "Check the cable, the connector and the baud rate.",
-                None => {
-                    "They were damaged before they were stored, on the link or by the program that wrote them, such as a log that cuts \
-                     or joins lines, or drops bytes."
-                }
-            };
             self.warn(WarningKind::RejectedLines, headline, format!("{evidence} {advice}"));
         }
         let packets = tally.measured_packets;

@@ -80,8 +80,9 @@ fn stamps_that_go_back_and_lines_in_bunches_are_named() {
 
 #[test]
 fn rejected_packets_are_warned_of() {
-    let warned = |rejected| {
+    let warned = |rejected, damaged| {
         let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+        snapshot.link.tally.damaged_packets = damaged;
         let measured = &mut snapshot.link.tally.measured_packets;
         (measured.samples, measured.rejected) = (10, rejected);
         snapshot.link.tally.packets = 10 + rejected;
@@ -90,8 +91,9 @@ fn rejected_packets_are_warned_of() {
         let rejected = advice.warnings.into_iter().find(|warning| warning.kind == WarningKind::RejectedLines);
         rejected.map(|warning| warning.headline)
     };
-    assert_eq!(warned(0), None);
-    assert_eq!(warned(3).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
+    assert_eq!(warned(0, 0), None);
+    assert_eq!(warned(3, 0).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
+    assert_eq!(warned(0, 2).as_deref(), Some("2 of 12 packets rejected: checksum mismatch"));
 }
 
 #[test]
