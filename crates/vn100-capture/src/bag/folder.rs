@@ -49,16 +49,18 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
         }
     }
     files.sort();
-    if let [(first, bag, one, _), others @ ..] = &files[..]
-        && let Some((.., other, _)) = others.iter().find(|(_, other, ..)| first.is_none() || bag != other)
-    {
-        return Err(BagError::NotOneBag { one: one.into(), other: other.into() });
+    let follow = |pair: &&[(Option<u64>, String, String, PathBuf)]| {
+        let next = pair[0].0.and_then(|number| number.checked_add(1));
+        pair[0].1 == pair[1].1 && next.is_some() && next == pair[1].0
+    };
+    if let Some(pair) = files.windows(2).find(|pair| !follow(pair)) {
+        return Err(BagError::NotOneBag { one: (&pair[0].2).into(), other: (&pair[1].2).into() });
     }
     Ok(files.into_iter().map(|(.., path)| path).collect())
 }
 
-/// The name of the bag and the number of the part: parts are called `NAME_0.db3`, `NAME_1.db3`. In
-/// the name each digit is a 0, as ROS 1 begins it with the time of the part.
+/// The name of the bag and the number of the part: parts are called `NAME_0.db3`, `NAME_1.db3`.
+/// Digits of the name are compared as 0, because ROS 1 puts the start time of each part in it.
 fn numbered(stem: &str) -> (String, Option<u64>) {
     let part = stem.rsplit_once('_').and_then(|(name, digits)| Some((name, digits.parse().ok()?)));
     let (name, number) = part.map_or((stem, None), |(name, number)| (name, Some(number)));
@@ -81,15 +83,15 @@ mod tests {
     fn files_without_metadata_come_by_their_numbers() {
         let folder = tempfile::tempdir().unwrap();
         assert!(matches!(files(folder.path()), Err(BagError::NotABagFolder)));
-        for name in ["b_10.db3", "b_9.db3", "b_0.db3", "notes.txt", "b_0.db3-wal"] {
+        for name in ["b_10.db3", "b_9.db3", "b_8.db3", "notes.txt", "b_8.db3-wal"] {
             fs::write(folder.path().join(name), "").unwrap();
         }
         let names: Vec<_> =
             files(folder.path()).unwrap().iter().map(|path| path.file_name().unwrap().to_owned()).collect();
-        assert_eq!(names, ["b_0.db3", "b_9.db3", "b_10.db3"]);
-        fs::write(folder.path().join("c_0.db3"), "").unwrap();
+        assert_eq!(names, ["b_8.db3", "b_9.db3", "b_10.db3"]);
+        fs::write(folder.path().join("c_11.db3"), "").unwrap();
         let Err(BagError::NotOneBag { one, other }) = files(folder.path()) else { panic!() };
-        assert_eq!((one, other), ("b_0.db3".into(), "c_0.db3".into()));
+        assert_eq!((one, other), ("b_10.db3".into(), "c_11.db3".into()));
     }
 
     #[test]
@@ -103,6 +105,10 @@ mod tests {
         assert_eq!(read(&["static.mcap", "walk.mcap"]), None);
         assert_eq!(read(&["lab1.mcap", "lab2.mcap"]), None);
         assert_eq!(read(&["walk.mcap", "walk_0.mcap"]), None);
+        assert_eq!(read(&["b_0.db3", "b_0.db3.zstd"]), None);
+        // as rosbag2 names recordings of its own accord
+        assert_eq!(read(&["rosbag2_2026_11_26-10_00_00_0.mcap", "rosbag2_2026_11_26-11_00_00_0.mcap"]), None);
+        assert_eq!(read(&["rec_2026_11_26-10_00_12.mcap", "rec_2026_11_26-11_07_47.mcap"]), None);
         assert_eq!(read(&["2026-01-01-10-00-00_0.bag", "2026-01-01-10-05-00_1.bag"]), Some(2));
     }
 }
