@@ -40,7 +40,7 @@ pub(crate) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
     }
     html! {
         p {
-            "The graphical slope method [4], as laboratory reports give it: a line of slope −½ read at 1 s, of slope +½ at 3 s, and the minimum over 0.664. \
+            "The graphical slope method [4], as laboratory reports give it: a line of slope −½ read at 1 s, of slope +½, behind the minimum, at 3 s, and the minimum over 0.664. \
              Its values have no interval, white noise and random walk alone leave a minimum that looks like B, and the last octaves wander: \
              they are for comparison with other reports. Use the fitted values beside them."
         }

@@ -78,7 +78,9 @@ impl ClassicalReading {
 pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
     let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
-    let lowest = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+    // a low pass makes the curve rise before it falls
+    let falls = points.windows(2).position(|pair| pair[1].1 < pair[0].1).unwrap_or(0);
+    let lowest = (falls..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
     let line = |slope: f64, read_at_s: f64, from_s: f64, longest_s: f64| {
         let within = |pair: &&[(f64, f64)]| usable && pair[0].0 >= from_s && pair[1].0 <= longest_s;
         let pairs = points.windows(2).filter(within).map(|pair| {
@@ -98,7 +100,6 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> 
     ClassicalReading {
         white: line(-0.5, ClassicalReading::WHITE_TAU_S, 0.0, duration_s / 20.0),
         bias_instability: inner.map(flat).ok_or(NotRead::NoMinimum),
-        // before the minimum the low pass of a sensor may rise as steeply
         rate_random_walk: line(
             0.5,
             ClassicalReading::RANDOM_WALK_TAU_S,
@@ -226,12 +227,14 @@ mod tests {
     fn the_rise_behind_a_low_pass_is_no_random_walk() {
         let (tau_s, mut deviations) = curve(2e-4, 3e-5, 2e-6);
         let expected = classical_reading(&tau_s, &deviations, f64::INFINITY).rate_random_walk.unwrap();
-        // up to the third octave the deviation rises as the square root
-        for i in 0..3 {
-            deviations[i] = deviations[3] * (tau_s[i] / tau_s[3]).sqrt();
+        // up to the third octave the deviation rises as the square root, from below the minimum or not
+        for lowest in [1.0, 1e-3] {
+            for i in 0..3 {
+                deviations[i] = deviations[3] * lowest * (tau_s[i] / tau_s[3]).sqrt();
+            }
+            let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
+            assert_eq!(reading.rate_random_walk, Ok(expected));
         }
-        let reading = classical_reading(&tau_s, &deviations, f64::INFINITY);
-        assert_eq!(reading.rate_random_walk, Ok(expected));
     }
 
     #[test]
