@@ -22,7 +22,7 @@ const FIRST: usize = 4;
 const EVIDENCE: f64 = 20.0;
 
 /// Above, there may be one, and the interval of N covers both. A minute behind the filter of a
-/// VN-100 at 200 Hz reaches 9 to 20, half a minute 2 to 9.
+/// VN-100 at 200 Hz gives a ratio of 9 to 20, half a minute one of 2 to 9.
 const POSSIBLE: f64 = 3.0;
 
 /// Points that the Hann window makes of one independent point: 1 + 2 (4/9 + 1/36).

@@ -67,9 +67,9 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
     }
     let unsure = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.may_be_filtered));
     if !unsure.is_empty() {
-        let headline = format!("perhaps a filter on {}: wider intervals of N", unsure.join(" "));
+        let headline = format!("possible filter on {}: N known less well", unsure.join(" "));
         let details = "The spectrum may be that of a filter slower than the output, or of white noise by chance. The interval of N \
-                       holds with and without a filter; a longer record decides.";
+                       holds with and without a filter. A longer record can decide.";
         warnings.push(Warning::new(WarningKind::PossibleFilter, unsure, headline, details));
     }
     let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));

@@ -97,10 +97,17 @@ impl NoiseModel {
     /// to a sixteenth of the record, join the terms; where it falls by 3 to 8 the interval of N
     /// covers the fits with and without them, and by 8 to 16 those of N, B and K do. Where that
     /// does not hold either, or the lower end of N lies above what the curve itself leaves, the
-    /// model is rejected, and N is bounded by the curve: unless the window is known, by averaging
-    /// times of ten samples and more, as a filter may be why. It is bounded by the fit where lines
-    /// cover more than half of the frequencies. Where a filter of unknown transfer may be there,
-    /// the terms are fitted from the second octave on too, and the intervals cover both fits.
+    /// model is rejected, and N is bounded by the curve. It is bounded by the fit where lines cover
+    /// more than half of the frequencies.
+    ///
+    /// Behind a proved filter of unknown transfer the terms are fitted from the first octave on
+    /// that averages over four times its memory, the second at the earliest; a known window is
+    /// tried first. Where a filter is possible but not proved, and neither a window nor
+    /// quantisation is in the model, both fits are made: intervals and bounds of N, B and K cover
+    /// both, and a term that only one of them shows is bounded. If only the fit behind the filter
+    /// follows the model, it is the result. A rejected model without window and quantisation
+    /// bounds N by octaves of ten times the filter's memory and more, ten samples where that is not
+    /// known.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the

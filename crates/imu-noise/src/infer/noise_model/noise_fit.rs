@@ -20,8 +20,8 @@ pub struct NoiseFit {
     pub lacks_free_band: bool,
     /// The low pass of unknown transfer behind which the terms were fitted, where one is proved.
     pub roll_off: Option<RollOff>,
-    /// The spectrum may be that of a filter of unknown transfer: the interval of N, at least half
-    /// as wide again for that, holds with and without it, or the model follows behind it alone.
+    /// A filter of unknown transfer is possible but not proved, and matters: it makes the interval
+    /// of N more than 1.5 times as wide, or a bound, or the model holds only behind it.
     pub may_be_filtered: bool,
     /// Averaging factor and edf of each octave from the shortest in use on.
     pub(super) edf: Vec<(u64, f64)>,
@@ -102,12 +102,16 @@ impl NoiseFit {
             let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else {
                 continue;
             };
+            if [ours.status, theirs.status].contains(&Status::NotObservable) {
+                *ours = Parameter::without_value(Status::NotObservable);
+                continue;
+            }
             ours.p = ours.p.zip(theirs.p).map(|(ours, theirs)| ours.max(theirs));
             if theirs.status != Status::Estimated {
                 *ours = ours.not_proved();
             }
         }
-        self.may_be_filtered = before.zip(width(self)).is_some_and(|(before, after)| after > 1.5 * before);
+        self.may_be_filtered = before.is_some_and(|before| width(self).is_none_or(|after| after > 1.5 * before));
     }
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
