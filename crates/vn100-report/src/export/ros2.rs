@@ -67,7 +67,8 @@ impl RosFrame {
 pub enum Stamps {
     /// Times on an even grid with the measured rate from the first arrival on, without the jitter
     /// of the transport; the arrival times where samples are missing or no rate was measured. The
-    /// device time in packets where the capture has no arrival times.
+    /// device time where the capture has no arrival times; where the sensor restarts, it goes on by
+    /// one interval.
     #[default]
     Fitted,
     /// The arrival time of each frame.
@@ -200,7 +201,7 @@ impl<W: Write> Ros2Messages<W> {
             frame,
             clock: Clock::new(record, stamps),
             samples: 0,
-            most_samples: is_cut.then_some(timing.samples + timing.excluded),
+            most_samples: is_cut.then_some(timing.samples + timing.excluded + record.measured.snapshot.false_times),
             rate_covariance: covariance(record, Quantity::AngularRate),
             acceleration_covariance: covariance(record, Quantity::Acceleration),
             metadata: entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
@@ -339,22 +340,42 @@ struct Clock {
 /// The device time of the last sample, and the time since the first.
 #[derive(Debug, Clone, Copy)]
 struct DeviceTimes {
-    last_ns: Option<u64>,
-    since_first_ns: u64,
+    last: Option<DeviceTime>,
+    /// The one before the last, which a false time in between does not change.
+    before: Option<DeviceTime>,
+    is_step_back: bool,
     /// Between samples, for the place where a sensor has started again.
     interval_ns: u64,
 }
 
 impl DeviceTimes {
     /// The time since the first sample at a sample with this device time; without one it stays.
+    /// After a false time it goes on from the sample before, after a restart of the sensor by one
+    /// interval.
     fn at(&mut self, device_ns: Option<u64>) -> u64 {
-        if let Some(device_ns) = device_ns {
-            let step_ns = self.last_ns.map(|last_ns| device_ns.checked_sub(last_ns).unwrap_or(self.interval_ns));
-            self.since_first_ns = self.since_first_ns.saturating_add(step_ns.unwrap_or(0));
-            self.last_ns = Some(device_ns);
-        }
-        self.since_first_ns
+        let since_last_ns = self.last.map_or(0, |last| last.since_first_ns);
+        let Some(device_ns) = device_ns else { return since_last_ns };
+        let from = |time: Option<DeviceTime>| {
+            let time = time?;
+            Some(time.since_first_ns.saturating_add(device_ns.checked_sub(time.device_ns)?))
+        };
+        let on_from_last = from(self.last).filter(|_| !self.is_step_back);
+        let known = on_from_last.or_else(|| from(self.before)).or_else(|| from(self.last));
+        let since_first_ns = match self.last {
+            None => 0,
+            Some(_) => known.unwrap_or(since_last_ns.saturating_add(self.interval_ns)),
+        };
+        self.is_step_back = self.last.is_some() && known.is_none();
+        self.before = self.last;
+        self.last = Some(DeviceTime { device_ns, since_first_ns });
+        since_first_ns
     }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct DeviceTime {
+    device_ns: u64,
+    since_first_ns: u64,
 }
 
 impl Clock {
@@ -372,7 +393,7 @@ impl Clock {
         let Some(arrivals) = &snapshot.arrivals else {
             let is_counted = timing.rate_from != RateFrom::DeviceTime;
             let interval_ns = (1e9 / timing.rate_hz).round() as u64;
-            let device = DeviceTimes { last_ns: None, since_first_ns: 0, interval_ns };
+            let device = DeviceTimes { last: None, before: None, is_step_back: false, interval_ns };
             return Self { device: (!is_counted).then_some(device), ..clock(is_counted.then_some(timing.rate_hz), "") };
         };
         match (stamps, arrivals.measured_hz) {
@@ -414,7 +435,7 @@ impl Clock {
                 format!("fitted: first arrival + number of the sample / {hz} Hz, the measured rate")
             }
             Some(hz) => format!("number of the sample / {hz} Hz: the capture has no arrival times"),
-            None if self.device.is_some() => "device time of each packet: the capture has no arrival times".into(),
+            None if self.device.is_some() => "device time of each sample: the capture has no arrival times".into(),
             None => format!("arrival: when the read that completed the line returned{}", self.why_not_fitted),
         };
         let origin =
@@ -555,9 +576,15 @@ mod tests {
 
     #[test]
     fn stamps_of_packets_without_arrival_times_keep_gaps_and_continue_after_a_restart() {
-        let mut times = DeviceTimes { last_ns: None, since_first_ns: 0, interval_ns: 5 };
+        let mut times = DeviceTimes { last: None, before: None, is_step_back: false, interval_ns: 5 };
         let device_ns = [Some(1000), Some(1005), Some(1105), None, Some(3), Some(8)];
         assert_eq!(device_ns.map(|device_ns| times.at(device_ns)), [0, 5, 105, 105, 110, 115]);
+        // one false time changes no other
+        for (false_ns, stamp_ns) in [(900_000, 899_000), (3, 10)] {
+            let mut times = DeviceTimes { last: None, before: None, is_step_back: false, interval_ns: 5 };
+            let stamps = [1000, 1005, false_ns, 1010, 1015].map(|device_ns| times.at(Some(device_ns)));
+            assert_eq!(stamps, [0, 5, stamp_ns, 10, 15]);
+        }
     }
 
     #[test]
