@@ -63,10 +63,12 @@ impl Onboard {
         self.window_from != WindowFrom::Default
     }
 
-    /// Whether a window that is too short would alias white noise: not where each refresh is an
-    /// output.
-    pub(crate) fn aliases(&self) -> bool {
-        self.unaliased_window() > 1
+    /// Whether some averaging window would alias white noise, by half a percent or more: none does
+    /// where the sensor sends every refresh.
+    #[must_use]
+    pub fn aliases(&self) -> bool {
+        const NEGLIGIBLE: f64 = 1.005;
+        self.window.decimation.max(1.0).sqrt() >= NEGLIGIBLE
     }
 
     /// The window that would bring the sensor's own density into the stream.

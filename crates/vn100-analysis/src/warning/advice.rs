@@ -119,13 +119,14 @@ impl Advice {
             None if link.connects > 0 => "Check the cable, the connector and the baud rate.",
             None => {
                 "They were damaged before they were stored, on the link or by the program that wrote them, such as a log that cuts or \
-                 joins lines, or drops bytes."
+                 joins lines, or drops or converts bytes."
             }
         };
         if tally.damaged_packets > 0 {
             let all = counted(tally.packets + tally.damaged_packets, "packet");
             let headline = format!("{} of {all} rejected: checksum mismatch", tally.damaged_packets);
-            self.warn(WarningKind::RejectedLines, headline, format!("{evidence} {advice}"));
+            let of_samples = if tally.measured_packets.samples > 0 { evidence } else { "They are not measured here." };
+            self.warn(WarningKind::RejectedLines, headline, format!("{of_samples} {advice}"));
         }
         if damaged > 0 {
             let headline = format!("{} rejected: checksum mismatch or malformed", of_all_lines(damaged, tally));
