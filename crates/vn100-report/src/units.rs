@@ -277,7 +277,7 @@ pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
     let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
     let fixed = fixed.map(|places| format!("{value:.places$}"));
-    let is_zero = |text: &str| !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
+    let is_zero = |text: &str| text.contains('0') && !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
     let fixed = fixed.map(|text| if is_zero(&text) { text.replace('-', "") } else { text });
     let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
     fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))

@@ -66,6 +66,8 @@ fn with_plain_unit(text: &str) -> String {
         ("²", "^2"),
         ("°", "deg"),
         ("µ", "u"),
+        // the Greek letter
+        ("μ", "u"),
     ];
     plain.into_iter().fold(text.to_owned(), |text, (sign, plain)| text.replace(sign, plain))
 }

@@ -49,7 +49,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     if args.result.samples.is_some()
         && let [first, second, ..] = &inputs[..]
     {
-        let refusal = match first.path == second.path {
+        let refusal = match files.files.len() == 1 && first.path == second.path {
             true => "--samples takes the samples of one stream, and the file has several: name one with --topic",
             false => "--samples takes the samples of one source, a capture or the parts of one recording: give one",
         };

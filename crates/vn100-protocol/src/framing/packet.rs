@@ -130,7 +130,7 @@ const MAX_HEAD: usize = 2 + 2 * KNOWN_GROUPS.count_ones() as usize;
 /// anew.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SeenHeads {
-    /// The latest first; unused ones have no length.
+    /// The latest found first; unused ones have no length.
     heads: [SeenHead; 8],
 }
 

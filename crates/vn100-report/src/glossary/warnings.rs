@@ -99,8 +99,8 @@ const fn words(kind: WarningKind) -> Words {
             &[],
         ),
         Kind::RejectedLines => (
-            "Sentences or rows were rejected: checksum mismatch, malformed fields, or truncated.",
-            "Each is a dropped sample. Many show a bad cable or a wrong baud rate.",
+            "Sentences, packets or rows were rejected: checksum mismatch, malformed fields, impossible numbers, or truncated.",
+            "Each one of the measured message is a dropped sample. Many show a bad cable or a wrong baud rate.",
             "Shorten or shield the cable, or lower the baud rate.",
             &[],
         ),
@@ -220,8 +220,8 @@ const fn words(kind: WarningKind) -> Words {
             &[],
         ),
         Kind::PossibleFilter => (
-            "The spectrum may be that of a filter slower than the output; intervals of N hold with and without one.",
-            "White noise resembles that of a filter in some channels by chance, and a weak filter changes N by a few percent.",
+            "The spectrum may be that of a filter slower than the output; the interval of N covers the fits with and without one.",
+            "By chance white noise can look filtered in some channels; a weak filter changes N by a few percent.",
             "Measure for longer, or give the averaging window of a VN-100.",
             &[],
         ),

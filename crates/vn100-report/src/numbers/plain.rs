@@ -75,7 +75,8 @@ pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
 #[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
-    if text.bytes().any(|digit| matches!(digit, b'1'..=b'9')) { text } else { text.replace('-', "+") }
+    let is_zero = text.contains('0') && !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
+    if is_zero { text.replace('-', "+") } else { text }
 }
 
 /// An offset in ppm: `+12 ppm`; one that rounds to zero is `+0 ppm`.

@@ -10,7 +10,7 @@ use crate::{
     codes::code_of_rate,
     goals::warm_up,
     measured::Record,
-    names::{damaged_packets, rejected_lines},
+    names::rejected_lines,
     numbers::plain::{counted, grouped, ppm, short},
 };
 
@@ -164,10 +164,6 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
         };
         let undisturbed = || undisturbed(aspect, &measured.snapshot).filter(|_| severity.is_none());
         findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
-        let damaged = measured.snapshot.link.tally.damaged_packets;
-        if aspect == Aspect::Data && severity.is_some() && damaged > 0 {
-            findings.push((format!("{} (checksum mismatch)", counted(damaged, "damaged packet")), Vec::new()));
-        }
         if findings.is_empty() {
             continue;
         }
@@ -255,7 +251,7 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
         Aspect::Data | Aspect::Time | Aspect::AtRest if timing.samples == 0 => None,
         Aspect::Data => {
             let tally = &snapshot.link.tally;
-            let (rejected, packets) = (rejected_lines(tally), damaged_packets(tally));
+            let rejected = rejected_lines(tally);
             let dropped = match timing.missing_from {
                 MissingFrom::RejectedRows => "missing ones undetectable (no times)".to_owned(),
                 MissingFrom::DeviceTime | MissingFrom::Counter | MissingFrom::Arrival => {
@@ -266,7 +262,7 @@ fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
                 0 => String::new(),
                 _ => format!("; link {}", snapshot.outages),
             };
-            Some(format!("{rejected} rejected lines{packets}; {dropped}{outages}"))
+            Some(format!("{rejected} rejected lines; {dropped}{outages}"))
         }
         Aspect::Time => match snapshot.arrivals {
             Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm, .. }) => {
