@@ -67,8 +67,8 @@ impl RosFrame {
 pub enum Stamps {
     /// Times on an even grid with the measured rate from the first arrival on, without the jitter
     /// of the transport; the arrival times where samples are missing or no rate was measured. The
-    /// device time where the capture has no arrival times; where the sensor restarts, it goes on by
-    /// one interval.
+    /// device time where the capture has no arrival times; where the sensor restarts, it continues
+    /// with one interval.
     #[default]
     Fitted,
     /// The arrival time of each frame.
@@ -350,8 +350,8 @@ struct DeviceTimes {
 
 impl DeviceTimes {
     /// The time since the first sample at a sample with this device time; without one it stays.
-    /// After a false time it goes on from the sample before, after a restart of the sensor by one
-    /// interval.
+    /// After a false time it continues from the sample before, after a restart of the sensor with
+    /// one interval.
     fn at(&mut self, device_ns: Option<u64>) -> u64 {
         let since_last_ns = self.last.map_or(0, |last| last.since_first_ns);
         let Some(device_ns) = device_ns else { return since_last_ns };
