@@ -357,8 +357,8 @@ pub enum BagError {
     /// The folder is no bag.
     #[error("it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it")]
     NotABagFolder,
-    /// The folder has no list of files, and two of them are not parts of one bag by their names, one
-    /// after the other.
+    /// The folder has no list of files, and two of them are not parts of one bag, one after the
+    /// other, by their names.
     #[error(
         "it is a folder without metadata.yaml, and {} and {} are not parts of one bag (NAME_0, NAME_1 ...): name one of them",
         one.display(),
