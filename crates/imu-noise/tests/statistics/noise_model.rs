@@ -229,6 +229,26 @@ fn data_that_follow_no_model_are_rejected() {
 }
 
 #[test]
+fn the_bound_of_a_rejected_model_holds_behind_a_filter() {
+    let mut synthesis = Synthesis::new(20_000, 4);
+    let (white, ..) = synthesis.next_record();
+    let smoothed = white.windows(3).map(|three| (three.iter().sum::<f64>() / 3.0 * 1e4).round() as i32);
+    let counts: Vec<i32> = smoothed.collect();
+    let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+    sums.push(&counts);
+    let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+    let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+    // without a spectrum, which shows the filter
+    let model = NoiseModel::new(&octaves, &shape(counts.len() as u64), STOCHASTIC, None);
+    let fit = model.fit(&ChannelCurve::new(&variances, None), 0.95);
+    assert_eq!(fit.quality, None);
+    let white = fit.parameter(Term::White).unwrap();
+    assert_eq!(white.status, Status::Bounded);
+    let bound = white.upper.unwrap() / INTERVAL_S.sqrt();
+    assert!((1.0..1.3).contains(&bound), "{bound} of N");
+}
+
+#[test]
 fn too_little_and_constant_data_say_nothing() {
     for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
         let fit = fit_record(&values, STOCHASTIC, None);

@@ -133,21 +133,25 @@ fn behind_a_low_pass_n_is_that_of_long_averaging_times() {
 
 #[test]
 fn a_filter_that_may_be_there_widens_the_interval_of_n() {
-    let raised = |column: &mut Vec<f64>, _: &mut Lcg| {
-        let mut last = 0.0;
-        for value in column {
-            (last, *value) = (*value, *value - 0.025 * last);
-        }
-    };
-    // where the window of the sensor is known, nothing else filters
-    assert!(!white(&assessed(raised)).0.may_be_filtered);
-    let assessment = assessed_with(Vec::new(), raised);
-    let (fit, n) = white(&assessment);
-    let filtered = 0.975 * truth();
-    assert!(n.lower.unwrap() < filtered && filtered < n.upper.unwrap(), "{n:?}, not {filtered}");
-    assert_eq!((fit.may_be_filtered, fit.roll_off), (true, None), "{fit:?}");
-    let warning = only(&assessment, WarningKind::PossibleFilter);
-    assert!(warning.to_string().contains("with and without a filter"), "{warning}");
+    // the weaker one leaves the model as it is, the stronger one does not
+    for (part, from_s) in [(0.010, 1.0 / RATE_HZ), (0.025, 2.0 / RATE_HZ)] {
+        let raised = |column: &mut Vec<f64>, _: &mut Lcg| {
+            let mut last = 0.0;
+            for value in column {
+                (last, *value) = (*value, *value - part * last);
+            }
+        };
+        // where the window of the sensor is known, nothing else filters
+        assert!(!white(&assessed(raised)).0.may_be_filtered);
+        let assessment = assessed_with(Vec::new(), raised);
+        let (fit, n) = white(&assessment);
+        let filtered = (1.0 - part) * truth();
+        assert!(n.lower.unwrap() < filtered && filtered < n.upper.unwrap(), "{n:?}, not {filtered}");
+        assert_eq!((fit.may_be_filtered, fit.roll_off), (true, None), "{fit:?}");
+        assert_eq!(fit.quality.unwrap().tau_min_s, from_s);
+        let warning = only(&assessment, WarningKind::PossibleFilter);
+        assert!(warning.to_string().contains("with and without a filter"), "{warning}");
+    }
 }
 
 #[test]

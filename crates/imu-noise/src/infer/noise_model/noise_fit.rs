@@ -136,3 +136,51 @@ impl NoiseFit {
         found.map(|(.., correlation)| *correlation)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_covers_another_that_may_be_the_right_one() {
+        let fit = |parameters: [Option<Parameter>; 3]| {
+            let [white, flicker, walk] = parameters;
+            NoiseFit {
+                quality: None,
+                parameters: Term::ALL.map(|term| match term {
+                    Term::White => white,
+                    Term::BiasInstability => flicker,
+                    Term::RateRandomWalk => walk,
+                    Term::Quantization | Term::RateRamp => None,
+                }),
+                processes: Vec::new(),
+                is_process_proved: false,
+                lacks_free_band: false,
+                roll_off: None,
+                may_be_filtered: false,
+                edf: Vec::new(),
+                expected: Vec::new(),
+                correlations: Vec::new(),
+            }
+        };
+        let estimated = |value: f64, half: f64| Some(Parameter::estimated(value, value - half, value + half));
+        let nothing = Some(Parameter::without_value(Status::NotObservable));
+        let mut ours = fit([estimated(1.0, 0.1), estimated(0.5, 0.1), nothing]);
+        ours.cover(&fit([estimated(1.2, 0.2), Some(Parameter::bounded(0.7)), Some(Parameter::bounded(1.0))]));
+        assert_eq!(ours.parameter(Term::White), Some(Parameter::estimated(1.0, 0.9, 1.4)));
+        assert_eq!(ours.parameter(Term::BiasInstability), Some(Parameter::bounded(0.7)));
+        assert_eq!(ours.parameter(Term::RateRandomWalk), nothing);
+        assert!(ours.may_be_filtered);
+        // about as wide as before
+        let mut ours = fit([estimated(1.0, 0.1), None, None]);
+        ours.cover(&fit([estimated(1.01, 0.1), nothing, nothing]));
+        assert!(!ours.may_be_filtered && ours.parameter(Term::BiasInstability).is_none());
+        // N itself is not known behind the filter
+        let mut ours = fit([estimated(1.0, 0.1), estimated(0.5, 0.1), Some(Parameter::bounded(1.0))]);
+        ours.cover(&fit([Some(Parameter::bounded(1.5)), nothing, nothing]));
+        assert_eq!(ours.parameter(Term::White), Some(Parameter::bounded(1.5)));
+        assert_eq!(ours.parameter(Term::BiasInstability), nothing);
+        assert_eq!(ours.parameter(Term::RateRandomWalk), nothing);
+        assert!(ours.may_be_filtered);
+    }
+}
