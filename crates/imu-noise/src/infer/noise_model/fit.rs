@@ -337,18 +337,7 @@ impl NoiseModel {
 
     fn without_values(&self, status: Status) -> NoiseFit {
         let parameter = |term| self.terms.contains(term).then_some(Parameter::without_value(status));
-        NoiseFit {
-            quality: None,
-            parameters: Term::ALL.map(parameter),
-            processes: Vec::new(),
-            is_process_proved: false,
-            lacks_free_band: false,
-            roll_off: None,
-            may_be_filtered: false,
-            edf: Vec::new(),
-            expected: Vec::new(),
-            correlations: Vec::new(),
-        }
+        NoiseFit::of_parameters(Term::ALL.map(parameter))
     }
 
     fn read_out(&self, accepted: &Accepted<'_>, slope: Option<f64>, confidence: f64) -> NoiseFit {

@@ -55,6 +55,22 @@ pub struct GaussMarkovProcess {
 }
 
 impl NoiseFit {
+    /// Parameters by term, as in [`Term::ALL`], and nothing else.
+    pub(super) const fn of_parameters(parameters: [Option<Parameter>; Term::ALL.len()]) -> Self {
+        Self {
+            quality: None,
+            parameters,
+            processes: Vec::new(),
+            is_process_proved: false,
+            lacks_free_band: false,
+            roll_off: None,
+            may_be_filtered: false,
+            edf: Vec::new(),
+            expected: Vec::new(),
+            correlations: Vec::new(),
+        }
+    }
+
     /// The parameter of `term`; `None` if it was not asked for.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
@@ -145,23 +161,12 @@ mod tests {
     fn a_fit_covers_another_that_may_be_the_right_one() {
         let fit = |parameters: [Option<Parameter>; 3]| {
             let [white, flicker, walk] = parameters;
-            NoiseFit {
-                quality: None,
-                parameters: Term::ALL.map(|term| match term {
-                    Term::White => white,
-                    Term::BiasInstability => flicker,
-                    Term::RateRandomWalk => walk,
-                    Term::Quantization | Term::RateRamp => None,
-                }),
-                processes: Vec::new(),
-                is_process_proved: false,
-                lacks_free_band: false,
-                roll_off: None,
-                may_be_filtered: false,
-                edf: Vec::new(),
-                expected: Vec::new(),
-                correlations: Vec::new(),
-            }
+            NoiseFit::of_parameters(Term::ALL.map(|term| match term {
+                Term::White => white,
+                Term::BiasInstability => flicker,
+                Term::RateRandomWalk => walk,
+                Term::Quantization | Term::RateRamp => None,
+            }))
         };
         let estimated = |value: f64, half: f64| Some(Parameter::estimated(value, value - half, value + half));
         let nothing = Some(Parameter::without_value(Status::NotObservable));
