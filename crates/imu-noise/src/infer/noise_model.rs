@@ -1,6 +1,7 @@
 //! Noise models: N, B, K and a ramp from the octaves of a record.
 
 mod boxcar;
+mod channel_fit;
 mod covariance;
 mod curve_reading;
 mod fit;
