@@ -1,7 +1,6 @@
 //! From sums to conclusions: degrees of freedom, intervals, noise models, tests and verdicts.
 
-pub(crate) mod chi_squared;
-pub(crate) mod comparison;
+pub mod chi_squared;
 pub(crate) mod confidence;
 pub(crate) mod convention;
 pub(crate) mod disturbance;
@@ -14,12 +13,10 @@ pub(crate) mod noise_change;
 pub(crate) mod noise_model;
 pub(crate) mod normality;
 pub(crate) mod power_law;
-pub(crate) mod random_effects;
 pub(crate) mod roll_off;
 pub(crate) mod slow_cycle;
 pub(crate) mod spectral_lines;
 mod spectral_peak;
 pub(crate) mod spikes;
 pub(crate) mod temperature;
-pub(crate) mod two_sample;
 pub(crate) mod verdict;

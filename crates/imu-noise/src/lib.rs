@@ -99,7 +99,7 @@ pub use accumulate::signal::ChannelSignal;
 pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};
 pub use accumulate::temperature_blocks::TemperatureBlocks;
 pub use accumulate::unwrap::Unwrap;
-pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
+pub use infer::chi_squared;
 pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
 pub use infer::disturbance::Disturbance;
@@ -113,7 +113,6 @@ pub use infer::noise_model::{
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
-pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
 pub use infer::slow_cycle::SlowCycle;
 pub use infer::spectral_lines::SpectralLine;
@@ -121,5 +120,4 @@ pub use infer::spikes::Spikes;
 pub use infer::temperature::{
     LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
 };
-pub use infer::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};

@@ -6,7 +6,7 @@ mod octaves;
 mod ranking;
 mod recommendation;
 
-use imu_noise::holm;
+use noise_comparison::holm;
 use vn100_protocol::Quantity;
 
 pub use caveat::{Caveat, CaveatKind};

@@ -9,6 +9,7 @@
 pub use imu_noise as noise;
 /// The time base whose reports snapshots hold.
 pub use imu_timebase as timebase;
+pub use noise_comparison as comparisons;
 /// The channels, quantities and batches that an analysis takes.
 pub use vn100_protocol as protocol;
 

@@ -3,7 +3,8 @@
 
 mod not_pooled;
 
-use imu_noise::{Interval, OctaveSum, Parameter, RandomEffects, Status, Term, common_bound, holm};
+use imu_noise::{Interval, OctaveSum, Parameter, Status, Term};
+use noise_comparison::{RandomEffects, common_bound, holm};
 use vn100_protocol::{Channel, Quantity, Register};
 
 use crate::{assessment::LEAST_EDF, comparison::ComparedRecord, sensor::sensor_of};

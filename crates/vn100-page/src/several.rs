@@ -1,7 +1,7 @@
 //! Several records side by side.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::Spread;
+use vn100_analysis::comparisons::Spread;
 use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 use vn100_report::{
     Record,

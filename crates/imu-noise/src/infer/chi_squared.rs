@@ -6,7 +6,8 @@ use statrs::{
 };
 
 /// x with P(χ² < x) = `p`; `None` unless 0 < p < 1 and dof > 0, and where x underflows.
-pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
+#[must_use]
+pub fn quantile(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;
     }
@@ -56,7 +57,8 @@ fn wilson_hilferty(p: f64, dof: f64) -> f64 {
 }
 
 /// P(χ² > x); `None` unless dof > 0 and x is a number.
-pub(crate) fn probability_above(x: f64, dof: f64) -> Option<f64> {
+#[must_use]
+pub fn probability_above(x: f64, dof: f64) -> Option<f64> {
     if x.is_nan() {
         return None;
     }
@@ -64,22 +66,26 @@ pub(crate) fn probability_above(x: f64, dof: f64) -> Option<f64> {
 }
 
 /// x with P(Z < x) = `p` for a standard normal Z, 0 < p < 1.
-pub(crate) fn normal_quantile(p: f64) -> f64 {
+#[must_use]
+pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
 /// P(Z > x) for a standard normal Z.
-pub(crate) fn normal_above(x: f64) -> f64 {
+#[must_use]
+pub fn normal_above(x: f64) -> f64 {
     Normal::standard().sf(x)
 }
 
 /// x with P(|Z| < x) = `p` for a standard normal Z; `None` unless 0 < p < 1.
-pub(crate) fn normal_two_sided(p: f64) -> Option<f64> {
+#[must_use]
+pub fn normal_two_sided(p: f64) -> Option<f64> {
     (p > 0.0 && p < 1.0).then(|| Normal::standard().inverse_cdf(0.5 + p / 2.0))
 }
 
 /// x with P(|T| < x) = `p` for Student's T, `dof` clamped to 1..=10 000; `None` unless 0 < p < 1.
-pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
+#[must_use]
+pub fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;
     }
@@ -88,7 +94,8 @@ pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
 }
 
 /// P(|T| > x) for Student's T, `dof` clamped to 1..=10 000; `None` where x is no number.
-pub(crate) fn student_two_sided_above(x: f64, dof: f64) -> Option<f64> {
+#[must_use]
+pub fn student_two_sided_above(x: f64, dof: f64) -> Option<f64> {
     let dof = if dof.is_nan() { 1.0 } else { dof.clamp(1.0, 10_000.0) };
     StudentsT::new(0.0, 1.0, dof).ok().filter(|_| !x.is_nan()).map(|student| 2.0 * student.sf(x))
 }

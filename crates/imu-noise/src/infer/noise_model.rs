@@ -1,6 +1,7 @@
 //! Noise models: N, B, K and a ramp from the octaves of a record.
 
 mod boxcar;
+mod channel_curve;
 mod channel_fit;
 mod covariance;
 mod curve_reading;
@@ -24,10 +25,10 @@ use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
 use boxcar::StreamedWhite;
 pub use boxcar::{BoxcarWindow, white_deficit};
+pub use channel_curve::ChannelCurve;
 pub use curve_reading::{
     ClassicalReading, NotRead, OverBound, SlopeLine, classical_reading, curve_minimum, over_bound, visible_random_walk,
 };
-pub use fit::ChannelCurve;
 pub use gauss_markov::GaussMarkovFit;
 use joint::{Component, Phase, Phases, of_each};
 pub use least_half_width::least_half_width;

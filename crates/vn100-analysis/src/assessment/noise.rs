@@ -4,9 +4,10 @@ use std::sync::OnceLock;
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
-    OverBound, PROVED_P, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, holm,
+    OverBound, PROVED_P, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum,
     over_bound, white_deficit,
 };
+use noise_comparison::holm;
 use vn100_protocol::Channel;
 
 use super::{

@@ -1,8 +1,9 @@
 //! How the bias of each axis follows the temperature of the sensor.
 
 use imu_noise::{
-    NoCoefficient, OctaveSum, PROVED_P, Sensor, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch, holm,
+    NoCoefficient, OctaveSum, PROVED_P, Sensor, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
 };
+use noise_comparison::holm;
 use vn100_protocol::Channel;
 
 use super::{

@@ -1,7 +1,8 @@
 //! The means of each channel, their differences, and whether noise alone explains the differences.
 
-use imu_noise::{
-    Spread, SquaredAmplitude, Status, Stretch, Term, VarianceEstimate, mean_difference_test, standard_error_of_mean,
+use imu_noise::{Status, Term};
+use noise_comparison::{
+    Spread, SquaredAmplitude, Stretch, VarianceEstimate, mean_difference_test, standard_error_of_mean,
 };
 use vn100_protocol::{Channel, Quantity, Register};
 
@@ -256,7 +257,7 @@ fn noise_of_difference(
         let timing = &record.snapshot.timing;
         (timing.rate_hz / timing.samples as f64, squared)
     });
-    let slow = slow.map(|(term, squared)| Some((term.mean_difference_variance(1.0, a, b)?, squared)));
+    let slow = slow.map(|(term, squared)| Some((a.mean_difference_variance(b, term, 1.0)?, squared)));
     VarianceEstimate::sum(white.into_iter().chain(slow.into_iter().flatten()))
 }
 

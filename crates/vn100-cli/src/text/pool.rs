@@ -84,7 +84,7 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
         row(out, &format!("{}, {}", title(sensor, term), si_unit(sensor, term)), &[(); 0], |()| String::new())?;
         let pooled: Vec<_> = axes.iter().map(|axis| axis.and_then(|parameter| parameter.pooled)).collect();
         if pooled.iter().any(Option::is_some) {
-            type CellText = fn(&vn100_analysis::noise::RandomEffects) -> String;
+            type CellText = fn(&vn100_analysis::comparisons::RandomEffects) -> String;
             let cells: [(&str, CellText); 6] = [
                 ("  median", |found| four_digits(found.value)),
                 ("    lower", |found| four_digits(found.lower)),

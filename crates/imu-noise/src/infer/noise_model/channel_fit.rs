@@ -34,8 +34,8 @@ pub(super) struct ChannelFit<'a> {
     values: Vec<f64>,
     /// Of the regression line, per sample.
     slope: Option<f64>,
-    /// How many octaves may have a part in the fit, in falling order: the first that follows a model
-    /// counts.
+    /// How many octaves may have a part in the fit, in falling order: the first that follows a
+    /// model counts.
     ends: &'a [usize],
     /// Octaves that could have a part in the fit, and all that are known.
     known: (usize, usize),

@@ -1,7 +1,7 @@
-//! What is fitted to one channel: its statistics, and the columns that it adds to the model.
+//! Fits to one channel, and the columns that it adds to the model.
 
 use super::{
-    NoiseFit, NoiseModel, Parameter, Status, Term,
+    ChannelCurve, NoiseFit, NoiseModel, Parameter, Status, Term,
     channel_fit::ChannelFit,
     gauss_markov,
     model::{Beside, BesideKind, Model},
@@ -26,36 +26,6 @@ const BEHIND_FILTER: f64 = 4.0;
 
 /// Of the record: longer processes look like a random walk.
 const LONGEST_CORRELATION: f64 = 1.0 / 16.0;
-
-/// The statistics of one channel.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ChannelCurve<'a> {
-    /// In the order of the octaves, in the unit of the channel squared. Where one is missing, zero
-    /// or no number, nothing is observable.
-    pub variances: &'a [f64],
-    /// Slope of the regression line, in the unit of the channel per second; without it, a ramp is
-    /// not observable and is not in the model.
-    pub slope_unit_s: Option<f64>,
-    /// Lines of its spectrum, in the unit of the channel.
-    pub bands: &'a [NarrowBand],
-    /// A cycle of its level, of few periods or many.
-    pub cycle: Option<SlowCycle>,
-    /// A filter slower than the output, where the spectrum shows one or may show one, and its
-    /// transfer is unknown.
-    pub roll_off: Option<RollOff>,
-    /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
-    /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
-    /// octave less certain.
-    pub fourth_cumulant: f64,
-}
-
-impl<'a> ChannelCurve<'a> {
-    /// A channel without lines.
-    #[must_use]
-    pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, fourth_cumulant: 0.0 }
-    }
-}
 
 impl NoiseModel {
     /// Fits the model to one channel.

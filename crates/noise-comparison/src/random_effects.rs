@@ -6,8 +6,8 @@
 //! 4): Student's t with k - 1 degrees of freedom on q/Σw, with w_i = 1/(v_i + τ²) and
 //! q = Σ w_i (y_i - μ)²/(k - 1). A record that only bounds the amplitude enters by its likelihood.
 
-use super::chi_squared::{normal_quantile, normal_two_sided, student_two_sided, student_two_sided_above};
-use super::noise_model::{Parameter, Status};
+use imu_noise::chi_squared::{normal_quantile, normal_two_sided, student_two_sided, student_two_sided_above};
+use imu_noise::{Parameter, Status};
 
 /// Fewer estimates show no spread between records worth a number.
 const LEAST_ESTIMATES: usize = 3;
@@ -426,7 +426,7 @@ mod tests {
         let bounded = |square: f64| {
             // as a fit with squares not below zero bounds it
             let upper = if square > 0.0 { square + z } else { square + (square * square + z * z).sqrt() };
-            let p = super::super::chi_squared::normal_above(square.max(0.0));
+            let p = imu_noise::chi_squared::normal_above(square.max(0.0));
             Parameter { p: Some(p), ..Parameter::bounded(upper.sqrt()) }
         };
         let equal = common_bound(&[bounded(0.0); 4], 0.95).unwrap();
@@ -453,7 +453,7 @@ mod tests {
     /// White noise of as many degrees of freedom, as its record shows it.
     fn measured(truth: f64, dof: usize, noise: &mut NormalNoise) -> Parameter {
         let mean_square = (0..dof).map(|_| noise.normal().powi(2)).sum::<f64>() / dof as f64;
-        let interval = crate::infer::confidence::Interval::new(mean_square, dof as f64, 0.95).unwrap();
+        let interval = imu_noise::Interval::new(mean_square, dof as f64, 0.95).unwrap();
         Parameter::estimated(truth * mean_square.sqrt(), truth * interval.lower, truth * interval.upper)
     }
 

@@ -1,9 +1,7 @@
 //! Whether deviations differ significantly, and how far repeated means lie apart.
 
+use imu_noise::{Interval, chi_squared};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
-
-use super::chi_squared;
-use super::confidence::Interval;
 
 /// The probability that two estimates of the same variance, each with its degrees of freedom, lie
 /// at least as far apart as these, either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).

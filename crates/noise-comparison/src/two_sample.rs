@@ -3,9 +3,9 @@
 
 use core::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
-use super::chi_squared;
-use super::comparison::VarianceEstimate;
-use super::noise_model::{Parameter, Status, Term};
+use imu_noise::{Parameter, Status, Term, chi_squared};
+
+use super::hypothesis_tests::VarianceEstimate;
 
 /// Beyond so many times the longer stretch the closed form of flicker noise loses digits, and what
 /// it tends to is good to 10⁻⁶.
@@ -33,26 +33,25 @@ impl Stretch {
         let dead_s = (other.start_s - self.end_s()).max(self.start_s - other.end_s());
         (dead_s >= 0.0).then_some(dead_s)
     }
-}
 
-impl Term {
-    /// Variance of the difference of the means over two stretches, where this component alone, at
-    /// `amplitude` in its own unit, is in both: for equal stretches 2 B₂(r) times the Allan
-    /// variance at their length, with B₂ of the ratio r of the distance of their starts to their
-    /// length (Barnes, NBS Technical Note 375, 1969; Barnes and Allan, NIST Technical Note 1318,
-    /// 1990). `None` where they overlap. A ramp is not random and adds nothing. Samples missing
-    /// within a stretch change only what white noise adds (B₃ of the latter differs from 1 by less
-    /// than their share).
+    /// Variance of the difference of the means over this stretch and another, where the component
+    /// `term` alone, at `amplitude` in its own unit, is in both: for equal stretches 2 B₂(r) times
+    /// the Allan variance at their length, with B₂ of the ratio r of the distance of their starts
+    /// to their length (Barnes, NBS Technical Note 375, 1969; Barnes and Allan, NIST Technical
+    /// Note 1318, 1990). `None` where they overlap. A ramp is not random and adds nothing. Samples
+    /// missing within a stretch change only what white noise adds (B₃ of the latter differs from 1
+    /// by less than their share).
     #[must_use]
-    pub fn mean_difference_variance(self, amplitude: f64, a: Stretch, b: Stretch) -> Option<f64> {
-        let dead_s = a.dead_time_s(b)?;
-        let (long, short) = (a.duration_s.max(b.duration_s), a.duration_s.min(b.duration_s));
-        let of_one = match self {
-            Self::Quantization => 2.0 * (1.0 / long).powi(2) + 2.0 * (1.0 / short).powi(2),
-            Self::White => 1.0 / long + 1.0 / short,
-            Self::BiasInstability => flicker(dead_s / long, short / long),
-            Self::RateRandomWalk => dead_s + (long + short) / 3.0,
-            Self::RateRamp => 0.0,
+    pub fn mean_difference_variance(self, other: Self, term: Term, amplitude: f64) -> Option<f64> {
+        let dead_s = self.dead_time_s(other)?;
+        let durations_s = (self.duration_s, other.duration_s);
+        let (long, short) = (durations_s.0.max(durations_s.1), durations_s.0.min(durations_s.1));
+        let of_one = match term {
+            Term::Quantization => 2.0 * (1.0 / long).powi(2) + 2.0 * (1.0 / short).powi(2),
+            Term::White => 1.0 / long + 1.0 / short,
+            Term::BiasInstability => flicker(dead_s / long, short / long),
+            Term::RateRandomWalk => dead_s + (long + short) / 3.0,
+            Term::RateRamp => 0.0,
         };
         Some(amplitude * amplitude * of_one)
     }
@@ -149,7 +148,7 @@ pub fn standard_error_of_mean(variance: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accumulate::record::{Deviation, Estimator, RecordShape};
+    use imu_noise::{Deviation, Estimator, RecordShape};
 
     fn stretch(start_s: f64, duration_s: f64) -> Stretch {
         Stretch { start_s, duration_s }
@@ -179,10 +178,10 @@ mod tests {
         for (term, tolerance) in [(Term::White, 1e-12), (Term::BiasInstability, 1e-5), (Term::RateRandomWalk, 1e-5)] {
             for r in [1.0, 1.01, 2.0, 7.5, 300.0, 999.0, 1002.0, 1e4] {
                 let duration_s = 100.0;
-                let found = term.mean_difference_variance(
-                    3.0,
-                    stretch(5.0, duration_s),
+                let found = stretch(5.0, duration_s).mean_difference_variance(
                     stretch(5.0 + r * duration_s, duration_s),
+                    term,
+                    3.0,
                 );
                 let allan = term.variance(3.0, 100_000, &shape);
                 near(found.unwrap(), 2.0 * barnes(term, r) * allan, tolerance);
@@ -211,9 +210,9 @@ mod tests {
         }
         let (first, second) = (stretch(0.0, a as f64), stretch((a + dead) as f64, b as f64));
         for (first, second) in [(first, second), (second, first)] {
-            near(Term::RateRandomWalk.mean_difference_variance(1.0, first, second).unwrap(), by_samples, 1e-4);
+            near(first.mean_difference_variance(second, Term::RateRandomWalk, 1.0).unwrap(), by_samples, 1e-4);
         }
-        let white = Term::White.mean_difference_variance(2.0, first, second).unwrap();
+        let white = first.mean_difference_variance(second, Term::White, 2.0).unwrap();
         near(white, 4.0 / 300.0 + 4.0 / 70.0, 1e-12);
     }
 
@@ -227,8 +226,8 @@ mod tests {
     #[test]
     fn stretches_that_overlap_have_none() {
         for term in Term::ALL {
-            assert_eq!(term.mean_difference_variance(1.0, stretch(0.0, 10.0), stretch(9.0, 10.0)), None);
-            assert!(term.mean_difference_variance(1.0, stretch(10.0, 10.0), stretch(0.0, 10.0)).is_some());
+            assert_eq!(stretch(0.0, 10.0).mean_difference_variance(stretch(9.0, 10.0), term, 1.0), None);
+            assert!(stretch(10.0, 10.0).mean_difference_variance(stretch(0.0, 10.0), term, 1.0).is_some());
         }
         assert_eq!(stretch(0.0, 2.0).dead_time_s(stretch(5.0, 1.0)), Some(3.0));
         assert_eq!(stretch(5.0, 1.0).dead_time_s(stretch(0.0, 2.0)), Some(3.0));
