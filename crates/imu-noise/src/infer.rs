@@ -7,6 +7,7 @@ pub(crate) mod disturbance;
 pub(crate) mod identification;
 pub(crate) mod level_change;
 pub(crate) mod level_noise;
+pub(crate) mod level_series;
 mod level_shapes;
 pub(crate) mod narrow_bands;
 pub(crate) mod noise_change;

@@ -15,8 +15,8 @@ mod units;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, RollOff, SlowCycle, Term, counts_to_unit,
+    ChannelCurve, Interval, LevelSearch, LevelSeries, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter,
+    PowerLaw, RecordShape, RollOff, SlowCycle, Term, counts_to_unit,
 };
 use vn100_protocol::Channel;
 
@@ -213,9 +213,12 @@ fn noise_of(
     // where the averaging is known, so is what it makes of neighbouring samples
     let is_known = onboard.is_some_and(|onboard| onboard.window_known());
     let shown = signal.and_then(|signal| signal.roll_off(bands)).filter(|shown| shown.is_proved || !is_known);
+    let removed = results.removed_temperature.is_some();
+    let level = signal.filter(|_| !removed).and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
     let evidence = ChannelCurve {
         bands,
         cycle,
+        level: level.as_ref(),
         roll_off: slower(shown, onboard.and_then(|onboard| onboard.own_low_pass())),
         fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
         ..ChannelCurve::default()

@@ -10,6 +10,7 @@ mod gauss_markov;
 mod joint;
 mod least_half_width;
 mod least_squares;
+mod level_likelihood;
 mod model;
 mod noise_fit;
 mod parameter;

@@ -7,6 +7,7 @@ mod coverage;
 mod disturbed;
 mod gaps;
 mod histogram;
+mod level;
 mod noise_changes;
 mod noise_model;
 mod normality;

@@ -2,8 +2,9 @@
 //!
 //! The likelihood is Whittle's (1953), of the coefficients of the cosine transform of the record,
 //! which is exact for white noise and a random walk whose level is free: k = 1, 2, ..., n - 1 have
-//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them. The same
-//! Gauss-Markov processes as in the fit to the octaves join them by the same rule.
+//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them, and a cycle of
+//! the level in the channels in which the fit to the octaves has one. The same Gauss-Markov
+//! processes as there join them by the same rule.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -145,7 +146,18 @@ struct Likelihood {
 struct Fitted {
     /// Squared: variances per sample.
     parameters: Vec<f64>,
+    /// By bin.
+    expected: Vec<f64>,
+    /// By bin, less the shapes.
+    powers: Vec<f64>,
     log_likelihood: f64,
+}
+
+/// Of a record and of what may be in it beside noise.
+struct Coefficients {
+    each: Vec<f64>,
+    /// A ramp, and the cosine and the sine of a cycle that the fit to the octaves has too.
+    shapes: Vec<Vec<f64>>,
 }
 
 /// Which of the terms are free.
@@ -203,41 +215,89 @@ impl Likelihood {
         transformed.iter().take(self.samples).enumerate().map(turned).collect()
     }
 
-    /// With the terms of `free` and a ramp, by Fisher's scoring.
-    fn fit(&self, coefficients: &[f64], free: Free) -> Fitted {
-        const ROUNDS: usize = 60;
-        let mut slope = 0.0;
-        let mut parameters = vec![0.0; self.columns.len()];
-        let mut powers = self.powers(coefficients, slope);
-        let mut expected: Vec<f64> = powers.clone();
+    /// With the terms of `free` and multiples of `shapes`, by Fisher's scoring, each step shortened
+    /// until the likelihood rises; the best of those from each of `starts` on and from the powers
+    /// themselves.
+    fn fit(&self, record: &Coefficients, free: Free, starts: &[&Fitted]) -> Fitted {
+        let powers = self.powers(&record.each, |_| 0.0);
         let smallest = 1e-3 * powers.iter().sum::<f64>() / powers.len() as f64;
-        expected.iter_mut().for_each(|expected| *expected = expected.max(smallest));
+        let own: Vec<f64> = powers.iter().map(|power| power.max(smallest)).collect();
+        let first = self.at(record, self.least_squares(&powers, &self.weights(&own), free));
+        let starts = starts.iter().map(|start| self.at(record, start.parameters.clone()));
+        let fits = starts.chain([first]).map(|start| self.scored(record, free, start));
+        fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).unwrap()
+    }
+
+    fn scored(&self, record: &Coefficients, free: Free, start: Fitted) -> Fitted {
+        const ROUNDS: usize = 60;
+        const HALVINGS: i32 = 12;
+        const TOLERANCE: f64 = 1e-6;
+        let mut best = start;
         for _ in 0..ROUNDS {
-            let weights: Vec<f64> = self
-                .bins
-                .iter()
-                .zip(&expected)
-                .map(|(bin, expected)| bin.len() as f64 / (expected * expected))
-                .collect();
-            parameters = self.least_squares(&powers, &weights, free);
-            for (i, expected) in expected.iter_mut().enumerate() {
-                *expected = parameters.iter().zip(&self.columns).map(|(parameter, column)| parameter * column[i]).sum();
+            let aim = self.least_squares(&best.powers, &self.weights(&best.expected), free);
+            let step = |halvings: i32| {
+                let towards = |(now, aim): (&f64, &f64)| now + 0.5_f64.powi(halvings) * (aim - now);
+                self.at(record, best.parameters.iter().zip(&aim).map(towards).collect())
+            };
+            let better = (0..HALVINGS).map(step).find(|next| next.log_likelihood > best.log_likelihood);
+            let Some(next) = better else { break };
+            let rise = next.log_likelihood - best.log_likelihood;
+            best = next;
+            if rise < TOLERANCE {
+                break;
             }
-            let bins = || self.bins.iter().zip(&expected).filter(|(bin, _)| bin.len() == 1);
-            let product = bins().map(|(bin, e)| coefficients[bin.start] * self.ramp[bin.start] / e).sum::<f64>();
-            slope = product / bins().map(|(bin, e)| self.ramp[bin.start].powi(2) / e).sum::<f64>();
-            powers = self.powers(coefficients, slope);
         }
+        best
+    }
+
+    /// At these parameters, the shapes at their likeliest multiples.
+    fn at(&self, record: &Coefficients, parameters: Vec<f64>) -> Fitted {
+        let expected = |i: usize| parameters.iter().zip(&self.columns).map(|(square, column)| square * column[i]).sum();
+        let expected: Vec<f64> = (0..self.bins.len()).map(expected).collect();
+        let multiples = self.multiples(record, &expected);
+        let shape = |k: usize| record.shapes.iter().zip(&multiples).map(|(shape, multiple)| multiple * shape[k]).sum();
+        let powers = self.powers(&record.each, shape);
         let of = |((bin, power), expected): ((&std::ops::Range<usize>, &f64), &f64)| {
             -0.5 * bin.len() as f64 * (expected.ln() + power / expected)
         };
         let log_likelihood = self.bins.iter().zip(&powers).zip(&expected).map(of).sum();
-        Fitted { parameters, log_likelihood }
+        Fitted { parameters, expected, powers, log_likelihood }
     }
 
-    fn powers(&self, coefficients: &[f64], slope: f64) -> Vec<f64> {
-        let power = |k: usize| (coefficients[k] - slope * self.ramp[k]).powi(2);
-        self.bins.iter().map(|bin| bin.clone().map(power).sum::<f64>() / bin.len() as f64).collect()
+    fn weights(&self, expected: &[f64]) -> Vec<f64> {
+        self.bins.iter().zip(expected).map(|(bin, expected)| bin.len() as f64 / (expected * expected)).collect()
+    }
+
+    /// Of the shapes, by least squares in the coefficients that are alone in their bin: by the
+    /// normal equations and the elimination of Gauss.
+    fn multiples(&self, record: &Coefficients, expected: &[f64]) -> Vec<f64> {
+        let alone: Vec<(usize, f64)> = (self.bins.iter().zip(expected))
+            .take_while(|(bin, _)| bin.len() == 1)
+            .map(|(bin, expected)| (bin.start, *expected))
+            .collect();
+        let product = |a: &[f64], b: &[f64]| alone.iter().map(|(k, expected)| a[*k] * b[*k] / expected).sum::<f64>();
+        let count = record.shapes.len();
+        let row = |shape: &Vec<f64>| -> Vec<f64> {
+            record.shapes.iter().chain([&record.each]).map(|other| product(shape, other)).collect()
+        };
+        let mut rows: Vec<Vec<f64>> = record.shapes.iter().map(row).collect();
+        for pivot in 0..count {
+            let of_pivot = rows[pivot].clone();
+            for (_, row) in rows.iter_mut().enumerate().filter(|(place, _)| *place != pivot) {
+                let factor = row[pivot] / of_pivot[pivot];
+                row.iter_mut().zip(&of_pivot).for_each(|(value, other)| *value -= factor * other);
+            }
+        }
+        rows.iter().enumerate().map(|(place, row)| row[count] / row[place]).collect()
+    }
+
+    fn powers(&self, coefficients: &[f64], shape: impl Fn(usize) -> f64) -> Vec<f64> {
+        let power = |(bin, k): (&std::ops::Range<usize>, usize)| {
+            let shape = if bin.len() == 1 { shape(k) } else { 0.0 };
+            (coefficients[k] - shape).powi(2)
+        };
+        let of = |bin: &std::ops::Range<usize>| bin.clone().map(|k| power((bin, k))).sum::<f64>() / bin.len() as f64;
+        self.bins.iter().map(of).collect()
     }
 
     /// Not negative, one coordinate after the other.
@@ -272,23 +332,34 @@ impl Likelihood {
         let interval_s = 1.0 / cell.rate_hz;
         let scales = [interval_s.sqrt(), 1.0, interval_s.sqrt().recip()];
         let channels = record::scored().zip(&record.series).map(|((place, _), series)| {
-            let coefficients = self.coefficients(series);
-            let fit_with = |terms, processes| self.fit(&coefficients, Free { terms, processes });
-            let [without_processes, with_processes] = [false, true].map(|processes| fit_with([true; 3], processes));
+            let mut record = Coefficients { each: self.coefficients(series), shapes: vec![self.ramp.clone()] };
+            let channel = &assessed.assessment.channels[place];
+            if let Some(cycle) = channel.disturbed.cycle {
+                let wave = |part: fn(f64) -> f64| -> Vec<f64> {
+                    (0..self.samples).map(|i| part(2.0 * PI * cycle.frequency() * i as f64)).collect()
+                };
+                record.shapes.extend([f64::cos, f64::sin].map(|part| self.coefficients(&wave(part))));
+            }
+            let fit_with = |terms, processes, starts: &[&Fitted]| self.fit(&record, Free { terms, processes }, starts);
+            let without_processes = fit_with([true; 3], false, &[]);
+            let with_processes = fit_with([true; 3], true, &[&without_processes]);
             let processes = 2.0 * (with_processes.log_likelihood - without_processes.log_likelihood) > PROCESS;
-            let free = if processes { with_processes } else { without_processes };
-            let true_terms = fit_with(has, false);
-            let fit = assessed.assessment.channels[place].noise.as_ref().map(|noise| &noise.fit);
+            let true_terms = fit_with(has, false, &[]);
+            let without: [Fitted; 3] =
+                std::array::from_fn(|term| fit_with(std::array::from_fn(|other| other != term), processes, &[]));
+            let first = if processes { with_processes } else { without_processes };
+            let [white, flicker, walk] = &without;
+            let free = fit_with([true; 3], processes, &[&first, white, flicker, walk]);
+            let fit = channel.noise.as_ref().map(|noise| &noise.fit);
             std::array::from_fn(|term| {
                 let parameter = fit.and_then(|fit| fit.parameter(TERMS[term]));
-                let without = fit_with(std::array::from_fn(|other| other != term), processes);
                 let value = |of: Parameter| of.value.filter(|_| of.status == Status::Estimated);
                 Compared {
                     octaves: parameter.and_then(value).map(|value| value * unit),
                     free: free.parameters[term].sqrt() * scales[term],
                     true_terms: true_terms.parameters[term].sqrt() * scales[term],
                     evidence: parameter.and_then(|parameter| parameter.p).map_or(0.0, |p| -p.ln()),
-                    likelihood_ratio: 2.0 * (free.log_likelihood - without.log_likelihood),
+                    likelihood_ratio: 2.0 * (free.log_likelihood - without[term].log_likelihood),
                 }
             })
         });

@@ -1,5 +1,6 @@
 //! What the fit takes of one channel.
 
+use crate::infer::level_series::LevelSeries;
 use crate::infer::narrow_bands::NarrowBand;
 use crate::infer::roll_off::RollOff;
 use crate::infer::slow_cycle::SlowCycle;
@@ -20,6 +21,8 @@ pub struct ChannelCurve<'a> {
     /// A filter slower than the output, where the spectrum shows one or may show one, and its
     /// transfer is unknown.
     pub roll_off: Option<RollOff>,
+    /// The level over the record, which shows a walk better than the octaves do.
+    pub level: Option<&'a LevelSeries>,
     /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
     /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
     /// octave less certain.
@@ -30,6 +33,6 @@ impl<'a> ChannelCurve<'a> {
     /// A channel without lines.
     #[must_use]
     pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, fourth_cumulant: 0.0 }
+        Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, level: None, fourth_cumulant: 0.0 }
     }
 }

@@ -5,11 +5,14 @@ use std::ops::Range;
 use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Status, Term,
     least_squares::dot,
+    level_likelihood::{LevelLikelihood, ShortOctaves},
     model::Model,
-    parameter::ramp,
+    parameter::{PRESENT, ramp},
     regression::{Regression, Solution},
 };
+use crate::accumulate::record::Octave;
 use crate::infer::chi_squared;
+use crate::infer::level_series::LevelSeries;
 use crate::infer::roll_off::RollOff;
 
 /// Fits with a smaller probability are not believed.
@@ -26,6 +29,9 @@ const PERHAPS_A_PROCESS: f64 = 3.0;
 /// Below, such processes may have taken what is flicker noise or a walk, and left too much to the
 /// white noise: intervals and bounds of all three cover the fit without them.
 const A_PROCESS_BEYOND_DOUBT: f64 = 16.0;
+
+/// The noise whose walk the level shows.
+const WALKING: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 /// One channel, its models, and the octaves that may follow them.
 pub(super) struct ChannelFit<'a> {
@@ -48,6 +54,7 @@ pub(super) struct ChannelFit<'a> {
     roll_off: Option<RollOff>,
     /// Expected value of each octave for white noise of parameter 1.
     white: Vec<f64>,
+    level: Option<&'a LevelSeries>,
     lacks_free_band: bool,
     confidence: f64,
 }
@@ -66,7 +73,7 @@ impl<'a> ChannelFit<'a> {
         noise_model: &'a NoiseModel,
         ends: &'a [usize],
         octaves: usize,
-        curve: &ChannelCurve<'_>,
+        curve: &ChannelCurve<'a>,
         confidence: f64,
     ) -> Option<Self> {
         let fitted = *ends.first()?;
@@ -106,6 +113,7 @@ impl<'a> ChannelFit<'a> {
             behind_filter,
             roll_off,
             white,
+            level: curve.level,
             lacks_free_band: curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5,
             confidence,
         })
@@ -232,7 +240,10 @@ impl<'a> ChannelFit<'a> {
             *deviation = solution.standard_deviation(i).unwrap_or_default();
         }
         for (i, &term) in self.noise_model.noise.iter().enumerate() {
-            let parameter = Parameter::of(&regression, solution, i, self.confidence);
+            let mut parameter = Parameter::of(&regression, solution, i, self.confidence);
+            if term == Term::RateRandomWalk {
+                parameter = self.walk_of_level(accepted, parameter).unwrap_or(parameter);
+            }
             if parameter.status == Status::Bounded {
                 upper_bounds[i] = parameter.upper.map_or(upper_bounds[i], |upper| upper * upper);
             } else {
@@ -261,6 +272,37 @@ impl<'a> ChannelFit<'a> {
         fit.edf =
             self.noise_model.octaves[..end].iter().map(|(_, octave)| octave.m).zip(edf).skip(range.start).collect();
         fit
+    }
+
+    /// K with what the level shows of it; `None` where it shows nothing, or other noise than the
+    /// terms is in the model.
+    fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<Parameter> {
+        let Accepted { model, range, solution, .. } = accepted;
+        let is_alone = model.basis.len() == model.terms() && self.noise_model.noise == WALKING;
+        let level = self.level.filter(|_| is_alone && self.slope.is_some())?;
+        let is_short = |octave: &Octave| 2 * octave.m <= level.block_samples;
+        let octaves = &self.noise_model.octaves[range.clone()];
+        let short = octaves.iter().take_while(|(_, octave)| is_short(octave)).count();
+        let (residuals, mut columns) = solution.rows();
+        let [Some(white), Some(flicker), Some(walk)] = core::array::from_fn(|_| columns.next()) else { return None };
+        let octaves = ShortOctaves {
+            residuals: &residuals[..short],
+            by_term: [white, flicker, walk].map(|column| &column[..short]),
+            at: *solution.parameters.first_chunk()?,
+        };
+        let likelihood = LevelLikelihood::new(level, octaves);
+        let walk = likelihood.walk()?;
+        let bound = by_octaves.upper?;
+        let p = Some(walk.p());
+        match by_octaves.status {
+            _ if walk.evidence <= PRESENT => Some(Parameter { p, ..by_octaves.not_proved() }),
+            Status::Estimated => Some(Parameter { p, ..by_octaves }),
+            _ => {
+                let z = chi_squared::normal_two_sided(self.confidence)?;
+                let (lower, best, upper) = likelihood.interval(&walk, z)?;
+                Some(Parameter { p, ..Parameter::estimated(best.sqrt(), lower.sqrt(), bound.max(upper.sqrt())) })
+            }
+        }
     }
 
     /// What the squared N is above with the probability `risk` at most, per sample: a variance is

@@ -205,6 +205,12 @@ impl Solution {
         Some(dot(&direction, &self.residuals) / dot(&direction, &direction).sqrt())
     }
 
+    /// Residuals and, by parameter, their derivatives: those of the first statistics do not depend
+    /// on later ones.
+    pub(super) fn rows(&self) -> (&[f64], impl Iterator<Item = &[f64]>) {
+        (&self.residuals, self.derivatives.chunks_exact(self.residuals.len()))
+    }
+
     /// With the other positive parameters fitted.
     pub(super) fn standard_deviation(&self, term: usize) -> Option<f64> {
         let direction = self.own_direction(term)?;

@@ -1,0 +1,118 @@
+//! The level of a channel over its record, by cosine coefficients.
+
+use super::level_shapes::cosine_table;
+use crate::accumulate::blocks::Block;
+use crate::accumulate::signal::ChannelSignal;
+
+/// Below, a few coefficients decide, and flicker noise looks like a walk too often.
+const MIN_BLOCKS: usize = 32;
+
+/// Cosine coefficients of the means of the blocks of a channel (DCT-II, orthonormal), in its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelSeries {
+    /// Length of a block in samples; none is missing.
+    pub(crate) block_samples: u64,
+    /// From that of half a cycle per series on, in rising frequency: one less than blocks.
+    pub(crate) coefficients: Vec<f64>,
+}
+
+impl LevelSeries {
+    /// The level of `signal` in its longest series of blocks without missing samples; `None` below
+    /// 32 of them.
+    #[must_use]
+    pub fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
+        Self::of_blocks(&signal.blocks(), unit_per_count)
+    }
+
+    fn of_blocks(blocks: &[Block], unit_per_count: f64) -> Option<Self> {
+        let is_complete = |block: &Block| block.count == block.length;
+        let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample;
+        let complete = blocks.split(|block| !is_complete(block));
+        let series = complete.flat_map(|blocks| blocks.chunk_by(follows));
+        let series = series.max_by_key(|series| series.len()).filter(|series| series.len() >= MIN_BLOCKS)?;
+        let first = series.first()?;
+        // from the first, so that no digits are lost on a large offset
+        let level = |block: &Block| (block.mean_counts - first.mean_counts) * unit_per_count;
+        let levels: Vec<f64> = series.iter().map(level).collect();
+        Some(Self { block_samples: first.length, coefficients: transformed(&levels) })
+    }
+
+    /// The coefficients of a ramp.
+    pub(crate) fn ramp(&self) -> Vec<f64> {
+        transformed(&(0..=self.coefficients.len()).map(|block| block as f64).collect::<Vec<_>>())
+    }
+}
+
+/// All coefficients but that of the mean.
+fn transformed(levels: &[f64]) -> Vec<f64> {
+    let count = levels.len();
+    // cos(πk(2i + 1)/2n) repeats after a turn
+    let table = cosine_table(count);
+    let scale = (2.0 / count as f64).sqrt();
+    let coefficient = |k: usize| {
+        let of = |(i, level): (usize, &f64)| table[2 * k * (2 * i + 1) % table.len()] * level;
+        scale * levels.iter().enumerate().map(of).sum::<f64>()
+    };
+    (1..count).map(coefficient).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocks(levels: &[f64]) -> Vec<Block> {
+        let block = |(i, level): (usize, &f64)| Block {
+            first_sample: 8 * i as u64,
+            length: 8,
+            count: 8,
+            mean_counts: 1e6 + level,
+            std_counts: None,
+            min_counts: 0,
+            max_counts: 0,
+        };
+        levels.iter().enumerate().map(block).collect()
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9 * (1.0 + b.abs())
+    }
+
+    #[test]
+    fn coefficients_hold_the_whole_variance_in_the_unit() {
+        let levels: Vec<f64> = (0..37).map(|i| f64::from(i * i % 7)).collect();
+        let series = LevelSeries::of_blocks(&blocks(&levels), 0.5).unwrap();
+        let mean = levels.iter().sum::<f64>() / 37.0;
+        let squares: f64 = levels.iter().map(|level| (level - mean).powi(2)).sum();
+        assert_eq!((series.block_samples, series.coefficients.len()), (8, 36));
+        assert!(near(series.coefficients.iter().map(|x| x * x).sum(), 0.25 * squares));
+        // half a cycle per series is the first of them
+        let cosine: Vec<f64> = (0..50).map(|i| (core::f64::consts::PI * (f64::from(i) + 0.5) / 50.0).cos()).collect();
+        let series = LevelSeries::of_blocks(&blocks(&cosine), 1.0).unwrap();
+        assert!(near(series.coefficients[0], 5.0) && series.coefficients[1..].iter().all(|x| near(*x, 0.0)));
+    }
+
+    #[test]
+    fn a_ramp_has_the_coefficients_of_its_blocks() {
+        let levels: Vec<f64> = (0..39).map(|i| 3.0 * f64::from(i)).collect();
+        let series = LevelSeries::of_blocks(&blocks(&levels), 1.0).unwrap();
+        assert!(series.coefficients.iter().zip(series.ramp()).all(|(value, ramp)| near(*value, 3.0 * ramp)));
+    }
+
+    #[test]
+    fn the_longest_series_of_complete_blocks_counts() {
+        let levels: Vec<f64> = (0..80).map(|i| f64::from(i % 5)).collect();
+        let complete = |blocks: &[Block]| LevelSeries::of_blocks(blocks, 1.0).map(|series| series.coefficients.len());
+        assert_eq!(complete(&blocks(&levels)), Some(79));
+        // a sample is missing, the last block is not full, blocks are missing
+        let mut lossy = blocks(&levels);
+        lossy[10].count = 7;
+        assert_eq!(complete(&lossy), Some(68));
+        lossy[79].count = 6;
+        assert_eq!(complete(&lossy), Some(67));
+        lossy.drain(45..48);
+        assert_eq!(complete(&lossy), Some(33));
+        assert_eq!(complete(&blocks(&levels[..31])), None);
+        assert_eq!(complete(&blocks(&levels[..32])), Some(31));
+        assert_eq!(complete(&[]), None);
+    }
+}
