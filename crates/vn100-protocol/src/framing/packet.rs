@@ -309,6 +309,20 @@ mod tests {
         }
     }
 
+    /// Others are found too, only more slowly.
+    #[test]
+    fn packets_like_the_latest_are_found_together() {
+        let mut head = PacketHead::default();
+        for hex in &RECORDED[..3] {
+            let packet = bytes(hex);
+            let three = packet.repeat(3);
+            assert_eq!(head.run(&three, 9), None);
+            head.remember(&packet);
+            assert_eq!(head.run(&three, 9), Some((&three[..], packet.len())));
+            assert_eq!(head.run(&three, 2), Some((&three[..2 * packet.len()], packet.len())));
+        }
+    }
+
     #[test]
     fn a_flipped_bit_anywhere_behind_the_masks_is_no_packet() {
         for hex in RECORDED {

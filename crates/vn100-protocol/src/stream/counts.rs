@@ -154,6 +154,7 @@ impl UnsolicitedErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{MeasuredPackets, RejectedCounts};
 
     #[test]
     fn each_code_has_its_count_and_unknown_ones_share_one() {
@@ -166,5 +167,57 @@ mod tests {
         let mut expected: Vec<_> = KNOWN.map(DeviceError::code).map(|code| (code, 1 + u64::from(code == 0x0B))).into();
         expected.push((0, 256 - KNOWN.len() as u64));
         assert_eq!(counted, expected);
+    }
+
+    /// What a stream has carried that counts everything differently, so many times over.
+    fn carried(times: u64) -> StreamCounts {
+        let mut unsolicited_errors = UnsolicitedErrors::default();
+        unsolicited_errors.add(DeviceError::HardFault, 26 * times);
+        unsolicited_errors.add(DeviceError::Unknown(0x40), 27 * times);
+        StreamCounts {
+            tally: Tally {
+                valid_sentence_bytes: times,
+                rejected_sentence_bytes: 2 * times,
+                packet_bytes: 3 * times,
+                skipped_bytes: 4 * times,
+                buffered_bytes: 5 * times,
+                samples: 6 * times,
+                replies: 7 * times,
+                other: 8 * times,
+                unchecked_sentences: 9 * times,
+                packets: 10 * times,
+                measured_packets: MeasuredPackets { samples: 11 * times, rejected: 12 * times, repeated: 13 * times },
+                split_packets: 14 * times,
+                damaged_packets: 15 * times,
+                rejected: RejectedCounts {
+                    checksum: 16 * times,
+                    unchecked: 17 * times,
+                    grammar: 18 * times,
+                    range: 19 * times,
+                    truncated: 20 * times,
+                    too_long: 21 * times,
+                },
+            },
+            foreign_samples: 22 * times,
+            baud_scan_bytes: 23 * times,
+            overrun_bytes: 24 * times,
+            echoes: 25 * times,
+            unsolicited_errors,
+            outputs_resumed: 28 * times,
+            connects: 29 * times,
+            other_message: Some(MessageName::new(b"VNYPR")),
+            other_packet: None,
+            rejected_rows: None,
+        }
+    }
+
+    #[test]
+    fn each_count_of_what_follows_is_added_to_its_own() {
+        let mut whole = carried(1);
+        whole.append(&carried(100));
+        assert_eq!(whole, carried(101));
+        // what came first keeps its name
+        whole.append(&StreamCounts { other_message: Some(MessageName::new(b"VNQTN")), ..carried(0) });
+        assert_eq!(whole, carried(101));
     }
 }

@@ -477,6 +477,18 @@ fn packets_that_waited_keep_their_times_of_arrival_and_are_counted_meanwhile() {
     }
 }
 
+/// The packet after 1.2 s is the one that is no longer waited with.
+#[test]
+fn line_by_line_packets_that_waited_are_known_together_and_those_behind_them_one_by_one() {
+    let mut reader = SampleReader::new(ReadOptions { line_by_line: true, ..ReadOptions::default() });
+    let stream: Vec<u8> = (0..70).flat_map(|i| acceleration(20 * i)).collect();
+    reader.push(&stream, None);
+    let batches = [reader.take_batches(), reader.finish()].concat();
+    let rows: Vec<_> =
+        batches.iter().map(|batch| (batch.row_count(), batch.tallies.len())).filter(|rows| rows.0 > 0).collect();
+    assert_eq!(rows, [(61, 0), (9, 9)]);
+}
+
 #[test]
 fn registers_and_packets_have_one_form() {
     let form = PacketForm::new(0x05, &[0x0001, 0x081C]).unwrap();
