@@ -299,6 +299,18 @@ mod tests {
     }
 
     #[test]
+    fn a_host_is_there_from_its_opening_to_its_end() -> io::Result<()> {
+        let mut port = PseudoTerminal::new(NonZeroU32::MIN)?;
+        assert_eq!(port.host_change()?, None);
+        let flags = OFlags::NOCTTY.bits().try_into().unwrap();
+        let host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&port.path)?;
+        assert_eq!([port.host_change()?, port.host_change()?], [Some(HostChange::Opened), None]);
+        drop(host);
+        assert_eq!(port.host_change()?, Some(HostChange::Left));
+        Ok(())
+    }
+
+    #[test]
     fn a_link_turns_and_goes() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");

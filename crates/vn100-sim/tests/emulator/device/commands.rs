@@ -121,7 +121,20 @@ fn firmwares_differ_in_their_packets() {
         }
         bench.set("75,0,16,05,0001,001C");
         bench.set("75,0,0,01,0001");
+        // the same bit of another group, and another of the same
+        bench.set("75,0,16,01,0100");
+        bench.set("75,0,16,10,0002");
         assert_eq!(bench.error("VNWRG,75,0,0,00"), "07", "no group at all");
+    }
+}
+
+#[test]
+fn rate_message_and_frequency_of_either_port_are_written_by_its_number() {
+    let mut bench = Bench::quiet();
+    for (register, first, second) in [("05", "115200", "57600"), ("06", "14", "1"), ("07", "40", "10")] {
+        bench.set(&format!("{register},{second},2"));
+        assert!(bench.ask(&format!("VNRRG,{register},1")).starts_with(&format!("$VNRRG,{register},{first},1*")));
+        assert!(bench.ask(&format!("VNRRG,{register},2")).starts_with(&format!("$VNRRG,{register},{second},2*")));
     }
 }
 

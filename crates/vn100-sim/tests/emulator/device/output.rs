@@ -164,6 +164,17 @@ fn a_poll_is_answered_by_the_packet_alone() {
 }
 
 #[test]
+fn an_output_without_a_divisor_sends_only_when_asked() {
+    let mut bench = Bench::quiet();
+    bench.set("75,1,0,01,0001");
+    bench.set("06,0");
+    bench.send("$VNASY,1*4E\r\n");
+    assert_eq!(bench.wait_ms(1000), "$VNASY,1*4E\r\n");
+    bench.send("$VNBOM,1*45\r\n");
+    assert_eq!(packets(&bench.wait(Duration::from_millis(20))).len(), 1);
+}
+
+#[test]
 fn every_field_alone_is_a_packet_of_its_length() {
     let groups: [(u8, &[usize]); 4] = [
         (0x01, &[8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8]),
