@@ -365,15 +365,12 @@ impl SourceDrawer {
             None => state.assessment(),
         };
         let is_drawn = |results: &&Results| results.is_over == is_over && Arc::ptr_eq(&results.assessment, &assessment);
-        match self.results.as_mut().filter(|results| is_drawn(&&**results)) {
-            Some(results) => results.at = if lasts.is_zero() { now } else { results.at },
-            None => {
-                let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
-                let measured = evaluation.complete(so_far);
-                let parts = result_parts(&Record::new(&measured), remedy_words, &self.prefix);
-                let parts = parts.into_iter().map(Arc::new).collect();
-                self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
-            }
+        if self.results.as_ref().filter(is_drawn).is_none() {
+            let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
+            let measured = evaluation.complete(so_far);
+            let parts = result_parts(&Record::new(&measured), remedy_words, &self.prefix);
+            let parts = parts.into_iter().map(Arc::new).collect();
+            self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
         }
         let signal_lasts = SIGNAL_LASTS.min(now.saturating_duration_since(self.began) / 3);
         let is_drawn =
