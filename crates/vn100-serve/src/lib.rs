@@ -21,6 +21,8 @@ mod guard;
 mod hosts;
 mod metrics_file;
 mod routes;
+#[cfg(test)]
+mod tests;
 
 use std::{
     io,

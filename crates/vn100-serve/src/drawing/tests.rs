@@ -1,5 +1,7 @@
 //! What is drawn, how often, and how much of it is kept.
 
+mod watched;
+
 use std::task::{Context, Poll, Waker};
 
 use tokio::sync::Semaphore;
@@ -59,6 +61,17 @@ fn hour(state: &mut u64) -> Batch {
     Batch { layout: Some(Arc::new(VNIMU.clone())), counts, ..Batch::default() }
 }
 
+fn drawer_of(sources: Vec<ServedSource>, begin: Instant) -> Drawer {
+    let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+    let program = Program { name: "test", commit: None };
+    Drawer::new(
+        sources,
+        Arc::new(evaluation),
+        ReportSettings { asked: String::new(), program, confidence: 0.95 },
+        begin,
+    )
+}
+
 /// A day of data ten thousand times as fast: what is kept is that of the last hour.
 #[test]
 fn a_day_of_data_is_drawn_without_growing() {
@@ -66,12 +79,7 @@ fn a_day_of_data_is_drawn_without_growing() {
     let facts = SourceFacts { name: "day".into(), ..SourceFacts::default() };
     let (sender, state) = watch::channel(SourceState::new(facts, &settings));
     let begin = Instant::now();
-    let mut drawer = Drawer::new(
-        vec![ServedSource { state, goals: Goals::default() }],
-        Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
-        ReportSettings { asked: String::new(), program: Program { name: "test", commit: None }, confidence: 0.95 },
-        begin,
-    );
+    let mut drawer = drawer_of(vec![ServedSource { state, goals: Goals::default() }], begin);
     let (mut analysis, mut noise) = (Analysis::new(settings), 1);
     let mut kept = Vec::new();
     for hours in 1..=24 {
