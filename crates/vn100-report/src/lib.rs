@@ -25,6 +25,8 @@ pub mod numbers;
 mod printable;
 pub mod summary;
 pub mod temperature;
+#[cfg(test)]
+mod tests;
 mod toml_text;
 pub mod units;
 

@@ -242,6 +242,13 @@ mod tests {
         assert_eq!(scale.ticks().len(), 19);
         assert_eq!(labels(Scale { from: 0.02, to: 300.0, log: true }), ["0.1", "1", "10", "100"]);
         assert_eq!(labels(Scale { from: 1.5e-4, to: 9e-4, log: true }), ["2·10⁻⁴", "5·10⁻⁴"]);
+        // from hundredths to ten thousands as people write them
+        assert_eq!(labels(Scale { from: 0.011, to: 0.09, log: true }), ["0.02", "0.05"]);
+        assert_eq!(
+            labels(Scale { from: 1500.0, to: 50_000.0, log: true }),
+            ["2000", "5000", "10000", "20000", "50000"]
+        );
+        assert_eq!(labels(Scale { from: 0.0011, to: 0.009, log: true }), ["2·10⁻³", "5·10⁻³"]);
         assert_eq!(scale.share(1e-4), 0.5);
     }
 

@@ -160,4 +160,22 @@ mod tests {
         }
         assert_eq!(escaped("<b>&"), "&lt;b&gt;&amp;");
     }
+
+    #[test]
+    fn a_symbol_stands_at_its_place() {
+        let svg = |shape| {
+            let mut out = String::new();
+            write_symbol(&mut out, (12.34, 5.0), shape, Colour::Series(1)).unwrap();
+            out
+        };
+        assert_eq!(
+            svg(Marker::Disc),
+            "<g transform=\"translate(12.3 5)\"><circle r=\"3.1\" class=\"a c1\" fill=\"#d55e00\"/></g>"
+        );
+        assert_eq!(
+            svg(Marker::HollowTriangle),
+            "<g transform=\"translate(12.3 5)\"><path d=\"M0 -3.7L3.4 2.6L-3.4 2.6Z\" class=\"h c1\" fill=\"none\" stroke=\"#d55e00\" \
+             stroke-width=\"1.4\"/></g>"
+        );
+    }
 }

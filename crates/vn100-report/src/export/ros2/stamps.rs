@@ -143,7 +143,10 @@ impl Clock {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::tests::fixture::at_rest;
 
     #[test]
     fn stamps_are_dates_where_the_capture_has_them() {
@@ -173,6 +176,21 @@ mod tests {
         let mut without = Clock { has_arrivals: false, ..clock(Some(40.0)) };
         assert_eq!((without.stamp(0, None, None), without.stamp(1, None, None)), (0, 25_000_000));
         assert!(without.text().contains("no arrival times") && without.text().contains("no dates"));
+    }
+
+    #[test]
+    fn an_even_grid_needs_every_sample() {
+        let mut measured = at_rest(4096, &[]);
+        for (missing, segments, text) in [
+            (0, 1, "fitted: first arrival + number of the sample / "),
+            (1, 1, "; not on an even grid, as samples are missing"),
+            (0, 2, "; not on an even grid, as samples are missing"),
+        ] {
+            let timing = &mut Arc::make_mut(&mut measured.snapshot).timing;
+            (timing.missing, timing.segments) = (missing, segments);
+            let said = Clock::new(&Record::new(&measured), Stamps::Fitted).text();
+            assert!(said.contains(text), "{said}");
+        }
     }
 
     #[test]

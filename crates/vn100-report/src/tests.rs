@@ -1,0 +1,5 @@
+//! What is drawn and written of one record, from its samples to the text.
+
+mod drawn;
+pub(crate) mod fixture;
+mod written;

@@ -1,0 +1,103 @@
+//! The texts, tables and documents of a record.
+
+use serde_json::Value;
+use vn100_analysis::protocol::stream::{BagReport, StampSource};
+
+use super::fixture::at_rest;
+use crate::{Asked, Completion, Document, Evaluation, KalibrYaml, Measured, Record, lot_table, summary::Summary};
+
+fn document(measured: &Measured) -> Value {
+    serde_json::to_value(Document::new(measured, true, ToString::to_string)).unwrap()
+}
+
+#[test]
+fn statistics_have_as_many_decimals_as_their_quantity_needs() {
+    let measured = at_rest(32_768, &[]);
+    let summary = Summary::new(&Record::new(&measured), ToString::to_string);
+    let rows: Vec<_> = summary.statistics.iter().map(|row| (&*row.label, row.unit, row.cells.join(" "))).collect();
+    let expected = [
+        ("gyro mean", "deg/s", "0.0516 -0.0286 0.0261"),
+        ("gyro std", "deg/s", "0.0114 0.0115 0.0219"),
+        ("accel mean", "m/s²", "0.1196 -0.0799 -9.8000"),
+        ("accel std", "m/s²", "0.0400 0.0397 0.0402"),
+        ("mag mean", "gauss", "0.2100 -0.0300 0.4100"),
+        ("mag std", "gauss", "0.0005 0.0005 0.0005"),
+        ("temp mean, std", "°C", "25.100 0.104"),
+        ("baro mean, std", "kPa", "101.325 0.008"),
+    ];
+    assert_eq!(rows, expected.map(|(label, unit, cells)| (label, unit, cells.to_owned())));
+}
+
+#[test]
+fn the_file_for_kalibr_says_of_each_value_what_it_is() {
+    let measured = at_rest(32_768, &[]);
+    let yaml = KalibrYaml::of(&Record::new(&measured), 60.0);
+    assert_eq!(yaml.missing(), [""; 0]);
+    let text = yaml.text();
+    for lines in [
+        "#   N of accel_z: estimated\naccelerometer_noise_density: 0.0063467\n",
+        "#   K of accel_z: random walk not detected; upper bound\naccelerometer_random_walk: 4.3849e-4\n",
+        "#   N of gyro_y: estimated\ngyroscope_noise_density: 3.1807e-5\n",
+        "#   K of gyro_z: estimated\ngyroscope_random_walk: 3.0553e-5\n",
+    ] {
+        assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
+    }
+}
+
+#[test]
+fn the_table_of_a_lot_has_a_column_for_each_of_its_cells() {
+    let measured = at_rest(4096, &[]);
+    let table = lot_table(&[Record::new(&measured)]);
+    let (header, row) = table.split_once('\n').unwrap();
+    assert!(header.contains(",confidence,error,verdict,warnings,gyro_x N status,"), "{header}");
+    assert_eq!(header.split(',').count(), row.trim_end().split(',').count());
+}
+
+#[test]
+fn terms_that_are_fitted_together_are_correlated() {
+    let document = document(&at_rest(32_768, &[]));
+    let channels = document["channels"].as_array().unwrap();
+    let gyro_z = channels.iter().find(|channel| channel["name"] == "gyro_z").unwrap();
+    let pair = |correlation: &Value| {
+        let names = [0, 1].map(|place| correlation["of"][place].as_str().unwrap().to_owned());
+        (names.join(" "), format!("{:.4}", correlation["value"].as_f64().unwrap()))
+    };
+    let pairs: Vec<_> = gyro_z["noise"]["correlations"].as_array().unwrap().iter().map(pair).collect();
+    let expected = [
+        ("white bias_instability", "-0.5412"),
+        ("white rate_random_walk", "0.3131"),
+        ("bias_instability rate_random_walk", "-0.6652"),
+    ];
+    assert_eq!(pairs, expected.map(|(of, value)| (of.to_owned(), value.to_owned())));
+}
+
+#[test]
+fn the_counts_of_a_bag_stand_under_their_names() {
+    let mut measured = at_rest(64, &[]);
+    let bag = BagReport::of("/imu", "sensor_msgs/msg/Imu", StampSource::Recorded);
+    measured.facts.bag = Some(BagReport {
+        messages: 1,
+        used: 2,
+        without_sample: 3,
+        unreadable: 4,
+        reordered: 5,
+        late: 6,
+        other_messages: 7,
+        ..bag
+    });
+    let bag = &document(&measured)["source"]["bag"];
+    let names = ["messages", "used", "without_sample", "unreadable", "reordered", "late", "other_messages"];
+    assert_eq!(names.map(|name| bag[name].as_u64()), [1, 2, 3, 4, 5, 6, 7].map(Some));
+}
+
+#[test]
+fn a_parameter_that_must_pass_and_does_is_not_reported() {
+    let measured = at_rest(32_768, &[]);
+    for (figure, unmet) in [("gyro B", 0), ("accel B", 1)] {
+        let asked = Asked { fail_on: vec![figure.parse().unwrap()], typical_is_limit: false };
+        let complete = Evaluation::new(None, asked, false).unwrap().complete(measured.clone());
+        assert_eq!(complete.unmet.len(), unmet, "{:?}", complete.unmet);
+        let expected = if unmet == 0 { Completion::Complete } else { Completion::NotMet };
+        assert_eq!(complete.completion, expected);
+    }
+}
