@@ -5,13 +5,7 @@ use std::io::{self, Write};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::RemedyWords;
 use vn100_analysis::protocol::Register;
-use vn100_report::{
-    KalibrYaml, Record,
-    figure::Figures,
-    numbers::{duration, grouped, trimmed},
-    run_name, run_prefix,
-    summary::Summary,
-};
+use vn100_report::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
 
 use crate::{
     caption::Captions,
@@ -115,7 +109,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
     };
     if record.measured.snapshot.timing.samples == 0 {
         return html! {
-            p.warning.problem { (lead(record)) }
+            p.warning.problem { (record.measured.facts.error.as_deref().unwrap_or("No valid sample in this capture.")) }
             p { "There are no results. What is known of the capture follows." }
             @if !record.measured.snapshot.warnings.is_empty() { (section("cautions", "Cautions", warnings(record, options.words))) }
             (section("record", "Record and method", facts::facts(record, options, captions)))
@@ -149,22 +143,6 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
             @for (anchor, name, _) in &sections { a href={ "#" (prefix) (anchor) } { (name) } " " }
         }
         @for (anchor, name, content) in sections { (section(anchor, name, content)) }
-    }
-}
-
-fn lead(record: &Record<'_>) -> String {
-    let snapshot = &record.measured.snapshot;
-    let timing = &snapshot.timing;
-    match &snapshot.layout {
-        Some(layout) if timing.samples > 0 => format!(
-            "{} {} of {} in {} at {} Hz.",
-            grouped(timing.samples),
-            if timing.samples == 1 { "sample" } else { "samples" },
-            layout.message,
-            duration(timing.duration_s()),
-            trimmed(timing.rate_hz, 4)
-        ),
-        _ => record.measured.facts.error.clone().unwrap_or_else(|| "No valid sample in this capture.".into()),
     }
 }
 
