@@ -34,6 +34,8 @@ mod parameters;
 mod report;
 mod several;
 mod statistics;
+#[cfg(test)]
+mod tests;
 mod words;
 
 pub use live::{

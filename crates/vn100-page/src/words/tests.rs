@@ -310,6 +310,21 @@ fn a_walk_that_is_not_detected_differs_from_one_that_is_not_in_the_stream() {
 }
 
 #[test]
+fn the_origin_and_the_window_of_a_stream_limit_it_where_they_do() {
+    changes(
+        |findings| findings.warnings.push(WarningKind::CompensationUnknown),
+        &["Origin: it is unknown whether a filter has removed the gyroscope bias; "],
+    );
+    changes(
+        |findings| findings.sensors[0].onboard.as_mut().unwrap().window.length = 4,
+        &["Rate and averaging window: white noise is aliased into the band, see above."],
+    );
+    let mut findings = flawless();
+    findings.sensors[0].onboard = None;
+    assert!(!text_of(&findings).contains("Rate and averaging window"));
+}
+
+#[test]
 fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
     let walk = |parameter: Parameter| {
         let mut findings = flawless();

@@ -1,0 +1,159 @@
+//! The report of a record, and of two.
+
+use std::sync::Arc;
+
+use vn100_report::{Measured, Record, figure::Figures, run_name};
+
+use super::fixture::{in_a_warming_room, with_attitude};
+use crate::{PageOptions, Program, write_page};
+
+/// The report of these records.
+fn report(all: &[Measured]) -> String {
+    let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
+    let figures: Vec<Figures> = records.iter().map(|record| Figures::of(record, "")).collect();
+    let names: Vec<String> = (0..records.len()).map(run_name).collect();
+    let together = if records.len() == 1 { Figures::default() } else { Figures::together(&records, &names) };
+    let options = PageOptions {
+        confidence: 0.95,
+        asked: "vn100 report",
+        words: ToString::to_string,
+        program: Program { name: "vn100 test", commit: None },
+        kalibr_span_s: 60.0,
+    };
+    let mut page = Vec::new();
+    write_page(&mut page, &records, &figures, &together, options).unwrap();
+    String::from_utf8(page).unwrap()
+}
+
+/// The text between the elements of a piece of a page.
+fn texts(html: &str) -> impl Iterator<Item = &str> {
+    html.split('<').map(|piece| piece.split_once('>').map_or(piece, |(_, text)| text))
+}
+
+/// The text of a piece of a page, with spaces that break.
+fn text(html: &str) -> String {
+    texts(html).collect::<String>().replace('\u{a0}', " ")
+}
+
+/// The cells of a row.
+fn cells(row: &str) -> String {
+    texts(row).filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" | ")
+}
+
+/// The text of the row with this heading.
+fn row(page: &str, heading: &str) -> String {
+    let (_, row) = page.split_once(&format!("<th scope=\"row\">{heading}</th>")).unwrap_or_else(|| panic!("{heading}"));
+    cells(row.split_once("</tr>").unwrap().0)
+}
+
+#[track_caller]
+fn has(page: &str, pieces: &[&str]) {
+    for piece in pieces {
+        assert!(page.contains(piece), "{piece}");
+    }
+}
+
+#[test]
+fn the_temperature_coefficient_of_each_axis_stands_in_all_units() {
+    let page = report(&[in_a_warming_room(32_768)]);
+    let begin = page.find("temperature coefficient of the bias").unwrap();
+    let rows: Vec<String> = page[begin..].split("</tr>").take(6).map(cells).collect();
+    assert_eq!(
+        rows,
+        [
+            "temperature coefficient of the bias | rad/s/°C | 4.99 (4.78 to 5.19)·10⁻⁵ | −0.1 (−2.1 to 1.9)·10⁻⁶ | −0.3 (−2.1 to 1.9)·10⁻⁶",
+            "°/s/°C | 2.859·10⁻³ | −5.641·10⁻⁶ | −1.657·10⁻⁵",
+            "°/h/°C | 10.29 | −0.02031 | −0.05966",
+            "lag behind the temperature | s | 0 (0 to 3) | – | –",
+            "p without the coefficient | &lt; 10⁻⁹ | 1.0 | 1.0",
+            "largest share of temperature in the variance of an octave | % | 100 | – | –",
+        ]
+    );
+}
+
+#[test]
+fn a_grade_names_the_values_that_decide() {
+    let page = text(&report(&[in_a_warming_room(32_768)]));
+    has(&page, &["Grade. gyro_x: at least industrial (B ≤ 1.32 °/h, the sensor's own N ≤ 0.110 °/√h); gyro_y: "]);
+}
+
+#[test]
+fn a_reading_in_another_unit_has_no_heading_of_its_own() {
+    let page = report(&[in_a_warming_room(32_768)]);
+    let (_, readings) = page.split_once("Graphical slope method (IEEE 952)").unwrap();
+    let rows: Vec<&str> = readings.split_once("</tbody>").unwrap().0.split("<tr>").skip(1).collect();
+    let headings: Vec<bool> = rows.iter().map(|row| row.starts_with("<th scope=\"row\">")).collect();
+    assert_eq!(headings, [true, false, true, false, true, false]);
+    assert!(rows[1].starts_with("<td></td><td class=\"unit\">"), "{}", rows[1]);
+}
+
+#[test]
+fn a_record_at_a_glance_has_each_parameter_and_what_is_compared_with_the_data_sheet() {
+    let page = report(&[with_attitude(8192, 40.0)]);
+    let tiles = page.split_once("<div class=\"tiles\">").unwrap().1.split_once("</section>").unwrap().0;
+    let labels: Vec<&str> =
+        tiles.split("<span class=\"label\">").skip(1).map(|rest| rest.split_once('<').unwrap().0).collect();
+    assert_eq!(
+        labels,
+        [
+            "Angle Random Walk N",
+            "Bias Instability B",
+            "Rate Random Walk K",
+            "Velocity Random Walk N",
+            "Bias Instability B",
+            "minimum of the curve",
+            "Accel. Random Walk K",
+            "Noise Density N",
+            "Bias Instability B, Random Walk K",
+            "Mean field",
+        ]
+    );
+}
+
+#[test]
+fn the_notes_on_the_parameters_have_commands_as_code() {
+    let page = report(&[with_attitude(8192, 40.0)]);
+    has(&page, &["<ol class=\"notes\"><li><code>register 6 set to VNIMU</code> records uncompensated rates, "]);
+}
+
+#[test]
+fn the_statistics_say_how_the_sensor_stood_and_how_its_attitude_varied() {
+    let page = report(&[with_attitude(8192, 40.0)]);
+    has(
+        &page,
+        &[
+            "Largest component: accel_z, so the z axis pointed down.",
+            "its deviations (yaw 0.0903°, pitch 0.0202°, roll 0.0302°) are no sensor noise. Yaw varied 3.0 times as much",
+        ],
+    );
+    let norm = "8\u{202f}192 | 0.001112356 | 0.000195199 | 0.000447 | 0.001810 | – | – | –";
+    assert_eq!(row(&page, "gyro_norm"), norm);
+}
+
+#[test]
+fn the_answers_give_the_worst_axis_and_what_white_noise_alone_would_be() {
+    let page = text(&report(&[with_attitude(8192, 40.0)]));
+    has(
+        &page,
+        &[
+            "gyro_y, the worst axis of the gyroscope: measured 0.1102 °/√h (0.1085 to 0.1118); ",
+            "standard deviation of one 40 Hz sample: 1.99·10⁻⁴ rad/s (white noise alone: 1.99·10⁻⁴).",
+        ],
+    );
+}
+
+#[test]
+fn the_first_connection_is_no_reconnection() {
+    for (connects, reconnections) in [(0, "0"), (1, "0"), (3, "2")] {
+        let mut measured = with_attitude(256, 40.0);
+        Arc::make_mut(&mut measured.snapshot).link.connects = connects;
+        assert_eq!(row(&report(&[measured]), "Reconnections"), reconnections);
+    }
+}
+
+#[test]
+fn densities_that_fold_differently_are_not_compared() {
+    let of = |rate_hz| report(&[with_attitude(4096, 40.0), with_attitude(4096, rate_hz)]);
+    let said = "N is not compared: aliasing raises it differently in them, by a factor known to ±10 %. ";
+    assert_eq!((of(40.0).matches(said).count(), of(50.0).matches(said).count()), (0, 3));
+}
