@@ -55,3 +55,22 @@ impl MessageQueue {
         messages.all.drain(..).chain(last).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_news_once_and_kept_until_it_is_taken() {
+        let queue = MessageQueue::default();
+        assert_eq!(queue.news(), None);
+        queue.push("one".into());
+        queue.push("two".into());
+        assert_eq!((queue.news().as_deref(), queue.news()), (Some("two"), None));
+        queue.push("three".into());
+        queue.keep(Some("last".into()));
+        assert_eq!((queue.news().as_deref(), queue.news()), (Some("three"), None));
+        assert_eq!(queue.take(), ["one", "two", "three", "last"]);
+        assert!(queue.take().is_empty());
+    }
+}

@@ -66,3 +66,20 @@ fn new_file(folder: &Path, stem: &str, extension: &str, text: &str) -> io::Resul
     }
     Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("{stem}.{extension} and its neighbours exist")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::fixture::measured;
+
+    #[test]
+    fn a_file_is_named_after_source_and_samples() {
+        for (name, expected) in [
+            ("/dev/ttyUSB0", "vn100-dev-ttyUSB0-20000"),
+            ("tcp://bench.local:4000", "vn100-tcp---bench-local-4000-20000"),
+            ("log 7 (b).csv", "vn100-log-7--b--csv-20000"),
+        ] {
+            assert_eq!(stem(&SourceView { name: name.into(), ..measured() }), expected);
+        }
+    }
+}

@@ -77,3 +77,24 @@ pub(super) fn worst_white(source: &SourceView, quantity: Quantity) -> Option<f64
     let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
     axes.filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White)?.value).reduce(f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::{Warning, WarningKind};
+
+    use super::*;
+    use crate::tests::fixture::{damaged, measured};
+
+    #[test]
+    fn what_is_broken_comes_before_what_is_warned_of() {
+        let warned = |severity| {
+            let warning = Warning { severity, ..Warning::new(WarningKind::WarmUp, Vec::new(), "", "") };
+            SourceView { warnings: vec![warning], ..measured() }
+        };
+        let (problem, caution) = (warned(Severity::Problem), warned(Severity::Caution));
+        let fine = SourceView { warnings: Vec::new(), ..measured() };
+        let ended = SourceView { phase: SourcePhase::Ended(Some("unplugged".into())), ..fine.clone() };
+        let order = SortedBy::Findings.order(&[fine, caution, problem, damaged(), ended]);
+        assert_eq!(order, [3, 4, 2, 1, 0]);
+    }
+}

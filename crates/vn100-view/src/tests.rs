@@ -3,7 +3,7 @@
 //! `VN100_WRITE_SCREENS=1`.
 
 mod colours;
-mod fixture;
+pub(crate) mod fixture;
 mod head;
 mod keys;
 mod plots;
@@ -94,6 +94,18 @@ fn each_sensor_and_one_axis_with_its_model() {
     }
     let state = ViewState { axes: ShownAxes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
     check("gyro-y-zoomed", &state, &[measured()]);
+}
+
+#[test]
+fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
+    let state = ViewState { panel: Panel::Statistics, expanded: true, ..one() };
+    let header = |width| {
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (width, 24)).0);
+        screen.lines().find(|line| line.contains("mean")).unwrap().to_owned()
+    };
+    // 66 columns within the frame
+    assert_eq!(header(67), "│channel     unit        mean       std      min      max recent  │");
+    assert_eq!(header(68), "│channel     unit          mean        std       min       max     │");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! What colours mean, and that nothing is lost without them.
 
+use std::sync::Arc;
+
 use imu_noise::Verdict;
 use ratatui::{
     buffer::Buffer,
@@ -56,6 +58,13 @@ fn good_is_green_and_broken_vermilion() {
     assert_eq!(style_of(&damaged, "RECORDING FAILED").0, error);
     assert_eq!(style_of(&damaged, "rejected 4").0, warning);
     assert_eq!(style_of(&show(measured()), "rejected 0").0, Color::Reset);
+    // the first one too
+    let lost = |missing| {
+        let mut source = measured();
+        Arc::make_mut(&mut source.snapshot).timing.missing = missing;
+        style_of(&show(source), &format!("dropped {missing}")).0
+    };
+    assert_eq!((lost(0), lost(1)), (Color::Reset, warning));
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub(super) fn up() -> LinkState {
 }
 
 /// Five hundred seconds of white noise from a sensor without its filter, recorded.
-pub(super) fn measured() -> SourceView {
+pub(crate) fn measured() -> SourceView {
     static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
@@ -60,7 +60,7 @@ pub(super) fn short(rows: usize) -> SourceView {
 
 /// The same time of a compensated stream, with rejected sentences and gaps, and a
 /// failed recording.
-pub(super) fn damaged() -> SourceView {
+pub(crate) fn damaged() -> SourceView {
     static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());

@@ -61,6 +61,9 @@ fn the_help_has_pages_and_closes() {
     assert_eq!([page("?"), page("? "), page("??j"), page("??k"), page("?k")], [0, 1, 2, 0, 0].map(Some));
     assert_eq!([page("?x"), page("??s")], [None; 2]);
     assert_eq!(pressed("?x", &sources).0, one(), "a key that closes it does nothing else");
+    let mut state = one();
+    state.key(KeyEvent::new(KeyCode::F(1), KeyModifiers::NONE), &sources);
+    assert_eq!(state.help, Some(0), "by the key that opens it elsewhere");
     for size in [(80, 16), (60, 20), (80, 24), (80, 40), (80, 60)] {
         let page = |page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, size).0);
         let (_, behind) = page(0).split_once("page 1 of ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
