@@ -286,4 +286,16 @@ mod tests {
         histogram.push(&[6, 6]);
         assert_eq!(histogram.bins().nth(1), Some((6, full + 2)));
     }
+
+    #[test]
+    fn bins_of_any_width_are_read_back_as_they_were_written() {
+        for far in [1, MAX_BINS as i32, 5 * MAX_BINS as i32] {
+            let mut histogram = Histogram::new();
+            histogram.push(&[-7, 5, 5, 5 + far]);
+            let mut bytes = Vec::new();
+            histogram.encode(&mut bytes);
+            let mut input = ByteReader::new(&bytes);
+            assert_eq!(Histogram::decode(&mut input).unwrap(), histogram, "{far}");
+        }
+    }
 }

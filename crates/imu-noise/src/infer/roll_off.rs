@@ -174,3 +174,26 @@ fn fit(bins: &[Bin], columns: &[Vec<f64>]) -> Option<f64> {
     }
     Some(bins.iter().zip(&expected).map(|(bin, e)| bin.points * (e.ln() + bin.power / e)).sum())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a channel in counts of any size.
+    #[test]
+    fn a_fall_is_compared_with_that_of_a_walk() {
+        const SEGMENT: usize = 1024;
+        let points: Vec<usize> = (FIRST..SEGMENT / 2).collect();
+        for counts2 in [1e-3, 1.0, 1e6] {
+            let falls = |power: fn(f64) -> f64| {
+                let powers =
+                    (0..=SEGMENT / 2).map(|k| counts2 * power(2.0 - 2.0 * (TAU * k as f64 / SEGMENT as f64).cos()));
+                let powers =
+                    Powers { segment_samples: SEGMENT, segments: 64, averages: 64.0, powers: powers.collect() };
+                falls_faster_than_a_walk(&powers, &points)
+            };
+            assert!(!falls(|_| 1.0) && !falls(f64::recip), "{counts2}");
+            assert!(falls(|square| square.powi(-3)), "{counts2}");
+        }
+    }
+}

@@ -74,6 +74,16 @@ fn found(parameters: &[Parameter]) -> f64 {
     found as f64 / parameters.len() as f64
 }
 
+/// The spread of the width is larger where there are few windows, of white noise more so.
+#[test]
+fn a_wide_interval_is_planned_with_a_wide_margin() {
+    let noise = Noise { flicker: 0.0, step: 0.02 };
+    let planned = |term| [0.3, 0.1, 0.03].map(|half_width| noise.record_s(term, Aim::HalfWidth(half_width)));
+    // 1 + 0.8 √half-width, and 1.15
+    assert_eq!(planned(Term::White).map(f64::round), [3.0, 10.0, 95.0]);
+    assert_eq!(planned(Term::RateRandomWalk).map(f64::round), [337.0, 2035.0, 20_434.0]);
+}
+
 #[test]
 fn white_noise_is_known_as_well_as_planned() {
     let noise = Noise { flicker: 0.06, step: 0.0 };

@@ -13,6 +13,17 @@ fn moments(counts: &[i32]) -> Moments {
     moments
 }
 
+#[test]
+fn samples_are_shifted_and_nothing_stays_nothing() {
+    let mut empty = Moments::new();
+    empty.shift(5);
+    assert_eq!((empty.min_counts(), empty.max_counts()), (None, None));
+    empty.push(&[7, -3]);
+    assert_eq!(empty, moments(&[7, -3]));
+    empty.shift(100);
+    assert_eq!(empty, moments(&[107, 97]));
+}
+
 fn assert_sums(moments: &Moments, expected: &Value, names: [&str; 4]) {
     let [first, second, third, fourth] = names.map(|name| expected[name].as_str().unwrap().parse::<I256>().unwrap());
     let count = expected["n"].as_u64().unwrap();

@@ -107,3 +107,24 @@ fn variance(deviation: Deviation, values: &[f64], blocks: usize) -> f64 {
     });
     squares.sum::<f64>() / windows.max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What changes steadily has a deviation that grows with the averaging time, and what bends one
+    /// that grows with its square.
+    #[test]
+    fn within_a_block_the_temperature_is_taken_to_change_steadily() {
+        let of = |made: fn(f64) -> f64| {
+            let made: Vec<f64> = (0..64).map(|block| made(f64::from(block))).collect();
+            TemperatureRemoval { length: 40, first_block: 0, axis: made.clone(), made }
+        };
+        let (steady, bent) = (of(|block| 3.0 * block), of(|block| block * block));
+        let without = |removal: &TemperatureRemoval, deviation, m| removal.variance_without(deviation, m, 7.0, 16.0);
+        assert_eq!([10, 20].map(|m| without(&steady, Deviation::Allan, m)), [7.0 - 1.0, 7.0 - 4.0]);
+        assert_eq!([10, 20].map(|m| without(&bent, Deviation::Hadamard, m)), [7.0 - 0.0625, 7.0 - 1.0]);
+        // all of a block is the temperature's, and no more than there is
+        assert_eq!([39, 40].map(|m| without(&steady, Deviation::Allan, m)), [0.0; 2]);
+    }
+}
