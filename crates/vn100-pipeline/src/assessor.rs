@@ -7,7 +7,6 @@ use vn100_analysis::{Analysis, Assessment, Snapshot};
 /// The assessment of one source, made on the thread of the reader that first asks for it, and again
 /// when the record has grown by a twentieth: an assessment takes as long as the measurement of many
 /// seconds of data, and the measurement never waits for it. Clones share it.
-/// measurement never waits for it. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Assessor {
     confidence: f64,
