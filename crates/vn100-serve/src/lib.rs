@@ -185,8 +185,10 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
     Ok(())
 }
 
-/// Draws the page as long as it has readers, and once more at the end.
+/// Draws the page as long as it has readers, and once more at the end. Then all is over.
 async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
+    // after a panic too: whoever drops the server waits for it
+    let _over = app.over.clone().drop_guard();
     let mut ticks = time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -209,5 +211,4 @@ async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
     if app.page.receiver_count() > 0 {
         let _ = time::timeout(GRACE, app.draw()).await;
     }
-    app.over.cancel();
 }

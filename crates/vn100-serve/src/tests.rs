@@ -109,3 +109,25 @@ fn a_reader_gets_the_page_as_it_changes_and_the_end_of_the_program() {
     let end: Vec<String> = lines.filter(|line| line.starts_with("event: ") || line.starts_with("data: the")).collect();
     assert_eq!(end[end.len() - 2..], ["event: end", "data: the program ends"]);
 }
+
+/// A runtime without a clock makes the task panic at its first step.
+#[test]
+fn a_server_ends_although_its_drawing_has_panicked() {
+    let evaluation = Arc::new(Evaluation::new(None, Asked::default(), false).unwrap());
+    let report = ReportSettings {
+        asked: String::new(),
+        program: Program { name: "vn100 test", commit: None },
+        confidence: 0.95,
+    };
+    let app = Arc::new(App {
+        drawer: Arc::new(Mutex::new(Drawer::new(Vec::new(), evaluation, report, Instant::now()))),
+        page: watch::channel(Arc::new(PageState::default())).0,
+        streams: Arc::new(Semaphore::new(STREAMS)),
+        over: CancellationToken::new(),
+        hosts: Hosts::new(Vec::new(), ""),
+    });
+    let runtime = Builder::new_current_thread().build().unwrap();
+    let keeping = keep_drawn(Arc::clone(&app), CancellationToken::new());
+    assert!(runtime.block_on(runtime.spawn(keeping)).unwrap_err().is_panic());
+    assert!(app.over.is_cancelled());
+}
