@@ -124,4 +124,16 @@ mod tests {
         }
         assert_eq!(quantile(0.025, 1e-3), None);
     }
+
+    #[test]
+    fn quantiles_are_good_to_the_digits_of_their_distribution() {
+        for dof in [0.7, 1.5, 3.0, 9.0, 11.0, 40.0, 333.0, 5000.0] {
+            for p in [1e-5, 0.001, 0.025, 0.3, 0.5, 0.84, 0.975, 0.999] {
+                let x = quantile(p, dof).unwrap();
+                let distribution = ChiSquared::new(dof).unwrap();
+                let error = (distribution.cdf(x) - p) / distribution.pdf(x) / x;
+                assert!(error.abs() < 2e-13, "{dof} {p}: {error:e}");
+            }
+        }
+    }
 }

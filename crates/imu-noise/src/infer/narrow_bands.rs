@@ -150,3 +150,48 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
         share_of_band: reach.count() as f64 / last as f64 / samples,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(frequency: f64, spread: f64) -> NarrowBand {
+        let parts = vec![(frequency, spread, 0.25), (frequency, spread, 0.75)];
+        NarrowBand { parts, power: 1.0, noise_density: 1.0, share_of_band: 0.01 }
+    }
+
+    #[test]
+    fn a_line_of_one_frequency_adds_what_its_sine_does() {
+        for (frequency, m) in [(0.01, 1), (0.05, 3), (0.05, 16), (0.22, 2), (0.37, 5)] {
+            let sine = |times: f64| (PI * frequency * times).sin();
+            let under = (m as f64 * sine(1.0)).powi(2);
+            for (deviation, expected) in [
+                (Deviation::Allan, 2.0 * sine(m as f64).powi(4) / under),
+                (Deviation::Hadamard, 8.0 / 3.0 * sine(m as f64).powi(6) / under),
+            ] {
+                let (mean, spread) = line(frequency, 0.0).variance(deviation, m);
+                assert!(
+                    (mean - expected).abs() < 1e-12 / under,
+                    "{frequency} {m} {deviation:?}: {mean}, not {expected}"
+                );
+                assert!(spread < 1e-6 / under, "{frequency} {m} {deviation:?}: {spread}");
+            }
+        }
+    }
+
+    /// Of sin⁴ and sin⁶ of any phase the means are 3/8 and 5/16, and the mean squares 35/128 and
+    /// 231/1024.
+    #[test]
+    fn a_line_of_unknown_phase_adds_the_mean_over_all_phases() {
+        let under = (PI * 0.05).sin().powi(2);
+        for (deviation, factor, power, square) in [
+            (Deviation::Allan, 2.0, 3.0 / 8.0, 35.0 / 128.0),
+            (Deviation::Hadamard, 8.0 / 3.0, 5.0 / 16.0, 231.0 / 1024.0),
+        ] {
+            let (mean, spread) = line(0.05, 10.0).variance(deviation, 1);
+            assert!((mean * under / factor / power - 1.0_f64).abs() < 1e-12, "{deviation:?}: {mean}");
+            let [one, other] = [0.25, 0.75].map(|share| share * factor / under * f64::sqrt(square - power * power));
+            assert!((spread / one.hypot(other) - 1.0).abs() < 1e-12, "{deviation:?}: {spread}");
+        }
+    }
+}

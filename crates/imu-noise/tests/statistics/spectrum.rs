@@ -47,6 +47,18 @@ fn without_a_full_segment_or_an_interval_there_is_no_density() {
     }
 }
 
+/// Behind 65 536 places one segment in four is taken.
+#[test]
+fn segments_are_spaced_by_the_samples_or_by_all_places() {
+    let segments = |mut signal: ChannelSignal| {
+        signal.gap(Some(65_536));
+        signal.push(&white(8192));
+        signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap().segments
+    };
+    let empty = ChannelSignal::new(&SpectrumPlan::new());
+    assert_eq!((segments(empty.clone()), segments(empty.counting_missing())), (31, 8));
+}
+
 #[test]
 fn a_constant_has_no_line_and_no_noise() {
     let constant = signal(&[-9813; 5000]);
