@@ -253,6 +253,7 @@ mod tests {
             (typical, bounded(4.9), StreamFactor::ONE, BelowTypical),
             (typical, bounded(7.1), StreamFactor::ONE, Inconclusive),
             (typical, estimated(6.9, 7.1), StreamFactor::ONE, Inconclusive),
+            (typical, Parameter { upper: None, ..estimated(4.0, 4.5) }, StreamFactor::ONE, Inconclusive),
             (typical, estimated(7.1, 7.2), StreamFactor::ONE, AboveTypical),
             // twice what is typical is 9 to 15.4
             (typical, estimated(15.0, 15.3), twice, Typical),
