@@ -184,7 +184,7 @@ mod tests {
     fn a_fall_is_compared_with_that_of_a_walk() {
         const SEGMENT: usize = 1024;
         let points: Vec<usize> = (FIRST..SEGMENT / 2).collect();
-        for counts2 in [1e-3, 1.0, 1e6] {
+        for counts2 in [1e-6, 1.0, 1e6] {
             let falls = |power: fn(f64) -> f64| {
                 let powers =
                     (0..=SEGMENT / 2).map(|k| counts2 * power(2.0 - 2.0 * (TAU * k as f64 / SEGMENT as f64).cos()));
