@@ -111,6 +111,18 @@ fn writing_the_flash_takes_half_a_second_and_commands_wait() {
 }
 
 #[test]
+fn commands_that_wait_for_the_flash_wait_for_a_second_write_and_end_with_a_restart() {
+    let mut bench = Bench::quiet();
+    bench.send("$VNWNV*57\r\n$VNWNV*57\r\n$VNRRG,06*75\r\n");
+    assert_eq!(bench.wait_ms(510), "$VNWNV*57\r\n");
+    assert_eq!(bench.wait_ms(490), "");
+    assert_eq!(bench.wait_ms(10), "$VNWNV*57\r\n$VNRRG,06,14*5C\r\n");
+    bench.send("$VNWNV*57\r\n$VNRST*4D\r\n$VNRRG,06*75\r\n");
+    assert_eq!(bench.wait_ms(510), "$VNWNV*57\r\n$VNRST*4D\r\n");
+    assert_eq!(bench.wait_ms(BOOT_MS - 10), "");
+}
+
+#[test]
 fn a_restart_forgets_what_was_not_written_to_flash() {
     let mut bench = Bench::quiet();
     bench.set("07,20");
