@@ -265,6 +265,11 @@ impl ChannelSignal {
         blocks.iter().collect()
     }
 
+    /// It has a gap of unknown length.
+    pub(crate) const fn is_parted(&self) -> bool {
+        self.piece.is_parted()
+    }
+
     /// First sample, length and spreads of the blocks that have full windows.
     pub(crate) fn spreads(&self) -> Vec<(u64, u64, Spreads)> {
         self.blocks.spreads().map(|(first, length, spreads)| (first, length, *spreads)).collect()

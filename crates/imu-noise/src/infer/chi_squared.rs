@@ -65,7 +65,10 @@ pub fn probability_above(x: f64, dof: f64) -> Option<f64> {
     ChiSquared::new(dof).ok().map(|chi_squared| chi_squared.sf(x))
 }
 
-/// x with P(Z < x) = `p` for a standard normal Z, 0 < p < 1.
+/// x with P(Z < x) = `p` for a standard normal Z.
+///
+/// # Panics
+/// Unless 0 <= p <= 1.
 #[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)

@@ -7,30 +7,43 @@ use crate::accumulate::signal::ChannelSignal;
 /// Below, a few coefficients decide, and flicker noise looks like a walk too often.
 const MIN_BLOCKS: usize = 32;
 
+/// Least share of samples in a block, whose mean has more white noise without them, and of the
+/// record in the series.
+const LEAST_SHARE: f64 = 15.0 / 16.0;
+
 /// Cosine coefficients of the means of the blocks of a channel (DCT-II, orthonormal), in its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelSeries {
-    /// Length of a block in samples; none is missing.
+    /// Length of a block in samples.
     pub(crate) block_samples: u64,
     /// From that of half a cycle per series on, in rising frequency: one less than blocks.
     pub(crate) coefficients: Vec<f64>,
 }
 
 impl LevelSeries {
-    /// The level of `signal` in its longest series of blocks without missing samples; `None` below
-    /// 32 of them.
+    /// The level of `signal` in its longest series of blocks that have 15 of 16 samples at least,
+    /// where one count is `unit_per_count` in the unit of the channel. `None` for fewer than 32
+    /// blocks, a series of less than 15/16 of the record, and a record with a gap of unknown
+    /// length.
     #[must_use]
     pub fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
+        if signal.is_parted() {
+            return None;
+        }
         Self::of_blocks(&signal.blocks(), unit_per_count)
     }
 
     fn of_blocks(blocks: &[Block], unit_per_count: f64) -> Option<Self> {
-        let is_complete = |block: &Block| block.count == block.length;
+        let is_full = |block: &Block| block.count as f64 >= LEAST_SHARE * block.length as f64;
         let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample;
-        let complete = blocks.split(|block| !is_complete(block));
-        let series = complete.flat_map(|blocks| blocks.chunk_by(follows));
+        let full = blocks.split(|block| !is_full(block));
+        let series = full.flat_map(|blocks| blocks.chunk_by(follows));
         let series = series.max_by_key(|series| series.len()).filter(|series| series.len() >= MIN_BLOCKS)?;
-        let first = series.first()?;
+        let (first, start, end) = (series.first()?, blocks.first()?, blocks.last()?);
+        let places = end.first_sample + end.count - start.first_sample;
+        if ((series.len() as u64 * first.length) as f64) < LEAST_SHARE * places as f64 {
+            return None;
+        }
         // from the first, so that no digits are lost on a large offset
         let level = |block: &Block| (block.mean_counts - first.mean_counts) * unit_per_count;
         let levels: Vec<f64> = series.iter().map(level).collect();
@@ -59,12 +72,13 @@ fn transformed(levels: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accumulate::spectrum::SpectrumPlan;
 
-    fn blocks(levels: &[f64]) -> Vec<Block> {
+    fn blocks(levels: &[f64], length: u64) -> Vec<Block> {
         let block = |(i, level): (usize, &f64)| Block {
-            first_sample: 8 * i as u64,
-            length: 8,
-            count: 8,
+            first_sample: length * i as u64,
+            length,
+            count: length,
             mean_counts: 1e6 + level,
             std_counts: None,
             min_counts: 0,
@@ -80,39 +94,60 @@ mod tests {
     #[test]
     fn coefficients_hold_the_whole_variance_in_the_unit() {
         let levels: Vec<f64> = (0..37).map(|i| f64::from(i * i % 7)).collect();
-        let series = LevelSeries::of_blocks(&blocks(&levels), 0.5).unwrap();
+        let series = LevelSeries::of_blocks(&blocks(&levels, 8), 0.5).unwrap();
         let mean = levels.iter().sum::<f64>() / 37.0;
         let squares: f64 = levels.iter().map(|level| (level - mean).powi(2)).sum();
         assert_eq!((series.block_samples, series.coefficients.len()), (8, 36));
         assert!(near(series.coefficients.iter().map(|x| x * x).sum(), 0.25 * squares));
         // half a cycle per series is the first of them
         let cosine: Vec<f64> = (0..50).map(|i| (core::f64::consts::PI * (f64::from(i) + 0.5) / 50.0).cos()).collect();
-        let series = LevelSeries::of_blocks(&blocks(&cosine), 1.0).unwrap();
+        let series = LevelSeries::of_blocks(&blocks(&cosine, 8), 1.0).unwrap();
         assert!(near(series.coefficients[0], 5.0) && series.coefficients[1..].iter().all(|x| near(*x, 0.0)));
     }
 
     #[test]
     fn a_ramp_has_the_coefficients_of_its_blocks() {
         let levels: Vec<f64> = (0..39).map(|i| 3.0 * f64::from(i)).collect();
-        let series = LevelSeries::of_blocks(&blocks(&levels), 1.0).unwrap();
+        let series = LevelSeries::of_blocks(&blocks(&levels, 8), 1.0).unwrap();
         assert!(series.coefficients.iter().zip(series.ramp()).all(|(value, ramp)| near(*value, 3.0 * ramp)));
     }
 
     #[test]
-    fn the_longest_series_of_complete_blocks_counts() {
+    fn a_series_of_nearly_full_blocks_over_nearly_the_whole_record_counts() {
         let levels: Vec<f64> = (0..80).map(|i| f64::from(i % 5)).collect();
-        let complete = |blocks: &[Block]| LevelSeries::of_blocks(blocks, 1.0).map(|series| series.coefficients.len());
-        assert_eq!(complete(&blocks(&levels)), Some(79));
-        // a sample is missing, the last block is not full, blocks are missing
-        let mut lossy = blocks(&levels);
-        lossy[10].count = 7;
-        assert_eq!(complete(&lossy), Some(68));
-        lossy[79].count = 6;
-        assert_eq!(complete(&lossy), Some(67));
-        lossy.drain(45..48);
-        assert_eq!(complete(&lossy), Some(33));
-        assert_eq!(complete(&blocks(&levels[..31])), None);
-        assert_eq!(complete(&blocks(&levels[..32])), Some(31));
-        assert_eq!(complete(&[]), None);
+        let blocks = |count: usize| blocks(&levels[..count], 32);
+        let found = |blocks: &[Block]| LevelSeries::of_blocks(blocks, 1.0).map(|series| series.coefficients.len());
+        assert_eq!(found(&blocks(80)), Some(79));
+        // losses, and a last block that is not full yet
+        let mut lossy = blocks(80);
+        lossy[40].count = 30;
+        lossy[79].count = 3;
+        assert_eq!(found(&lossy), Some(78));
+        lossy[40].count = 29;
+        assert_eq!(found(&lossy), None);
+        lossy[40].count = 32;
+        lossy[3].count = 29;
+        assert_eq!(found(&lossy), Some(74));
+        lossy[4].count = 29;
+        assert_eq!(found(&lossy), None);
+        let mut broken = blocks(80);
+        broken.drain(2..4);
+        assert_eq!(found(&broken), Some(75));
+        assert_eq!((found(&blocks(31)), found(&blocks(32)), found(&[])), (None, Some(31), None));
+    }
+
+    #[test]
+    fn a_gap_of_unknown_length_leaves_no_series() {
+        let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+        let counts: Vec<i32> = (0..40_000).map(|i| i * i % 17).collect();
+        signal.push(&counts);
+        assert!(LevelSeries::of(&signal, 1.0).is_some());
+        let mut parted = signal.clone();
+        parted.gap(None);
+        parted.push(&counts);
+        assert!(LevelSeries::of(&parted, 1.0).is_none());
+        signal.gap(Some(3));
+        signal.push(&counts);
+        assert!(LevelSeries::of(&signal, 1.0).is_some());
     }
 }

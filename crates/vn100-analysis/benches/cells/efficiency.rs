@@ -22,10 +22,10 @@ use crate::{Arguments, RATE_HZ, in_parallel};
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 /// χ² with one degree of freedom, at zero half of the time, exceeds it in 2.5 % of records without
-/// the term: as often as the octaves take one for found.
+/// the term: as often as the fit takes one for found.
 const FOUND: f64 = 3.84;
 
-/// The same for the octaves, before other channels count.
+/// The same for the fit, before other channels count.
 const FOUND_P: f64 = 0.025;
 
 /// False rates at which the two methods are compared, in any cell without the term.
@@ -66,7 +66,7 @@ pub(crate) fn measure(arguments: &Arguments) {
 /// exceeds the false rate.
 fn at_the_same_false_rate(by_cell: &[(&Cell, Vec<[Compared; 3]>)]) {
     print!("| cell | |");
-    FALSE_RATES.iter().for_each(|rate| print!(" {} % false: octaves | likelihood |", 100.0 * rate));
+    FALSE_RATES.iter().for_each(|rate| print!(" {} % false: fit | likelihood |", 100.0 * rate));
     println!("\n|---|---|{}", "---:|---:|".repeat(FALSE_RATES.len()));
     for (term, name) in [(1, "B"), (2, "K")] {
         let has_term = |cell: &Cell| [0.0, cell.truth().bias_instability, cell.truth().walk][term] > 0.0;
@@ -95,10 +95,10 @@ fn at_the_same_false_rate(by_cell: &[(&Cell, Vec<[Compared; 3]>)]) {
 
 /// One term in one channel, in standard deviations of the white part and seconds.
 struct Compared {
-    octaves: Option<f64>,
+    fitted: Option<f64>,
     free: f64,
     true_terms: f64,
-    /// -ln p of the octaves.
+    /// -ln p of the fit.
     evidence: f64,
     /// Twice its logarithm.
     likelihood_ratio: f64,
@@ -112,18 +112,16 @@ fn rows(cell: &Cell, channels: &[[Compared; 3]]) {
         let percent = |found: usize| format!("{:.1}", 100.0 * found as f64 / channels.len() as f64);
         let found = percent(of().filter(|compared| compared.evidence > -FOUND_P.ln()).count());
         let by_likelihood = percent(of().filter(|compared| compared.likelihood_ratio > FOUND).count());
-        // all on the channels where the octaves have a value
+        // all on the channels where the fit has a value
         let rms = |value: fn(&Compared) -> f64| {
-            let errors: Vec<f64> = of()
-                .filter(|compared| compared.octaves.is_some())
-                .map(|it| (value(it) / truth - 1.0).powi(2))
-                .collect();
+            let errors: Vec<f64> =
+                of().filter(|compared| compared.fitted.is_some()).map(|it| (value(it) / truth - 1.0).powi(2)).collect();
             (errors.iter().sum::<f64>() / errors.len() as f64).sqrt()
         };
         let errors = if truth > 0.0 {
-            let octaves = rms(|compared| compared.octaves.unwrap_or_default());
+            let fitted = rms(|compared| compared.fitted.unwrap_or_default());
             let (free, true_terms) = (rms(|compared| compared.free), rms(|compared| compared.true_terms));
-            format!("{:.2} | {:.3} | {:.3}", 100.0 * octaves, octaves / free, octaves / true_terms)
+            format!("{:.2} | {:.3} | {:.3}", 100.0 * fitted, fitted / free, fitted / true_terms)
         } else {
             " | | ".into()
         };
@@ -225,7 +223,8 @@ impl Likelihood {
         let first = self.at(record, self.least_squares(&powers, &self.weights(&own), free));
         let starts = starts.iter().map(|start| self.at(record, start.parameters.clone()));
         let fits = starts.chain([first]).map(|start| self.scored(record, free, start));
-        fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).unwrap()
+        let finite = fits.filter(|fit| fit.log_likelihood.is_finite());
+        finite.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).unwrap()
     }
 
     fn scored(&self, record: &Coefficients, free: Free, start: Fitted) -> Fitted {
@@ -333,6 +332,7 @@ impl Likelihood {
         let scales = [interval_s.sqrt(), 1.0, interval_s.sqrt().recip()];
         let channels = record::scored().zip(&record.series).map(|((place, _), series)| {
             let mut record = Coefficients { each: self.coefficients(series), shapes: vec![self.ramp.clone()] };
+            let true_terms = self.fit(&record, Free { terms: has, processes: false }, &[]);
             let channel = &assessed.assessment.channels[place];
             if let Some(cycle) = channel.disturbed.cycle {
                 let wave = |part: fn(f64) -> f64| -> Vec<f64> {
@@ -344,7 +344,6 @@ impl Likelihood {
             let without_processes = fit_with([true; 3], false, &[]);
             let with_processes = fit_with([true; 3], true, &[&without_processes]);
             let processes = 2.0 * (with_processes.log_likelihood - without_processes.log_likelihood) > PROCESS;
-            let true_terms = fit_with(has, false, &[]);
             let without: [Fitted; 3] =
                 std::array::from_fn(|term| fit_with(std::array::from_fn(|other| other != term), processes, &[]));
             let first = if processes { with_processes } else { without_processes };
@@ -355,7 +354,7 @@ impl Likelihood {
                 let parameter = fit.and_then(|fit| fit.parameter(TERMS[term]));
                 let value = |of: Parameter| of.value.filter(|_| of.status == Status::Estimated);
                 Compared {
-                    octaves: parameter.and_then(value).map(|value| value * unit),
+                    fitted: parameter.and_then(value).map(|value| value * unit),
                     free: free.parameters[term].sqrt() * scales[term],
                     true_terms: true_terms.parameters[term].sqrt() * scales[term],
                     evidence: parameter.and_then(|parameter| parameter.p).map_or(0.0, |p| -p.ln()),

@@ -6,6 +6,7 @@ use std::{
     os::unix::fs::OpenOptionsExt,
     path::{Path, PathBuf},
     process::Command,
+    sync::mpsc,
     thread,
     time::{Duration, Instant},
 };
@@ -203,10 +204,14 @@ fn a_sensor_that_is_stopped_waits_for_its_reader() {
     let (_folder, link, sensor) = connected("");
     let mut host = Host::open(&link);
     wait_until(|| sensor.stats().bytes_sent > 500);
+    let (reads, reading) = mpsc::channel();
     let reader = thread::spawn(move || {
+        _ = host.read_until(|read| !read.is_empty());
+        reads.send(()).unwrap();
         _ = host.read_until(|_| false);
         host.read.len()
     });
+    reading.recv().unwrap();
     let stats = sensor.stop().unwrap();
     assert_eq!(reader.join().unwrap() as u64, stats.bytes_sent);
 }

@@ -21,7 +21,8 @@ pub struct ChannelCurve<'a> {
     /// A filter slower than the output, where the spectrum shows one or may show one, and its
     /// transfer is unknown.
     pub roll_off: Option<RollOff>,
-    /// The level over the record, which shows a walk better than the octaves do.
+    /// The level over the same record, in the unit of the channel: it decides whether there is a
+    /// random walk.
     pub level: Option<&'a LevelSeries>,
     /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
     /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
@@ -30,7 +31,7 @@ pub struct ChannelCurve<'a> {
 }
 
 impl<'a> ChannelCurve<'a> {
-    /// A channel without lines.
+    /// A channel without lines, cycle and filter, whose level is not known.
     #[must_use]
     pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
         Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, level: None, fourth_cumulant: 0.0 }

@@ -30,7 +30,7 @@ const PERHAPS_A_PROCESS: f64 = 3.0;
 /// white noise: intervals and bounds of all three cover the fit without them.
 const A_PROCESS_BEYOND_DOUBT: f64 = 16.0;
 
-/// The noise whose walk the level shows.
+/// The only terms beside which the level decides on K.
 const WALKING: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 /// One channel, its models, and the octaves that may follow them.
@@ -235,16 +235,23 @@ impl<'a> ChannelFit<'a> {
             .collect();
         // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
         let mut upper_bounds = solution.parameters.clone();
+        let mut shown = solution.parameters.clone();
         let mut deviations = vec![0.0; upper_bounds.len()];
         for (i, deviation) in deviations.iter_mut().enumerate().skip(model.terms()) {
             *deviation = solution.standard_deviation(i).unwrap_or_default();
         }
         for (i, &term) in self.noise_model.noise.iter().enumerate() {
             let mut parameter = Parameter::of(&regression, solution, i, self.confidence);
-            if term == Term::RateRandomWalk {
-                parameter = self.walk_of_level(accepted, parameter).unwrap_or(parameter);
+            let by_octaves = parameter.status;
+            if term == Term::RateRandomWalk
+                && let Some((decided, squares)) = self.walk_of_level(accepted, parameter)
+            {
+                parameter = decided;
+                if let Some(squares) = squares {
+                    shown[..squares.len()].copy_from_slice(&squares);
+                }
             }
-            if parameter.status == Status::Bounded {
+            if by_octaves == Status::Bounded || parameter.status == Status::Bounded {
                 upper_bounds[i] = parameter.upper.map_or(upper_bounds[i], |upper| upper * upper);
             } else {
                 deviations[i] = solution.standard_deviation(i).unwrap_or_default();
@@ -263,9 +270,9 @@ impl<'a> ChannelFit<'a> {
             let parameter = ramp(slope, variance.sqrt(), 2.0 * variance * variance / error, self.confidence);
             fit.parameters[Term::RateRamp as usize] = Some(parameter.scaled(Term::RateRamp.per_second(interval_s)));
         }
-        let expected = |i: usize| (self.noise_model.octaves[i].1.m, model.expected(&solution.parameters, i));
+        let expected = |i: usize| (self.noise_model.octaves[i].1.m, model.expected(&shown, i));
         fit.expected = range.clone().filter(|i| *i < self.noise_model.octaves.len()).map(expected).collect();
-        let edf = model.edf(&solution.parameters, &upper_bounds, &self.noise_model.least_edf);
+        let edf = model.edf(&shown, &upper_bounds, &self.noise_model.least_edf);
         // octaves too long to be fitted may follow the model all the same
         let (fitted, octaves) = self.known;
         let end = if range.end == fitted { octaves } else { range.end };
@@ -274,12 +281,14 @@ impl<'a> ChannelFit<'a> {
         fit
     }
 
-    /// K with what the level shows of it; `None` where it shows nothing, or other noise than the
-    /// terms is in the model.
-    fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<Parameter> {
+    /// K, decided by the level, and the squares of white noise, flicker noise and the walk where it
+    /// finds a walk that the octaves do not. `None` where the level is not known or does not decide:
+    /// without a slope the record may have a gap of unknown length.
+    fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<(Parameter, Option<[f64; 3]>)> {
         let Accepted { model, range, solution, .. } = accepted;
         let is_alone = model.basis.len() == model.terms() && self.noise_model.noise == WALKING;
         let level = self.level.filter(|_| is_alone && self.slope.is_some())?;
+        let bound = by_octaves.upper?;
         let is_short = |octave: &Octave| 2 * octave.m <= level.block_samples;
         let octaves = &self.noise_model.octaves[range.clone()];
         let short = octaves.iter().take_while(|(_, octave)| is_short(octave)).count();
@@ -292,15 +301,19 @@ impl<'a> ChannelFit<'a> {
         };
         let likelihood = LevelLikelihood::new(level, octaves);
         let walk = likelihood.walk()?;
-        let bound = by_octaves.upper?;
         let p = Some(walk.p());
         match by_octaves.status {
-            _ if walk.evidence <= PRESENT => Some(Parameter { p, ..by_octaves.not_proved() }),
-            Status::Estimated => Some(Parameter { p, ..by_octaves }),
+            _ if walk.evidence <= PRESENT => {
+                // where neither shows a walk, the octaves show how far from one they are
+                let p = by_octaves.p.map(|p| p.max(walk.p()));
+                Some((Parameter { p, ..by_octaves.not_proved() }, None))
+            }
+            Status::Estimated => Some((Parameter { p, ..by_octaves }, None)),
             _ => {
                 let z = chi_squared::normal_two_sided(self.confidence)?;
                 let (lower, best, upper) = likelihood.interval(&walk, z)?;
-                Some(Parameter { p, ..Parameter::estimated(best.sqrt(), lower.sqrt(), bound.max(upper.sqrt())) })
+                let found = Parameter::estimated(best.sqrt(), lower.sqrt(), bound.max(upper.sqrt()));
+                Some((Parameter { p, ..found }, Some(walk.squares)))
             }
         }
     }

@@ -50,14 +50,16 @@ impl NoiseModel {
     /// bounds N by octaves of ten times the filter's memory and more, ten samples where that is not
     /// known.
     ///
-    /// Whether a random walk is there is decided by the level of the channel, where it is known and
-    /// nothing but white noise, flicker noise, a random walk and a ramp is in the model: by the
-    /// likelihood of the cosine coefficients of its block means and of the octaves up to half a
-    /// block. K and its interval are those of the octaves, or, where these do not exclude zero, of
-    /// that likelihood, the upper end the larger of both.
+    /// Whether a random walk is there is decided by the level of the channel, by the likelihood of
+    /// the cosine coefficients of its block means and of the octaves up to half a block: where level
+    /// and slope are known, the octaves bound K, and the model has white noise, flicker noise, a
+    /// random walk and a ramp, but no line, cycle, process or filter. K and its interval are those
+    /// of the octaves, or, where these do not exclude zero, of that likelihood, the upper end the
+    /// larger of both.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
-    /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
+    /// deviations (χ² falls by 3.84, or twice the log-likelihood of the level), else bounded from
+    /// above. Interval and bound are the
     /// amplitudes that the data do not exclude at the level `confidence` (0 < p < 1), the other
     /// terms fitted anew for each of them; the bound is the upper end of the two-sided interval, so
     /// that the level holds whichever comes out.
