@@ -187,7 +187,7 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
 
 /// Draws the page as long as it has readers, and once more at the end. Then all is over.
 async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
-    // after a panic too: whoever drops the server waits for it
+    // after a panic too, as the end of the server is waited for
     let _over = app.over.clone().drop_guard();
     let mut ticks = time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

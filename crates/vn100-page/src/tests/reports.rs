@@ -15,7 +15,7 @@ fn report(all: &[Measured]) -> String {
     let together = if records.len() == 1 { Figures::default() } else { Figures::together(&records, &names) };
     let options = PageOptions {
         confidence: 0.95,
-        asked: "vn100 report",
+        asked: "as asked",
         words: ToString::to_string,
         program: Program { name: "vn100 test", commit: None },
         kalibr_span_s: 60.0,

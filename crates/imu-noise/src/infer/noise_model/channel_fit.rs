@@ -282,8 +282,8 @@ impl<'a> ChannelFit<'a> {
     }
 
     /// K, decided by the level, and the squares of white noise, flicker noise and the walk where it
-    /// finds a walk that the octaves do not. `None` where the level is not known or does not decide:
-    /// without a slope the record may have a gap of unknown length.
+    /// finds a walk that the octaves do not. `None` where the level is not known or does not
+    /// decide: without a slope the record may have a gap of unknown length.
     fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<(Parameter, Option<[f64; 3]>)> {
         let Accepted { model, range, solution, .. } = accepted;
         let is_alone = model.basis.len() == model.terms() && self.noise_model.noise == WALKING;

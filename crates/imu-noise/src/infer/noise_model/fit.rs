@@ -51,11 +51,11 @@ impl NoiseModel {
     /// known.
     ///
     /// Whether a random walk is there is decided by the level of the channel, by the likelihood of
-    /// the cosine coefficients of its block means and of the octaves up to half a block: where level
-    /// and slope are known, the octaves bound K, and the model has white noise, flicker noise, a
-    /// random walk and a ramp, but no line, cycle, process or filter. K and its interval are those
-    /// of the octaves, or, where these do not exclude zero, of that likelihood, the upper end the
-    /// larger of both.
+    /// the cosine coefficients of its block means and of the octaves up to half a block: where
+    /// level and slope are known, the octaves bound K, and the model has white noise, flicker
+    /// noise, a random walk and a ramp, but no line, cycle, process or filter. K and its interval
+    /// are those of the octaves, or, where these do not exclude zero, of that likelihood, the upper
+    /// end the larger of both.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84, or twice the log-likelihood of the level), else bounded from

@@ -36,8 +36,8 @@ const MOST_FACTORS: usize = 40;
 const BISECTIONS: usize = 9;
 
 /// Without a walk, the evidence exceeds z 0.2 to 0.43 times as often as a standard normal variable
-/// does, as free flicker noise takes the place of a walk: simulated, 20 000 series of 48 to 93 blocks
-/// each, probabilities of 0.1 to 2.5 %.
+/// does, as free flicker noise takes the place of a walk: simulated, 20 000 series of 48 to 93
+/// blocks each, probabilities of 0.1 to 2.5 %.
 const PART_OF_NORMAL: f64 = 0.5;
 
 /// Squared amplitudes by term, in the unit of the channel and of one sample interval.

@@ -63,8 +63,8 @@ impl Watched {
         page.parts.iter().find(|part| part.part.id == id).unwrap().part.html.to_string()
     }
 
-    /// Draws, and tells how many samples are in the results that are shown, and when they and the
-    /// signal were drawn.
+    /// Draws: how many samples are in the results that are shown, and when they and the signal were
+    /// drawn.
     fn shown(&mut self, ms: u64) -> (u64, u128, u128) {
         self.drawer.draw(self.after(ms));
         let source = &self.drawer.sources[0];
@@ -125,7 +125,7 @@ const PARTS: [&str; 12] = [
 ];
 
 #[test]
-fn the_parts_of_several_sources_are_told_apart_by_a_prefix() {
+fn the_parts_of_several_sources_differ_by_a_prefix() {
     let mut imu = Watched::new(&["imu"]);
     imu.measure();
     assert_eq!(imu.ids(0), [&["sources"], &PARTS[..]].concat());
