@@ -15,15 +15,19 @@ const DECIMALS: u8 = 3;
 const WALK_CROSSING: f64 = SAMPLES as f64 / 20.0;
 const FLICKER_CROSSING: f64 = SAMPLES as f64 / 200.0;
 
-/// Fits of the same record without its level and with it.
-fn fits(values: &[f64]) -> [NoiseFit; 2] {
-    let counts: Vec<i32> = values.iter().map(|value| (value * 1e3).round() as i32).collect();
-    let shape = RecordShape {
+const fn shape() -> RecordShape {
+    RecordShape {
         samples: SAMPLES as u64,
         interval_s: INTERVAL_S,
         estimator: Estimator::Strided,
         deviation: Deviation::Allan,
-    };
+    }
+}
+
+/// Fits of the same record without its level and with it.
+fn fits(values: &[f64]) -> [NoiseFit; 2] {
+    let counts: Vec<i32> = values.iter().map(|value| (value * 1e3).round() as i32).collect();
+    let shape = shape();
     let mut channel = ChannelAccumulator::new(shape.estimator, shape.deviation);
     channel.push(&counts);
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
@@ -102,6 +106,9 @@ fn the_level_changes_what_is_said_of_the_walk_alone() {
         if after.status == Status::Estimated {
             let (lower, value, upper) = (after.lower.unwrap(), after.value.unwrap(), after.upper.unwrap());
             assert!(value / 50.0 < lower && lower < value && value < upper, "{after:?}");
+            // the walk is in the whole solution
+            let of_walk = Term::RateRandomWalk.variance(value, 512, &shape()).sqrt();
+            assert!(with.deviation(512).unwrap() > of_walk, "{of_walk} of {:?}", with.deviation(512));
         }
         statuses.push((before.status, after.status));
     }
