@@ -69,7 +69,7 @@ proptest! {
         link.answers.fates = answer_fates.into();
         link.flips = flips.into();
         let mut power_cut = power_cut.map(|after| link.now + ms(after));
-        let mut power_cut_at = None;
+        let mut restarted_at = None;
         let ids: Vec<_> = commands.iter().map(|command| link.session.submit(command.clone()).unwrap()).collect();
         let mut free_at = link.now;
         for (index, command) in commands.iter().enumerate() {
@@ -78,7 +78,7 @@ proptest! {
             if let Some(at) = power_cut.take_if(|at| *at <= limit) {
                 link.run(at, index + 1);
                 link.device.power_cycle(link.now);
-                power_cut_at = Some(link.now);
+                restarted_at = Some(link.now);
             }
             link.run(limit, index + 1);
             // one outcome, of this request, in its time
@@ -91,6 +91,9 @@ proptest! {
             let sent = &link.sent[sent_before..];
             prop_assert!(sent.len() <= attempts(command) as usize, "{:?}", sent);
             prop_assert!(sent.iter().all(|(_, sent)| *sent == line(command)), "{:?}", sent);
+            if matches!(command, SensorCommand::Reset | SensorCommand::RestoreFactorySettings) {
+                restarted_at = Some(outcome.at);
+            }
             // what is told of a register is told of that one, and true
             if let Ok(Response::Register(contents)) = &outcome.result {
                 let (SensorCommand::ReadRegister(asked) | SensorCommand::WriteRegister { register: asked, .. }) = command else {
@@ -98,7 +101,7 @@ proptest! {
                 };
                 prop_assert_eq!(contents.register, *asked);
                 // what left the sensor before a restart answers an equal request as well
-                if power_cut_at.is_none_or(|at| sent[0].0 >= at + LATEST) {
+                if restarted_at.is_none_or(|at| sent[0].0 >= at + LATEST) {
                     prop_assert_eq!(contents.fields.as_str(), link.truth(*asked), "{:?}", command);
                 }
             }
