@@ -349,6 +349,19 @@ mod tests {
     }
 
     #[test]
+    fn flicker_noise_explains_what_it_can_of_a_walk_held_at_zero() {
+        let series = series([1.0, 0.0, 1000.0 * WALK_SQUARE], |_| 1.0);
+        let likelihood = LevelLikelihood::new(&series, octaves(&[0.0]));
+        let space = &mut Space::default();
+        let (squares, best) = likelihood.likeliest(space, NEAR_WHITE, Some(WALK)).unwrap();
+        assert!(squares[FLICKER] > 0.0 && squares[WALK] == 0.0, "{squares:?}");
+        for power in -20..20 {
+            let deviance = likelihood.deviance(space, &[1.0, WALK_SQUARE * 7_680.0 * 1.5_f64.powi(power), 0.0]);
+            assert!(deviance > best - 0.01, "{power} {deviance} {best}");
+        }
+    }
+
+    #[test]
     fn of_several_maxima_the_highest_counts() {
         let mut several = 0;
         for seed in 0..400_usize {
