@@ -8,8 +8,9 @@ use vn100_analysis::{RateChange, Snapshot};
 use crate::end_reason::EndReason;
 
 /// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
-/// other output. A burst of bytes that were delayed on the way is shorter.
-pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
+/// other output. A burst of bytes that were delayed on the way is shorter; so is the time in which
+/// the link finds a paused output, and the slowest sensor then sends a frame.
+pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Default)]
 pub(crate) struct StreamWatchdog {
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn another_rate_is_reported_once_and_ends_the_stream_after_four_seconds() {
+    fn another_rate_is_reported_once_and_ends_the_stream_after_five_seconds() {
         let mut stream = TestStream::new();
         let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
         let changed = Some(RateEvent::Changed(change));
@@ -166,7 +167,7 @@ mod tests {
         for _ in 0..10 {
             assert_eq!(stream.second_at(Some(change), false), (None, None), "the link is down");
         }
-        for _ in 0..5 {
+        for _ in 0..6 {
             assert_eq!(stream.second_at(Some(change), true), (None, None));
         }
         assert_eq!(stream.second_at(Some(change), true), (None, Some(StreamEnd::OtherRate)));
@@ -181,14 +182,14 @@ mod tests {
         }
         let second = RateChange { to_hz: 50.0, ..first };
         assert_eq!(stream.second_at(Some(second), true), (Some(RateEvent::Changed(second)), None));
-        for _ in 0..4 {
+        for _ in 0..5 {
             assert_eq!(stream.second_at(Some(second), true), (None, None));
         }
         assert_eq!(stream.second_at(Some(second), true), (None, Some(StreamEnd::OtherRate)));
     }
 
     #[test]
-    fn only_other_messages_for_four_seconds_end_the_stream_and_a_sample_does_not() {
+    fn only_other_messages_for_five_seconds_end_the_stream_and_a_sample_does_not() {
         let mut stream = TestStream::new();
         for _ in 0..10 {
             assert_eq!(stream.second(1, 40, true), None, "both come");
@@ -199,7 +200,7 @@ mod tests {
         for _ in 0..10 {
             assert_eq!(stream.second(0, 1, false), None, "the link is down");
         }
-        for _ in 0..5 {
+        for _ in 0..6 {
             assert_eq!(stream.second(0, 40, true), None);
         }
         assert_eq!(stream.second(0, 40, true), Some(StreamEnd::OtherMessages));
@@ -212,7 +213,7 @@ mod tests {
         {
             let mut stream = TestStream::new();
             stream.snapshot.layout = is_measured.then(|| VNYMR.clone().into());
-            for _ in 0..5 {
+            for _ in 0..6 {
                 stream.snapshot.link.tally.packets += packets;
                 stream.snapshot.link.tally.replies += replies;
                 assert_eq!(stream.second(0, 0, true), None);

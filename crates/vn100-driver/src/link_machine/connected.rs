@@ -27,8 +27,10 @@ const LONGEST_STALL: Duration = Duration::from_millis(2500);
 pub(super) struct Connected {
     pub(super) up: Up,
     health: StreamHealth,
-    /// When the output of the sensor was last received.
+    /// When the output of the sensor was last received, or a damaged frame that may have been output.
     last_output: Duration,
+    /// When the last bytes came, where they have not completed a frame yet.
+    incomplete_at: Option<Duration>,
     silence: Option<Silence>,
     /// Whether the sensor has reported a restart, and has sent no output since.
     is_restarting: bool,
@@ -74,6 +76,7 @@ impl Connected {
             up,
             health: StreamHealth::new(context.frame_counts()),
             last_output: now,
+            incomplete_at: None,
             silence: None,
             is_restarting: false,
         };
@@ -152,7 +155,7 @@ impl Connected {
     fn next_silence_check(&self) -> Duration {
         match &self.silence {
             Some(silence) => silence.last_check + SILENCE_CHECK,
-            None => self.last_output + self.health.silence_timeout(),
+            None => self.incomplete_at.unwrap_or(self.last_output) + self.health.silence_timeout(),
         }
     }
 
@@ -185,9 +188,12 @@ impl Connected {
                 context.reconnect_delay = FIRST_DELAY;
             }
         }
+        if read.is_some() {
+            self.incomplete_at = (counts.good == before.good).then_some(now);
+        }
         let has_output = counts.output > before.output;
-        // a reply is no output; garbled bytes do not end a silence
-        if has_output || self.silence.is_none() && counts.good == before.good {
+        // a reply is no output; a damaged frame may be, but ends no silence
+        if has_output || self.silence.is_none() && counts.damaged > before.damaged {
             self.last_output = now;
             if self.silence.take().is_some() {
                 context.publish(LinkState::Up(self.up.clone()));
@@ -352,7 +358,7 @@ mod tests {
     const MS: i64 = 1_000_000;
 
     fn lines(count: u64) -> FrameCounts {
-        FrameCounts { good: count, output: count }
+        FrameCounts { good: count, output: count, damaged: 0 }
     }
 
     #[test]
@@ -425,7 +431,13 @@ mod tests {
         let mut health = StreamHealth::new(FrameCounts::default());
         for answer in 0..10 {
             assert!(
-                health.handle_read(answer * 20 * MS, 20, FrameCounts { good: answer as u64 + 1, output: 0 }).unwrap()
+                health
+                    .handle_read(
+                        answer * 20 * MS,
+                        20,
+                        FrameCounts { good: answer as u64 + 1, ..FrameCounts::default() }
+                    )
+                    .unwrap()
             );
         }
         assert_eq!(health.silence_timeout(), SILENT_UNKNOWN);

@@ -17,13 +17,15 @@ use crate::{
 pub(super) const FIRST_DELAY: Duration = Duration::from_millis(100);
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
 
-/// The number of frames with a right checksum that a stream has carried so far.
+/// The number of frames that a stream has carried so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct FrameCounts {
-    /// All such frames.
+    /// All frames with a right checksum.
     pub(super) good: u64,
     /// Those that are not replies: the output that the sensor sends by itself.
     pub(super) output: u64,
+    /// Frames with a wrong checksum or form, which may have been output or replies.
+    pub(super) damaged: u64,
 }
 
 pub(super) struct LinkContext {
@@ -92,8 +94,9 @@ impl LinkContext {
     /// carries a sensor, even where its fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
-        let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
-        FrameCounts { good: output + tally.replies, output }
+        let intact = tally.rejected.grammar + tally.rejected.range;
+        let output = tally.samples + tally.other + tally.packets + intact;
+        FrameCounts { good: output + tally.replies, output, damaged: tally.rejected.total() - intact }
     }
 
     /// The delay before the next attempt to reconnect; each delay is twice as long as the one

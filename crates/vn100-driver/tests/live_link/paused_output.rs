@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use crate::support::{Link, Sensor, Told};
+use crate::support::{LINE, Link, Sensor, Told};
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
 use vn100_protocol::SensorCommand;
@@ -55,6 +56,32 @@ async fn an_output_that_was_found_paused_is_told_and_paused_again() {
         assert_eq!([LinkEventKind::OutputResumed, LinkEventKind::OutputPaused].map(|kind| count(&told, kind)), [1, 1]);
         assert!(told.rows >= 19 * u64::from(rate_hz));
     }
+}
+
+/// A part of an answer is no output: a paused output is found no later for it.
+#[tokio::test(start_paused = true)]
+async fn a_paused_output_is_found_in_three_seconds_where_answers_come_in_two_reads() {
+    let sensor = paused(40);
+    sensor.world().answers_in_two = true;
+    let mut link = up(&sensor).await;
+    let connected = Instant::now();
+    link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+    assert!(connected.elapsed() < ms(3500), "{:?}", connected.elapsed());
+    stop(link).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_slow_output_whose_lines_are_damaged_was_not_paused() {
+    let sensor = paused(1);
+    sensor.world().streams = true;
+    sensor.world().line = "$VNYMR,-085.469,+074.972*00\r\n";
+    let mut link = up(&sensor).await;
+    link.run(ms(4500)).await;
+    sensor.world().line = LINE;
+    link.run(ms(4000)).await;
+    let (told, paused_again) = stop(link).await;
+    assert!(told.rows > 2 && told.counts.tally.rejected.checksum > 2, "{:?}", told.counts);
+    assert_eq!((told.counts.outputs_resumed, paused_again), (0, None));
 }
 
 #[tokio::test(start_paused = true)]

@@ -61,6 +61,8 @@ pub(crate) struct World {
     pub(crate) answers: bool,
     /// How long it takes to.
     pub(crate) answers_after: Duration,
+    /// Whether each answer comes in two reads.
+    pub(crate) answers_in_two: bool,
     /// A register that it does not answer for.
     pub(crate) mute_of: Option<u8>,
     /// Until when all that it sends is held back.
@@ -157,6 +159,7 @@ impl Sensor {
             forgets: None,
             answers: true,
             answers_after: Duration::from_millis(20),
+            answers_in_two: false,
             mute_of: None,
             packet: None,
             stalled_until: None,
@@ -199,6 +202,7 @@ impl Connect for Sensor {
             next_line: Instant::now() + world.period / 2,
             echoes: VecDeque::new(),
             replies: VecDeque::new(),
+            rest: None,
         })
     }
 
@@ -220,6 +224,8 @@ pub(crate) struct Port {
     next_line: Instant,
     echoes: VecDeque<Vec<u8>>,
     replies: VecDeque<(Instant, String)>,
+    /// The second half of an answer.
+    rest: Option<Vec<u8>>,
 }
 
 impl Port {
@@ -238,9 +244,15 @@ impl Port {
         if let Some(echo) = self.echoes.pop_front() {
             return Some(Ok(echo));
         }
+        if let Some(rest) = self.rest.take() {
+            return Some(Ok(rest));
+        }
         // what was held back comes in its order
         if self.replies.front().is_some_and(|(at, _)| *at <= now && *at <= self.next_line) {
-            return self.replies.pop_front().map(|(_, reply)| Ok(world.carry_out(&reply)));
+            let (_, command) = self.replies.pop_front()?;
+            let mut answer = world.carry_out(&command);
+            self.rest = world.answers_in_two.then(|| answer.split_off(answer.len() / 2));
+            return Some(Ok(answer));
         }
         if !world.stray.is_empty() {
             return Some(Ok(std::mem::take(&mut world.stray)));
