@@ -31,6 +31,13 @@ const LINGER: Duration = Duration::from_secs(1);
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
 
+/// How long a port whose host has left can still be opened: a host that looked up its name just
+/// before finds a sensor there, and not a name that leads nowhere.
+const FORMER_KEPT: Duration = Duration::from_secs(2);
+
+/// How often to check whether a host has opened it.
+const FORMER_CHECK: Duration = Duration::from_millis(10);
+
 /// A sensor that is connected until this handle is dropped or stopped.
 #[derive(Debug)]
 pub struct PtySensor {
@@ -70,6 +77,7 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
     let mut server = Server {
         wire: Wire::new(device, &options.faults, options.seed, options.usb_latency, baud),
         port: None,
+        former: None,
         outbox: Outbox::default(),
         link: None,
         link_path: options.link,
@@ -127,6 +135,8 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
+    /// The port before this one, and until when it is kept.
+    former: Option<(PseudoTerminal, Duration)>,
     outbox: Outbox,
     link: Option<SymbolicLink>,
     link_path: Option<PathBuf>,
@@ -142,7 +152,10 @@ impl Server {
             self.follow_plug(now)?;
             self.follow_host(now)?;
             self.exchange(now)?;
-            let wakeup = self.wire.next_wakeup(now);
+            let mut wakeup = self.wire.next_wakeup(now);
+            if self.former.is_some() {
+                wakeup = wakeup.min(now + FORMER_CHECK);
+            }
             self.sleep(wakeup.saturating_sub(self.now()))?;
         }
         self.linger()
@@ -159,7 +172,7 @@ impl Server {
                 PlugEvent::Unplugged => {
                     self.hang_up(now);
                     self.link = None;
-                    self.port = None;
+                    (self.port, self.former) = (None, None);
                 }
                 PlugEvent::Replugged { other_name } => self.plug_in(other_name)?,
             }
@@ -170,8 +183,11 @@ impl Server {
     fn follow_host(&mut self, now: Duration) -> Result<(), PtyError> {
         let Some(port) = &mut self.port else { return Ok(()) };
         match port.host_change().map_err(PtyError::Open)? {
-            None => {}
-            Some(HostChange::Opened) => self.open(now)?,
+            None => self.follow_former(now)?,
+            Some(HostChange::Opened) => {
+                self.former = None;
+                self.open(now)?;
+            }
             Some(HostChange::Reopened) => {
                 self.hang_up(now);
                 self.open(now)?;
@@ -240,16 +256,21 @@ impl Server {
 
     /// A host has left: the next one finds a fresh port.
     fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
-        let Some(mut old) = self.port.take() else { return Ok(()) };
         let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         self.lead_to(&fresh.path)?;
-        // a host that returns at once has the old one
-        if old.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
-            self.lead_to(&old.path)?;
-            self.port = Some(old);
+        self.former = self.port.replace(fresh).map(|left| (left, now + FORMER_KEPT));
+        self.follow_former(now)
+    }
+
+    /// Returns to the port before this one where a host has opened that.
+    fn follow_former(&mut self, now: Duration) -> Result<(), PtyError> {
+        let Some((mut former, until)) = self.former.take() else { return Ok(()) };
+        if former.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
+            self.lead_to(&former.path)?;
+            self.port = Some(former);
             return self.open(now);
         }
-        self.port = Some(fresh);
+        self.former = (now < until).then_some((former, until));
         Ok(())
     }
 
