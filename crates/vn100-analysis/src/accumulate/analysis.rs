@@ -11,7 +11,7 @@ use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
     data_record::DataRecord,
-    pending_rows::PendingRows,
+    pending_rows::{LATEST_ARRIVAL, PendingRows},
     piece::PieceStart,
     rate_authority::{Rate, RateEffect},
     row_slice::RowSlice,
@@ -23,9 +23,6 @@ use crate::{
 
 /// Pending rows that span less time than this do not show their rate if they arrive in bursts.
 const MIN_PENDING: Duration = Duration::from_secs(1);
-
-/// How late, on a busy computer, the last sample of the measurement may arrive.
-const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 
 /// The statistics of one stream: the same, bit by bit, however the stream was split into batches.
 #[derive(Debug)]

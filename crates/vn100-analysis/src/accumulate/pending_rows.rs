@@ -10,6 +10,12 @@ use super::row_slice::RowSlice;
 /// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 
+/// How late, on a busy computer, the last sample of a measurement may arrive.
+pub(super) const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
+
+/// A stall is longer than this many of the intervals before it.
+const STALL_INTERVALS: u32 = 3;
+
 #[derive(Debug)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
@@ -28,6 +34,18 @@ pub(crate) struct PendingRows {
     first_ns: Option<i64>,
     last: Duration,
     before_last: Duration,
+    /// The longest interval between stamps, but for stalls.
+    longest: Duration,
+    /// The latest stall, while the stamps behind it are later than its end.
+    stall: Option<Stall>,
+}
+
+/// A time in which nothing arrived, far longer than any before it. The rows that it has delayed
+/// arrive at its end.
+#[derive(Debug)]
+struct Stall {
+    from: Duration,
+    to: Duration,
 }
 
 #[derive(Debug, PartialEq)]
@@ -54,6 +72,8 @@ impl PendingRows {
             first_ns: None,
             last: Duration::ZERO,
             before_last: Duration::ZERO,
+            longest: Duration::ZERO,
+            stall: None,
         }
     }
 
@@ -77,6 +97,7 @@ impl PendingRows {
         for row in 0..batch.rows().len() {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 let at = self.since_origin(arrival.at_ns);
+                self.note_stall(at);
                 self.before_last = std::mem::replace(&mut self.last, at);
             }
             match batch.device_ns.get(row) {
@@ -132,13 +153,31 @@ impl PendingRows {
     }
 
     /// The time that the stamps of the pending rows span, if no row has been taken; else zero. The
-    /// last stamp adds at most half of it, because a single stamp may be wrong.
+    /// last stamp adds at most half of it, because a single stamp may be wrong; behind a stall, the
+    /// time up to the stall until the rows that it has delayed have arrived.
     pub(crate) fn pending_duration(&self) -> Duration {
         if self.resolved_in_all > 0 {
             return Duration::ZERO;
         }
-        let [before_last, last] = [self.before_last, self.last].map(|at| at.saturating_sub(FIRST));
-        last.min(before_last.saturating_mul(2))
+        let since_first = |at: Duration| at.saturating_sub(FIRST);
+        match &self.stall {
+            Some(stall) if self.last < stall.to + LATEST_ARRIVAL => since_first(stall.from),
+            _ => since_first(self.last).min(since_first(self.before_last).saturating_mul(2)),
+        }
+    }
+
+    fn note_stall(&mut self, at: Duration) {
+        // one stamp that is far too late is no stall
+        self.stall = self.stall.take().filter(|stall| stall.to <= at);
+        let interval = at.saturating_sub(self.last);
+        if self.last.is_zero() {
+            return;
+        }
+        if !self.longest.is_zero() && interval > LATEST_ARRIVAL + self.longest * STALL_INTERVALS {
+            self.stall = Some(Stall { from: self.last, to: at });
+        } else {
+            self.longest = self.longest.max(interval);
+        }
     }
 
     /// The time since an origin long before the first stamp. Whether stamps may go back is for the
