@@ -36,6 +36,7 @@ use std::{
 
 use background::FromTerminal;
 use draw::{draw, is_too_small};
+use messages::ShownMessage;
 use mouse::mouse;
 use ratatui::{
     buffer::Buffer,
@@ -239,9 +240,6 @@ fn look_period(elapsed: Duration) -> Duration {
     if elapsed < FIRST { FIRST_LOOKS } else { LOOK }
 }
 
-/// How long a message takes the place of the keys.
-const MESSAGE_FOR: Duration = Duration::from_secs(6);
-
 pub(crate) struct ViewContext {
     /// The view asks for the end.
     pub(crate) stop: CancellationToken,
@@ -274,7 +272,7 @@ fn run_view(
     let mut last_screen = None;
     let mut keep_screen = false;
     let mut dirty = true;
-    let mut message_since: Option<Instant> = None;
+    let mut shown_message = ShownMessage::default();
     let mut drawn_at: Option<Instant> = None;
     let mut looked_at: Option<Instant> = None;
     loop {
@@ -314,9 +312,9 @@ fn run_view(
                 state.message = Some(message);
                 dirty = true;
             }
-            message_since =
-                message_since.filter(|_| state.message.is_some()).or_else(|| state.message.as_ref().map(|_| looked));
-            if message_since.is_some_and(|at| at.elapsed() > MESSAGE_FOR) {
+            // a question hides it
+            let visible = state.message.as_deref().filter(|_| state.question.is_none());
+            if shown_message.is_over(visible, looked) {
                 state.message = None;
                 dirty = true;
             }

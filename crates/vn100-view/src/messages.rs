@@ -3,12 +3,16 @@
 use std::{
     collections::VecDeque,
     sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
 };
 
 use vn100_report::printable;
 
 /// Messages that are kept until the end; the oldest are dropped first.
 const MOST_MESSAGES: usize = 100;
+
+/// How long a message takes the place of the keys.
+const SHOWN_FOR: Duration = Duration::from_secs(6);
 
 /// What would be written to the terminal: shown in the view, and written when that is over.
 #[derive(Debug, Clone, Default)]
@@ -56,9 +60,34 @@ impl MessageQueue {
     }
 }
 
+/// The message on the screen, and since when it is there.
+#[derive(Debug, Default)]
+pub(crate) struct ShownMessage(Option<(String, Instant)>);
+
+impl ShownMessage {
+    /// Whether the message on the screen has been there for long enough. Another message, or the
+    /// same one after a time without it, begins its own time.
+    pub(crate) fn is_over(&mut self, message: Option<&str>, now: Instant) -> bool {
+        let since = self.0.take().filter(|(shown, _)| Some(shown.as_str()) == message).map(|(_, since)| since);
+        self.0 = message.map(|message| (message.to_owned(), since.unwrap_or(now)));
+        since.is_some_and(|since| now.duration_since(since) > SHOWN_FOR)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_message_has_its_own_time() {
+        let start = Instant::now();
+        let mut shown = ShownMessage::default();
+        let mut is_over = |message, second| shown.is_over(message, start + Duration::from_secs(second));
+        assert!(!is_over(None, 0) && !is_over(Some("one"), 1) && !is_over(Some("one"), 7));
+        assert!(!is_over(Some("two"), 8) && !is_over(Some("two"), 14));
+        assert!(is_over(Some("two"), 15));
+        assert!(!is_over(None, 16) && !is_over(Some("two"), 17) && !is_over(Some("two"), 23));
+    }
 
     #[test]
     fn a_message_is_news_once_and_kept_until_it_is_taken() {
