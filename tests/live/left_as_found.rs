@@ -106,7 +106,8 @@ fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_config
     assert!(error.contains("settings restored, with its output paused"), "{error}");
     assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
     assert_paused(&sensor);
-    assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
+    let configured = sensor.run("configure", &["--set-rate", "20"]);
+    assert_eq!(configured.status.code(), Some(0), "{configured:?}");
     assert_eq!(document(&sensor.run("attach", &["--duration", "1s", "--json"]))["link"]["outputs_resumed"], 0);
 }
 
