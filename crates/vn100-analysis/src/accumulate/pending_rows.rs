@@ -296,7 +296,9 @@ mod tests {
         pending.push(&batch(2, &[1800]));
         assert_eq!(pending.pending_duration(), Duration::from_millis(800));
         pending.push(&batch(3, &[9000]));
-        assert_eq!(pending.pending_duration(), Duration::from_millis(1600));
+        assert_eq!(pending.pending_duration(), Duration::from_millis(800), "a stall, whose rows may come yet");
+        pending.push(&batch(4, &[9500]));
+        assert_eq!(pending.pending_duration(), Duration::from_millis(8500));
         pending.detector.finish();
         assert!(!resolved(&mut pending).is_empty());
         assert_eq!(pending.pending_duration(), Duration::ZERO);
