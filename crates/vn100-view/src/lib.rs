@@ -308,14 +308,17 @@ fn run_view(
                 shown = monitors.iter().map(|source| source.shown.clone()).collect();
                 dirty = true;
             }
-            if let Some(message) = shared.messages.news() {
-                state.message = Some(message);
-                dirty = true;
-            }
-            // a question hides it
+            // a question hides every message
             let visible = state.message.as_deref().filter(|_| state.question.is_none());
             if shown_message.is_over(visible, looked) {
                 state.message = None;
+                dirty = true;
+            }
+            if state.question.is_none()
+                && shown_message.may_be_followed(looked)
+                && let Some(message) = shared.messages.news()
+            {
+                state.message = Some(message);
                 dirty = true;
             }
         }

@@ -11,8 +11,12 @@ use vn100_report::printable;
 /// Messages that are kept until the end; the oldest are dropped first.
 const MOST_MESSAGES: usize = 100;
 
-/// How long a message takes the place of the keys.
+/// How long a message takes the place of the keys; a later one may follow after the shorter time.
 const SHOWN_FOR: Duration = Duration::from_secs(6);
+const SHOWN_FOR_AT_LEAST: Duration = Duration::from_millis(1500);
+
+/// So many of the latest messages are shown one after the other; what is older is no longer news.
+const MOST_NEWS: usize = 3;
 
 /// What would be written to the terminal: shown in the view, and written when that is over.
 #[derive(Debug, Clone, Default)]
@@ -23,7 +27,8 @@ pub struct MessageQueue {
 #[derive(Debug, Default)]
 struct Messages {
     all: VecDeque<String>,
-    seen: bool,
+    /// The number of messages at the end that were not shown yet.
+    unseen: usize,
     /// Written at the end alone.
     last: Option<String>,
 }
@@ -36,7 +41,7 @@ impl MessageQueue {
             messages.all.pop_front();
         }
         messages.all.push_back(message);
-        messages.seen = false;
+        messages.unseen = (messages.unseen + 1).min(MOST_NEWS);
     }
 
     /// Sets the message that is written after all others.
@@ -44,11 +49,13 @@ impl MessageQueue {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
     }
 
-    /// The latest, if it was not taken here before.
+    /// The next of the latest messages that was not taken here before.
     pub(crate) fn news(&self) -> Option<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let seen = std::mem::replace(&mut messages.seen, true);
-        if seen { None } else { messages.all.back().map(|message| printable(message)) }
+        let next = messages.all.len().checked_sub(messages.unseen)?;
+        let message = messages.all.get(next).map(|message| printable(message))?;
+        messages.unseen -= 1;
+        Some(message)
     }
 
     /// All that are kept, the oldest first; none is left.
@@ -56,6 +63,7 @@ impl MessageQueue {
     pub fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         let last = messages.last.take();
+        messages.unseen = 0;
         messages.all.drain(..).chain(last).collect()
     }
 }
@@ -65,6 +73,11 @@ impl MessageQueue {
 pub(crate) struct ShownMessage(Option<(String, Instant)>);
 
 impl ShownMessage {
+    /// Whether the next message may take the place of the one on the screen.
+    pub(crate) fn may_be_followed(&self, now: Instant) -> bool {
+        self.0.as_ref().is_none_or(|(_, since)| now.duration_since(*since) >= SHOWN_FOR_AT_LEAST)
+    }
+
     /// Whether the message on the screen has been there for long enough. Another message, or the
     /// same one after a time without it, begins its own time.
     pub(crate) fn is_over(&mut self, message: Option<&str>, now: Instant) -> bool {
@@ -90,16 +103,32 @@ mod tests {
     }
 
     #[test]
+    fn the_next_message_waits_until_the_one_before_can_be_read() {
+        let start = Instant::now();
+        let mut shown = ShownMessage::default();
+        assert!(shown.may_be_followed(start));
+        shown.is_over(Some("one"), start);
+        assert!(!shown.may_be_followed(start + Duration::from_secs(1)));
+        assert!(shown.may_be_followed(start + Duration::from_millis(1500)));
+    }
+
+    #[test]
     fn a_message_is_news_once_and_kept_until_it_is_taken() {
         let queue = MessageQueue::default();
         assert_eq!(queue.news(), None);
-        queue.push("one".into());
-        queue.push("two".into());
-        assert_eq!((queue.news().as_deref(), queue.news()), (Some("two"), None));
-        queue.push("three".into());
+        let news = |messages: &[&str]| {
+            messages.iter().for_each(|message| queue.push((*message).into()));
+            let mut news = Vec::new();
+            while let Some(message) = queue.news() {
+                news.push(message);
+            }
+            news
+        };
+        assert_eq!(news(&["one", "two"]), ["one", "two"]);
+        assert_eq!(news(&["three", "four", "five", "six"]), ["four", "five", "six"]);
+        queue.push("seven".into());
         queue.keep(Some("last".into()));
-        assert_eq!((queue.news().as_deref(), queue.news()), (Some("three"), None));
-        assert_eq!(queue.take(), ["one", "two", "three", "last"]);
-        assert!(queue.take().is_empty());
+        assert_eq!(queue.take(), ["one", "two", "three", "four", "five", "six", "seven", "last"]);
+        assert_eq!((queue.news(), queue.take().len()), (None, 0));
     }
 }
