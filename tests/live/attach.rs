@@ -208,10 +208,13 @@ fn a_lost_sensor_gives_a_heartbeat_each_second() {
     let beats: Vec<_> = lines.iter().filter(|line| line["type"] == "heartbeat" && line["samples"] == 100).collect();
     assert!((2..=3).contains(&beats.len()), "{text}");
     for (second, beat) in (1..).zip(beats) {
-        // or a new attempt is under way
-        assert!(beat["link"] == "lost" || beat["link"] == "opening", "{beat}");
-        assert!(beat["silent_s"].as_f64().unwrap() >= f64::from(second) && beat["cause"].is_string(), "{beat}");
-        assert!(beat["since"].as_str().unwrap().ends_with('Z') && beat["tries"].as_u64().unwrap() > 0, "{beat}");
+        assert!(beat["silent_s"].as_f64().unwrap() >= f64::from(second), "{beat}");
+        assert!(beat["since"].as_str().unwrap().ends_with('Z'), "{beat}");
+        // or the next attempt is under way
+        if beat["link"] != "opening" {
+            assert_eq!(beat["link"], "lost");
+            assert!(beat["cause"].is_string() && beat["tries"].as_u64().unwrap() > 0, "{beat}");
+        }
     }
     let last = lines.last().unwrap();
     assert_eq!((&last["type"], &last["end_reason"]), (&"progress".into(), &"gave-up".into()));

@@ -128,7 +128,8 @@ fn messages_with_a_quaternion_or_without_attitude_are_measured() {
 #[test]
 fn a_counter_in_each_line_makes_the_losses_exact() {
     let sensor = Sensor::start(&["--faults", "flip@0.02%"]);
-    assert_eq!(sensor.run("configure", &["--count"]).status.code(), Some(0));
+    let configured = sensor.run("configure", &["--count"]);
+    assert_eq!(configured.status.code(), Some(0), "{configured:?}");
     let measured = document(&sensor.run("attach", &["--duration", "10s", "--json"]));
     assert_eq!(measured["timing"]["missing_from"], "counter");
     let n = |pointer| number(&measured, pointer);
@@ -370,7 +371,7 @@ fn a_closed_pipe_hides_no_failure() {
 fn another_message_is_named_with_the_line_that_cures_it() {
     let sensor = Sensor::start(&[]);
     let configured = sensor.run("configure", &["--set-message", "VNYPR"]);
-    assert_eq!(configured.status.code(), Some(0), "its lines come as set");
+    assert_eq!(configured.status.code(), Some(0), "its lines come as set: {configured:?}");
     let told = String::from_utf8(configured.stdout).unwrap();
     assert!(
         told.contains("the message (register 06) from 14 to 1;") && told.contains("unless --save is given"),
@@ -386,7 +387,8 @@ fn another_message_is_named_with_the_line_that_cures_it() {
 #[test]
 fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
     let sensor = Sensor::start(&["--faults", "reboot@8s"]);
-    assert_eq!(sensor.run("configure", &["--set-message", "VNIMU"]).status.code(), Some(0));
+    let configured = sensor.run("configure", &["--set-message", "VNIMU"]);
+    assert_eq!(configured.status.code(), Some(0), "{configured:?}");
     let output = sensor.run("attach", &["--duration", "60s", "--json"]);
     let told = document(&output);
     assert_eq!((output.status.code(), &told["source"]["message"]), (Some(1), &"VNIMU".into()));
@@ -398,7 +400,8 @@ fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
 #[test]
 fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
     let sensor = Sensor::start(&["--faults", "reboot@8s"]);
-    assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
+    let configured = sensor.run("configure", &["--set-rate", "20"]);
+    assert_eq!(configured.status.code(), Some(0), "{configured:?}");
     let recording = sensor.file("rate.mcap");
     let output = run(sensor.command("attach", &["--duration", "60s", "--json", "--record"]).arg(&recording));
     let told = document(&output);

@@ -210,7 +210,7 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
         let output = run_within(kib, &options, &recording);
         let document = document(&output);
         assert_eq!(output.status.code(), Some(1));
-        assert_eq!(document["timing"]["samples"], measured);
+        assert_eq!(document["timing"]["samples"], measured, "{document}");
         assert!(warned(&document, "recording-failed"));
         let error = String::from_utf8(output.stderr).unwrap();
         assert!(error.contains("RECORDING FAILED"), "{error}");

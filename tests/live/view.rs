@@ -82,7 +82,7 @@ fn the_summary_after_the_view_is_short() {
     session.assert_left_well();
     let output = session.output();
     // behind what a busy machine says of the link
-    let lines = output[output.rfind("sim  VN-100").unwrap()..].lines().count();
+    let lines = output[output.rfind("sim  VN").unwrap()..].lines().count();
     assert!(lines <= 45, "{lines} lines: {output}");
 }
 
