@@ -183,8 +183,7 @@ async fn interrupted_at_any_time_packets_leave_the_sensor_as_it_was() {
 async fn packets_that_do_not_come_on_the_first_port_are_sent_to_the_second() {
     let (sensor, settings) = sensor_of_packets();
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
-    link.run(Duration::from_secs(8)).await;
-    let configured = work.await.unwrap().unwrap();
+    let configured = link.until_done(work).await.unwrap();
     let packets = configured.changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1).unwrap();
     assert_eq!((packets.before.as_str(), packets.after.as_str()), (PACKETS_OFF.1, "2,1,05,0001,001C"));
     // this sensor sends none on either
@@ -204,11 +203,28 @@ async fn packets_that_a_stall_delays_stay_on_the_first_port() {
         link.run(Duration::from_millis(1)).await;
     }
     sensor.world().stalled_until = Some(Instant::now() + Duration::from_millis(600));
-    link.run(Duration::from_secs(5)).await;
-    let configured = work.await.unwrap().unwrap();
+    let configured = link.until_done(work).await.unwrap();
     let packets = configured.changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1).unwrap();
     assert_eq!(packets.after.as_str(), "1,1,05,0001,001C");
     assert!(configured.measured_hz > 30.0, "{configured:?}");
+}
+
+/// A stall too short to be a silence delays frames out of the first count, and into the second.
+#[tokio::test(start_paused = true)]
+async fn frames_that_a_stall_delays_are_counted_again() {
+    for after_ms in (2000..2500).step_by(20) {
+        let sensor = sensor();
+        let settings = OutputSettings { rate_hz: Some(50), ..OutputSettings::default() };
+        let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+        while sensor.world().registers[&7] == "40" || !sensor.world().streams {
+            link.run(Duration::from_millis(10)).await;
+        }
+        link.run(Duration::from_millis(after_ms)).await;
+        sensor.world().stalled_until = Some(Instant::now() + Duration::from_millis(220));
+        let configured = link.until_done(work).await.unwrap();
+        assert!(configured.rate_is_kept(), "{after_ms} ms: {configured:?}");
+        link.stop().await;
+    }
 }
 
 #[tokio::test(start_paused = true)]
