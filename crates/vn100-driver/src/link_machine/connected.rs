@@ -27,7 +27,7 @@ const LONGEST_STALL: Duration = Duration::from_millis(2500);
 pub(super) struct Connected {
     pub(super) up: Up,
     health: StreamHealth,
-    /// When the output of the sensor was last received, or a damaged frame that may have been output.
+    /// When the output of the sensor was last received, or a damaged frame that may be output.
     last_output: Duration,
     /// When the last bytes came, where they have not completed a frame yet.
     incomplete_at: Option<Duration>,
