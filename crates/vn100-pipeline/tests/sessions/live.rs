@@ -280,6 +280,23 @@ async fn a_sensor_that_sends_another_message_ends_the_session() {
     assert!((5.0..7.0).contains(&waited.as_secs_f64()), "{waited:?}");
 }
 
+/// The slowest sends its first line a second after its output was resumed; until then it only
+/// replies.
+#[tokio::test(start_paused = true)]
+async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
+    for rate_hz in [1, 2, 40] {
+        let sensor = Sensor::new(115_200, rate_hz);
+        sensor.world().registers.insert(30, "0,0,0,0,1,0,1".into());
+        (0..40).for_each(|register| _ = sensor.world().registers.entry(register).or_insert_with(|| "0".into()));
+        sensor.world().streams = false;
+        let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
+        let (result, _) = ended(Session::live(LiveSpec { settings, ..of(&sensor) })).await;
+        let timing = &result.snapshot.timing;
+        assert!(matches!(*result.end, EndReason::DurationReached), "{rate_hz} Hz: {:?}", result.end);
+        assert_eq!(timing.samples, 5 * u64::from(rate_hz));
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_never_sends_a_measurement_ends_the_session() {
     let sensor = sensor();
