@@ -59,6 +59,8 @@ pub(super) fn free_place(
     // a line between a label and its place makes it look like that of the line
     let harm = |room: &Rectangle, place: At| -> usize {
         let one = |mark: &&Primitive| match (touches(mark, room, &width_of), mark) {
+            // two texts in one place cannot be read
+            (true, Primitive::Text { .. }) => 30,
             (true, _) => 3,
             (false, Primitive::Line { points, .. }) => usize::from(separates(points, place, room)),
             _ => 0,
@@ -189,5 +191,19 @@ mod tests {
     fn without_free_room_a_label_stands_where_it_touches_least() {
         let lines: Vec<[At; 2]> = (0..40).map(|n| 5.0 * f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
         assert!(free_place(&drawing_of(&lines), &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).is_some());
+    }
+
+    #[test]
+    fn a_label_stands_on_lines_before_it_stands_on_another_label() {
+        // room above the place for one label, and many lines below it
+        let lines: Vec<[At; 2]> = (0..20).map(|n| 101.0 + 5.0 * f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
+        let (mut drawing, area) = (drawing_of(&lines), Rectangle { left: 95.0, ..AREA });
+        let mut rooms = Vec::new();
+        for _ in 0..2 {
+            let (at, anchor) = free_place(&drawing, &area, &[(100.0, 100.0)], 50.0, |_| 50.0).unwrap();
+            rooms.push(room(at, anchor, 50.0));
+            drawing.layers[0].marks.push(Primitive::text(at, "a label", anchor));
+        }
+        assert!(!rooms[0].overlaps(&rooms[1]), "{rooms:?}");
     }
 }
