@@ -23,8 +23,8 @@ const DRAIN: Duration = Duration::from_millis(150);
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How often they are counted where their number is not as set: a busy machine or adapter may delay
-/// frames out of the first count, and into the second.
+/// How many times they are counted, at most, while the rate is not as set: a busy machine or
+/// adapter may delay frames out of the first count, and into the second.
 const COUNTS: u32 = 3;
 
 /// How long to wait for a frame, longer than a period of the slowest output; how often to check.
@@ -216,7 +216,8 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         let (before, began) = (link.frames(frames), Instant::now());
         tokio::time::sleep(MEASURE).await;
         written.configured.measured_hz = (link.frames(frames) - before) as f64 / began.elapsed().as_secs_f64();
-        if written.configured.rate_is_kept() {
+        // what was lost with the power is set once more
+        if written.configured.rate_is_kept() || state.has_changed().unwrap_or(true) {
             break;
         }
     }

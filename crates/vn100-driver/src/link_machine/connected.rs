@@ -29,8 +29,6 @@ pub(super) struct Connected {
     health: StreamHealth,
     /// When the output of the sensor was last received, or a damaged frame that may be output.
     last_output: Duration,
-    /// When the last bytes came, where they have not completed a frame yet.
-    incomplete_at: Option<Duration>,
     silence: Option<Silence>,
     /// Whether the sensor has reported a restart, and has sent no output since.
     is_restarting: bool,
@@ -76,7 +74,6 @@ impl Connected {
             up,
             health: StreamHealth::new(context.frame_counts()),
             last_output: now,
-            incomplete_at: None,
             silence: None,
             is_restarting: false,
         };
@@ -155,7 +152,7 @@ impl Connected {
     fn next_silence_check(&self) -> Duration {
         match &self.silence {
             Some(silence) => silence.last_check + SILENCE_CHECK,
-            None => self.incomplete_at.unwrap_or(self.last_output) + self.health.silence_timeout(),
+            None => self.last_output + self.health.silence_timeout(),
         }
     }
 
@@ -188,12 +185,9 @@ impl Connected {
                 context.reconnect_delay = FIRST_DELAY;
             }
         }
-        if read.is_some() {
-            self.incomplete_at = (counts.good == before.good).then_some(now);
-        }
         let has_output = counts.output > before.output;
-        // a reply is no output; a damaged frame may be, but ends no silence
-        if has_output || self.silence.is_none() && counts.damaged > before.damaged {
+        // neither a reply nor a part of one is output; a damaged frame may be, but ends no silence
+        if has_output || self.silence.is_none() && counts.damaged_bytes > before.damaged_bytes {
             self.last_output = now;
             if self.silence.take().is_some() {
                 context.publish(LinkState::Up(self.up.clone()));
@@ -358,7 +352,7 @@ mod tests {
     const MS: i64 = 1_000_000;
 
     fn lines(count: u64) -> FrameCounts {
-        FrameCounts { good: count, output: count, damaged: 0 }
+        FrameCounts { good: count, output: count, damaged_bytes: 0 }
     }
 
     #[test]

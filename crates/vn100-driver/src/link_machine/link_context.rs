@@ -24,8 +24,8 @@ pub(super) struct FrameCounts {
     pub(super) good: u64,
     /// Those that are not replies: the output that the sensor sends by itself.
     pub(super) output: u64,
-    /// Frames with a wrong checksum or form, which may have been output or replies.
-    pub(super) damaged: u64,
+    /// Bytes of no valid frame, which may have been output or replies.
+    pub(super) damaged_bytes: u64,
 }
 
 pub(super) struct LinkContext {
@@ -94,9 +94,9 @@ impl LinkContext {
     /// carries a sensor, even where its fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
-        let intact = tally.rejected.grammar + tally.rejected.range;
-        let output = tally.samples + tally.other + tally.packets + intact;
-        FrameCounts { good: output + tally.replies, output, damaged: tally.rejected.total() - intact }
+        let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
+        let damaged_bytes = tally.skipped_bytes + tally.rejected_sentence_bytes;
+        FrameCounts { good: output + tally.replies, output, damaged_bytes }
     }
 
     /// The delay before the next attempt to reconnect; each delay is twice as long as the one

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::{LINE, Link, Sensor, Told};
+use crate::support::{LINE, Link, Sensor, Told, packet};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
@@ -71,17 +71,25 @@ async fn a_paused_output_is_found_in_three_seconds_where_answers_come_in_two_rea
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_slow_output_whose_lines_are_damaged_was_not_paused() {
-    let sensor = paused(1);
-    sensor.world().streams = true;
-    sensor.world().line = "$VNYMR,-085.469,+074.972*00\r\n";
-    let mut link = up(&sensor).await;
-    link.run(ms(4500)).await;
-    sensor.world().line = LINE;
-    link.run(ms(4000)).await;
-    let (told, paused_again) = stop(link).await;
-    assert!(told.rows > 2 && told.counts.tally.rejected.checksum > 2, "{:?}", told.counts);
-    assert_eq!((told.counts.outputs_resumed, paused_again), (0, None));
+async fn a_slow_output_whose_frames_are_damaged_was_not_paused() {
+    // a wrong checksum; a lost beginning; a packet that fails its CRC
+    for (line, damaged) in [
+        ("$VNYMR,-085.469,+074.972*00\r\n", None),
+        ("VNYMR,-085.469,+074.972,+063.752*63\r\n", None),
+        (LINE, Some(&packet(&[5, 0x01, 0x00, 0x1C, 0x00], 36)[..40])),
+    ] {
+        let sensor = paused(1);
+        sensor.world().registers.insert(75, "1,1,05,0001,001C".into());
+        sensor.world().streams = true;
+        (sensor.world().line, sensor.world().packet) = (line, damaged);
+        let mut link = up(&sensor).await;
+        link.run(ms(4500)).await;
+        (sensor.world().line, sensor.world().packet) = (LINE, None);
+        link.run(ms(4000)).await;
+        let (told, paused_again) = stop(link).await;
+        assert!(told.rows > 2, "{:?}", told.counts);
+        assert_eq!((told.counts.outputs_resumed, paused_again), (0, None), "{line}");
+    }
 }
 
 #[tokio::test(start_paused = true)]
