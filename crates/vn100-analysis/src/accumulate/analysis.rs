@@ -282,7 +282,7 @@ impl Analysis {
     /// [`finish`](Self::finish) decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::pending_duration);
+        let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::certain_duration);
         let passed = pending.saturating_sub(LATEST_ARRIVAL);
         self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { passed })
     }

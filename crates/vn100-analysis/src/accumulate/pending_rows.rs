@@ -13,9 +13,6 @@ const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 /// How late, on a busy computer, the last sample of a measurement may arrive.
 pub(super) const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 
-/// A stall is longer than this many of the intervals before it.
-const STALL_INTERVALS: u32 = 3;
-
 #[derive(Debug)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
@@ -34,13 +31,13 @@ pub(crate) struct PendingRows {
     first_ns: Option<i64>,
     last: Duration,
     before_last: Duration,
-    /// The longest interval between stamps, but for stalls.
+    /// The longest interval between stamps, except stalls.
     longest: Duration,
-    /// The latest stall, while the stamps behind it are later than its end.
+    /// The latest stall; dropped when a later stamp lies before its end.
     stall: Option<Stall>,
 }
 
-/// A time in which nothing arrived, far longer than any before it. The rows that it has delayed
+/// A time in which nothing arrived, longer than any before it by far. The rows that it has delayed
 /// arrive at its end.
 #[derive(Debug)]
 struct Stall {
@@ -153,16 +150,22 @@ impl PendingRows {
     }
 
     /// The time that the stamps of the pending rows span, if no row has been taken; else zero. The
-    /// last stamp adds at most half of it, because a single stamp may be wrong; behind a stall, the
-    /// time up to the stall until the rows that it has delayed have arrived.
+    /// last stamp adds at most half of it, because a single stamp may be wrong.
     pub(crate) fn pending_duration(&self) -> Duration {
         if self.resolved_in_all > 0 {
             return Duration::ZERO;
         }
-        let since_first = |at: Duration| at.saturating_sub(FIRST);
+        let [before_last, last] = [self.before_last, self.last].map(|at| at.saturating_sub(FIRST));
+        last.min(before_last.saturating_mul(2))
+    }
+
+    /// The same, but without a stall that has ended just now: until half a second has passed behind
+    /// it, rows that it has delayed may still arrive.
+    pub(crate) fn certain_duration(&self) -> Duration {
+        let pending = self.pending_duration();
         match &self.stall {
-            Some(stall) if self.last < stall.to + LATEST_ARRIVAL => since_first(stall.from),
-            _ => since_first(self.last).min(since_first(self.before_last).saturating_mul(2)),
+            Some(stall) if self.last < stall.to + LATEST_ARRIVAL => pending.min(stall.from.saturating_sub(FIRST)),
+            _ => pending,
         }
     }
 
@@ -173,7 +176,7 @@ impl PendingRows {
         if self.last.is_zero() {
             return;
         }
-        if !self.longest.is_zero() && interval > LATEST_ARRIVAL + self.longest * STALL_INTERVALS {
+        if !self.longest.is_zero() && interval > LATEST_ARRIVAL + self.longest {
             self.stall = Some(Stall { from: self.last, to: at });
         } else {
             self.longest = self.longest.max(interval);
@@ -296,9 +299,10 @@ mod tests {
         pending.push(&batch(2, &[1800]));
         assert_eq!(pending.pending_duration(), Duration::from_millis(800));
         pending.push(&batch(3, &[9000]));
-        assert_eq!(pending.pending_duration(), Duration::from_millis(800), "a stall, whose rows may come yet");
+        assert_eq!(pending.pending_duration(), Duration::from_millis(1600));
+        assert_eq!(pending.certain_duration(), Duration::from_millis(800), "a stall, whose rows may come yet");
         pending.push(&batch(4, &[9500]));
-        assert_eq!(pending.pending_duration(), Duration::from_millis(8500));
+        assert_eq!([pending.pending_duration(), pending.certain_duration()], [Duration::from_millis(8500); 2]);
         pending.detector.finish();
         assert!(!resolved(&mut pending).is_empty());
         assert_eq!(pending.pending_duration(), Duration::ZERO);

@@ -48,17 +48,29 @@ fn the_time_asked_for_passes_for_lines_that_are_held() {
 /// A stall delays lines, and all of them come behind it: none was dropped.
 #[test]
 fn a_stall_at_the_end_of_the_time_asked_for_drops_nothing() {
-    for (from_s, to_s, duration_s) in [(0.4, 7.0, 2.0), (0.9, 5.0, 2.0), (1.9, 5.0, 2.0), (4.9, 9.0, 5.0)] {
-        for rate_hz in [None, Some(40.0)] {
+    for (true_hz, from_s, to_s, duration_s) in [
+        (40.0, 0.4, 7.0, 2.0),
+        (40.0, 0.9, 5.0, 2.0),
+        (40.0, 1.9, 5.0, 2.0),
+        (40.0, 4.9, 9.0, 5.0),
+        (2.0, 2.9, 4.4, 4.0),
+        (1.0, 3.5, 6.4, 5.0),
+        (1.0, 3.5, 20.0, 5.0),
+    ] {
+        for rate_hz in [None, Some(true_hz)] {
             let delayed = |due: f64| if (from_s..to_s).contains(&due) { to_s } else { due };
-            let stamps_s: Vec<f64> = steady(40.0, 800).into_iter().map(delayed).collect();
+            let stamps_s: Vec<f64> = steady(true_hz, 800).into_iter().map(delayed).collect();
             let duration = Some(Duration::from_secs_f64(duration_s));
             let mut analysis = Analysis::new(Settings { duration, rate_hz, ..Settings::default() });
             assert!(until_complete(&mut analysis, &stamps_s).is_some());
             analysis.finish();
             let timing = analysis.snapshot().timing;
-            let expected = (40.0 * duration_s) as u64;
-            assert_eq!((timing.samples, timing.missing), (expected, 0), "{from_s} {to_s} {rate_hz:?}");
+            let expected = (true_hz * duration_s) as u64;
+            assert_eq!(
+                (timing.samples, timing.missing),
+                (expected, 0),
+                "{true_hz} Hz, {from_s} to {to_s} s, {rate_hz:?}"
+            );
         }
     }
 }
