@@ -57,17 +57,18 @@ pub(super) fn free_place(
             && room.top + room.height <= area.top + area.height
     };
     // a line between a label and its place makes it look like that of the line
-    let harm = |room: &Rectangle, place: At| -> usize {
+    let harm = |room: &Rectangle, place: At| -> (usize, usize) {
+        let touched = |mark: &&&Primitive| touches(mark, room, &width_of);
+        // two texts in one place cannot be read
+        let texts = marks.iter().filter(|mark| matches!(mark, Primitive::Text { .. })).filter(touched).count();
         let one = |mark: &&Primitive| match (touches(mark, room, &width_of), mark) {
-            // two texts in one place cannot be read
-            (true, Primitive::Text { .. }) => 30,
             (true, _) => 3,
             (false, Primitive::Line { points, .. }) => usize::from(separates(points, place, room)),
             _ => 0,
         };
-        marks.iter().map(one).sum()
+        (texts, marks.iter().map(one).sum())
     };
-    let mut best: Option<(usize, (At, Anchor))> = None;
+    let mut best: Option<((usize, usize), (At, Anchor))> = None;
     let near = |offset| {
         beside.iter().flat_map(move |place| candidates(*place, offset, width).map(|candidate| (*place, candidate)))
     };
@@ -77,7 +78,7 @@ pub(super) fn free_place(
             continue;
         }
         match harm(&room, place) {
-            0 => return Some((at, anchor)),
+            (0, 0) => return Some((at, anchor)),
             harm if best.is_none_or(|(least, _)| harm < least) => best = Some((harm, (at, anchor))),
             _ => {}
         }
@@ -196,7 +197,7 @@ mod tests {
     #[test]
     fn a_label_stands_on_lines_before_it_stands_on_another_label() {
         // room above the place for one label, and many lines below it
-        let lines: Vec<[At; 2]> = (0..20).map(|n| 101.0 + 5.0 * f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
+        let lines: Vec<[At; 2]> = (0..100).map(|n| 101.0 + f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
         let (mut drawing, area) = (drawing_of(&lines), Rectangle { left: 95.0, ..AREA });
         let mut rooms = Vec::new();
         for _ in 0..2 {
