@@ -318,7 +318,7 @@ fn run_view(
                 && shown_message.may_be_followed(looked)
                 && let Some(message) = shared.messages.news()
             {
-                state.message = Some(message);
+                (state.message, shown_message) = (Some(message), ShownMessage::default());
                 dirty = true;
             }
         }

@@ -15,7 +15,7 @@ const MOST_MESSAGES: usize = 100;
 const SHOWN_FOR: Duration = Duration::from_secs(6);
 const SHOWN_FOR_AT_LEAST: Duration = Duration::from_millis(1500);
 
-/// So many of the latest messages are shown one after the other; what is older is no longer news.
+/// At most this many of the latest messages are shown one after the other; older ones are skipped.
 const MOST_NEWS: usize = 3;
 
 /// What would be written to the terminal: shown in the view, and written when that is over.
