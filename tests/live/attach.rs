@@ -207,6 +207,7 @@ fn a_lost_sensor_gives_a_heartbeat_each_second() {
     lines.iter().for_each(crate::support::schema::check);
     let beats: Vec<_> = lines.iter().filter(|line| line["type"] == "heartbeat" && line["samples"] == 100).collect();
     assert!((2..=3).contains(&beats.len()), "{text}");
+    assert!(beats.iter().any(|beat| beat["link"] == "lost"), "{text}");
     for (second, beat) in (1..).zip(beats) {
         assert!(beat["silent_s"].as_f64().unwrap() >= f64::from(second), "{beat}");
         assert!(beat["since"].as_str().unwrap().ends_with('Z'), "{beat}");
