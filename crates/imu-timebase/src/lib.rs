@@ -64,6 +64,7 @@ mod rate_increase;
 mod rate_search;
 mod read_pattern;
 mod sample_counter;
+mod stall;
 #[cfg(test)]
 mod tests;
 
@@ -72,3 +73,4 @@ pub use gap_detector::GapDetector;
 pub use gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
 pub use interval_statistics::Arrivals;
 pub use sample_counter::{CounterSummary, OtherCounter};
+pub use stall::{LATEST_ARRIVAL, StallDetector};

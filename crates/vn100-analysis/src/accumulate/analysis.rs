@@ -5,13 +5,13 @@ mod reading;
 
 use std::time::Duration;
 
-use imu_timebase::{ClockAfterOutage, CounterSummary, GapDetector, TimebaseSummary};
+use imu_timebase::{ClockAfterOutage, CounterSummary, GapDetector, LATEST_ARRIVAL, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
     data_record::DataRecord,
-    pending_rows::{LATEST_ARRIVAL, PendingRows},
+    pending_rows::PendingRows,
     piece::PieceStart,
     rate_authority::{Rate, RateEffect},
     row_slice::RowSlice,

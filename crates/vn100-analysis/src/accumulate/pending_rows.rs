@@ -2,16 +2,13 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_timebase::{ClockAfterOutage, GapDetector, GapEvent};
+use imu_timebase::{ClockAfterOutage, GapDetector, GapEvent, StallDetector};
 use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::row_slice::RowSlice;
 
 /// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
-
-/// How late, on a busy computer, the last sample of a measurement may arrive.
-pub(super) const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 
 #[derive(Debug)]
 pub(crate) struct PendingRows {
@@ -31,18 +28,7 @@ pub(crate) struct PendingRows {
     first_ns: Option<i64>,
     last: Duration,
     before_last: Duration,
-    /// The longest interval between stamps, except stalls.
-    longest: Duration,
-    /// The latest stall; dropped when a later stamp lies before its end.
-    stall: Option<Stall>,
-}
-
-/// A time in which nothing arrived, longer than any before it by far. The rows that it has delayed
-/// arrive at its end.
-#[derive(Debug)]
-struct Stall {
-    from: Duration,
-    to: Duration,
+    stalls: StallDetector,
 }
 
 #[derive(Debug, PartialEq)]
@@ -69,8 +55,7 @@ impl PendingRows {
             first_ns: None,
             last: Duration::ZERO,
             before_last: Duration::ZERO,
-            longest: Duration::ZERO,
-            stall: None,
+            stalls: StallDetector::default(),
         }
     }
 
@@ -94,7 +79,7 @@ impl PendingRows {
         for row in 0..batch.rows().len() {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 let at = self.since_origin(arrival.at_ns);
-                self.note_stall(at);
+                self.stalls.push(at);
                 self.before_last = std::mem::replace(&mut self.last, at);
             }
             match batch.device_ns.get(row) {
@@ -162,25 +147,8 @@ impl PendingRows {
     /// The same, but without a stall that has ended just now: until half a second has passed behind
     /// it, rows that it has delayed may still arrive.
     pub(crate) fn certain_duration(&self) -> Duration {
-        let pending = self.pending_duration();
-        match &self.stall {
-            Some(stall) if self.last < stall.to + LATEST_ARRIVAL => pending.min(stall.from.saturating_sub(FIRST)),
-            _ => pending,
-        }
-    }
-
-    fn note_stall(&mut self, at: Duration) {
-        // one stamp that is far too late is no stall
-        self.stall = self.stall.take().filter(|stall| stall.to <= at);
-        let interval = at.saturating_sub(self.last);
-        if self.last.is_zero() {
-            return;
-        }
-        if !self.longest.is_zero() && interval > LATEST_ARRIVAL + self.longest {
-            self.stall = Some(Stall { from: self.last, to: at });
-        } else {
-            self.longest = self.longest.max(interval);
-        }
+        let before = self.stalls.recent().map_or(Duration::MAX, |from| from.saturating_sub(FIRST));
+        self.pending_duration().min(before)
     }
 
     /// The time since an origin long before the first stamp. Whether stamps may go back is for the
