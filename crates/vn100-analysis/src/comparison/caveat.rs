@@ -185,7 +185,7 @@ fn names(record: &ComparedRecord<'_>) -> Vec<(String, String)> {
 }
 
 fn rates(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
-    let [rate_a, rate_b] = [a, b].map(|record| record.snapshot.timing.rate_hz);
+    let [rate_a, rate_b] = [a, b].map(|record| (record.snapshot.timing.rate_hz * 1e4).round() / 1e4); // as printed
     let octaves_apart = (rate_a / rate_b).log2();
     ((octaves_apart - octaves_apart.round()).abs() > 1e-3).then(|| {
         let text = format!(
