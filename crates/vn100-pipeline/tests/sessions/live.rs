@@ -290,7 +290,10 @@ async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
         (0..40).for_each(|register| _ = sensor.world().registers.entry(register).or_insert_with(|| "0".into()));
         sensor.world().streams = false;
         let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
-        let (result, _) = ended(Session::live(LiveSpec { settings, ..of(&sensor) })).await;
+        let mut session = Session::live(LiveSpec { settings, ..of(&sensor) });
+        // the watchdog judges what is shown
+        until(&mut session, |state| state.snapshot.timing.samples > 0).await;
+        let (result, _) = ended(session).await;
         let timing = &result.snapshot.timing;
         assert!(matches!(*result.end, EndReason::DurationReached), "{rate_hz} Hz: {:?}", result.end);
         assert_eq!(timing.samples, 5 * u64::from(rate_hz));
