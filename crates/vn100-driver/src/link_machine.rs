@@ -317,8 +317,12 @@ impl LinkMachine {
         match &mut self.phase {
             Phase::Connected { connected, verification: verification @ None } => {
                 let Some(input) = connected.handle_received(&mut self.context, now, input)? else { return Ok(()) };
+                // first its replies: one may be the answer to the command that made the sensor send, which the
+                // verification cancels
+                let replies = self.context.pending.push(input);
+                replies.iter().try_for_each(|reply| self.context.handle_pending_reply(now, reply))?;
                 *verification = Some(Verification::after_silence(&mut self.context));
-                self.handle_pending(now, input)
+                Ok(())
             }
             Phase::Scanning(scan) => {
                 let bytes = if let StreamInput::Chunk(chunk) = &input { chunk.bytes.len() } else { 0 };

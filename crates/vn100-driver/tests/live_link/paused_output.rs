@@ -58,6 +58,20 @@ async fn an_output_that_was_found_paused_is_told_and_paused_again() {
     }
 }
 
+/// A host that stands still reads the answer and the first line of the output at once.
+#[tokio::test(start_paused = true)]
+async fn a_paused_output_whose_first_line_comes_with_the_answer_is_paused_again() {
+    for rate_hz in [1, 40] {
+        let sensor = paused(rate_hz);
+        sensor.world().answers_with_output = true;
+        let mut link = up(&sensor).await;
+        link.run(ms(8000)).await;
+        let (told, paused_again) = stop(link).await;
+        assert_eq!((told.counts.outputs_resumed, paused_again), (1, Some(true)), "{rate_hz} Hz: {:?}", told.link);
+        assert!(!sensor.world().streams);
+    }
+}
+
 /// A part of an answer is no output: a paused output is found no later for it.
 #[tokio::test(start_paused = true)]
 async fn a_paused_output_is_found_in_three_seconds_where_answers_come_in_two_reads() {

@@ -63,6 +63,8 @@ pub(crate) struct World {
     pub(crate) answers_after: Duration,
     /// Whether each answer comes in two reads.
     pub(crate) answers_in_two: bool,
+    /// Whether each answer comes in one read with the next line, if it sends lines after it.
+    pub(crate) answers_with_output: bool,
     /// A register that it does not answer for.
     pub(crate) mute_of: Option<u8>,
     /// Until when all that it sends is held back.
@@ -160,6 +162,7 @@ impl Sensor {
             answers: true,
             answers_after: Duration::from_millis(20),
             answers_in_two: false,
+            answers_with_output: false,
             mute_of: None,
             packet: None,
             stalled_until: None,
@@ -251,6 +254,10 @@ impl Port {
         if self.replies.front().is_some_and(|(at, _)| *at <= now && *at <= self.next_line) {
             let (_, command) = self.replies.pop_front()?;
             let mut answer = world.carry_out(&command);
+            if world.answers_with_output && world.streams {
+                answer.extend(world.frame());
+                world.lines += 1;
+            }
             self.rest = world.answers_in_two.then(|| answer.split_off(answer.len() / 2));
             return Some(Ok(answer));
         }
