@@ -19,7 +19,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-pipeline",
-        &["vn100-capture", "vn100-driver", "vn100-analysis"],
+        &["vn100-capture", "vn100-driver", "vn100-sim", "vn100-analysis"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "serde"],
     ),
     (

@@ -1,23 +1,14 @@
 //! Live sources by their names on the command line; "sim" is an emulated sensor of this program's
-//! own, on a port that is found as one with a USB adapter is.
+//! own, on a port in memory.
 
-use std::{
-    env, fs, io,
-    path::{Path, PathBuf},
-    process,
-    sync::{
-        Arc, Weak,
-        atomic::{AtomicU32, Ordering},
-    },
-    time::Duration,
-};
+use std::{io, num::NonZeroU32, time::Duration};
 
 use anyhow::Result;
 use vn100_capture::Clock;
-use vn100_driver::{LinkHint, LinkOptions, PortEntry, SerialPorts, TcpServer, UsbAdapter};
-use vn100_pipeline::LiveSource;
+use vn100_driver::{LinkHint, LinkOptions, SerialPorts, TcpServer};
+use vn100_pipeline::{EmulatedPort, LiveSource};
 use vn100_protocol::stream::ReadOptions;
-use vn100_sim::pty::{PtyOptions, PtySensor, serve};
+use vn100_sim::wire::Wire;
 
 use crate::{
     args::{LinkArgs, SimSensorArgs, SourceName},
@@ -25,23 +16,26 @@ use crate::{
     log::Entries,
 };
 
-/// A source made ready, with the emulated sensor if it is one: that stays on as long as it is kept.
-pub(crate) fn live_source(
+/// A source made ready. An emulated sensor is on as long as the source is kept.
+pub(crate) fn live_source(name: &SourceName, link: &LinkArgs, read: ReadOptions, log: &Entries) -> Result<LiveSource> {
+    let clock = Clock::start();
+    let source = match name {
+        SourceName::Stdin => LiveSource::stream(io::stdin()),
+        SourceName::Tcp(address) => LiveSource::link(TcpServer::new(address, clock)?),
+        SourceName::Port(port) => LiveSource::link(SerialPorts::new(port, clock)),
+        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock)),
+    };
+    Ok(as_asked(source, name, link, read, log))
+}
+
+/// The source, opened and read as the options say.
+pub(crate) fn as_asked(
+    mut source: LiveSource,
     name: &SourceName,
     link: &LinkArgs,
     read: ReadOptions,
     log: &Entries,
-) -> Result<(LiveSource, Option<EmulatedPort>)> {
-    let clock = Clock::start();
-    let (mut source, emulated) = match name {
-        SourceName::Stdin => (LiveSource::stream(io::stdin()), None),
-        SourceName::Tcp(address) => (LiveSource::link(TcpServer::new(address, clock)?), None),
-        SourceName::Port(port) => (LiveSource::link(SerialPorts::new(port, clock)), None),
-        SourceName::Sim => {
-            let emulated = EmulatedPort::start(&link.sim)?;
-            (LiveSource::link(emulated.ports(clock)), Some(emulated))
-        }
-    };
+) -> LiveSource {
     source.options = LinkOptions {
         baud: link.baud.0,
         listen_only: link.listen_only,
@@ -50,7 +44,7 @@ pub(crate) fn live_source(
         ..LinkOptions::default()
     };
     source.observer = log.observer(&name.to_string());
-    Ok((source, emulated))
+    source
 }
 
 /// A hint of the link in the terms of the command line.
@@ -68,74 +62,10 @@ fn link_hint(hint: LinkHint) -> &'static str {
 /// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
 const ON_FOR: Duration = Duration::from_secs(2);
 
-/// The sensor is powered until this is dropped.
-pub(crate) struct EmulatedPort {
-    name: PathBuf,
-    sensor: Arc<PtySensor>,
-}
-
-impl EmulatedPort {
-    /// Starts the sensor that the options describe.
-    pub(crate) fn start(args: &SimSensorArgs) -> Result<Self> {
-        let name = private_name();
-        let options = PtyOptions { link: Some(name.clone()), on_for: ON_FOR, ..sim::pty_options(args) };
-        Ok(Self { name, sensor: Arc::new(serve(sim::device(args), options)?) })
-    }
-
-    /// The port by its first name; under another one its adapter identifies it.
-    pub(crate) fn ports(&self, clock: Clock) -> SerialPorts {
-        let name = self.name.to_string_lossy().into_owned();
-        let (sensor, adapter_number) = (Arc::downgrade(&self.sensor), name.clone());
-        SerialPorts::among(&name, clock, move || plugged_in(&sensor, &adapter_number).into_iter().collect())
-    }
-}
-
-/// The current port; `None` while the sensor is unplugged.
-fn plugged_in(sensor: &Weak<PtySensor>, adapter_number: &str) -> Option<PortEntry> {
-    let path = sensor.upgrade()?.path();
-    // without a port its name resolves to nothing
-    let device = fs::canonicalize(path).ok()?;
-    let usb = UsbAdapter {
-        vendor_id: 0x0403,
-        product_id: 0x6001,
-        serial_number: Some(adapter_number.to_owned()),
-        manufacturer: None,
-        product: Some("emulated adapter".into()),
-    };
-    Some(PortEntry { name: device.to_string_lossy().into_owned(), stable_name: None, usb: Some(usb), likely: true })
-}
-
-/// A name for the port of an emulated sensor of this process.
-fn private_name() -> PathBuf {
-    static NEXT: AtomicU32 = AtomicU32::new(1);
-    let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    let name = format!("vn100-sim-{}-{number}", process::id());
-    let folder = env::temp_dir();
-    // also under the name of a sensor that returned as another port
-    [name.clone(), format!("{name}-1")].iter().for_each(|name| remove_left_link(&folder.join(name)));
-    folder.join(name)
-}
-
-/// Removes a link that an earlier process of this number left when it was killed. What else bears
-/// the name is reported when the link is made.
-fn remove_left_link(path: &Path) {
-    if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
-        let _ = fs::remove_file(path);
-    }
-}
-
-#[cfg(all(test, unix))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn of_what_a_killed_process_left_the_link_is_removed_and_a_file_is_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let (link, file) = (folder.path().join("link"), folder.path().join("file"));
-        std::os::unix::fs::symlink("/dev/pts/none", &link).unwrap();
-        fs::write(&file, "precious").unwrap();
-        [&link, &file, &folder.path().join("nothing")].into_iter().for_each(|path| remove_left_link(path));
-        assert!(fs::symlink_metadata(&link).is_err());
-        assert_eq!(fs::read_to_string(&file).unwrap(), "precious");
-    }
+/// The port of the sensor that the options describe.
+pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> EmulatedPort {
+    let device = sim::device(args);
+    let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
+    let wire = Wire::new(device, &args.faults, args.seed, None, host_baud);
+    EmulatedPort::new(wire, ON_FOR, clock.now_ns())
 }

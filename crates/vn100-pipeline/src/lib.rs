@@ -25,6 +25,7 @@
 mod assessor;
 mod channels;
 mod command;
+mod emulated_port;
 mod end_reason;
 mod excluded;
 mod live;
@@ -47,6 +48,7 @@ mod watchdog;
 pub use assessor::Assessor;
 pub use channels::EventObserver;
 pub use command::{Command, CommandRefusal};
+pub use emulated_port::{EmulatedConnection, EmulatedPort};
 pub use end_reason::{EndReason, Shortfall, StartError};
 pub use live::LiveSpec;
 pub use live_error::LiveError;

@@ -36,6 +36,17 @@ impl Receiver {
         let Some(last) = self.line.back() else { return };
         let known_ns = ns(last.at.max(now.saturating_sub(KNOWN_AFTER)));
         while let Some(start_ns) = self.next_low_ns() {
+            if let Some(sent) = self.line.front().filter(|sent| sent.baud == self.baud && timing(sent).0 == start_ns) {
+                // of a byte at its own rate, every bit is sampled in its middle
+                let end_ns = start_ns + (2 * BITS - 1) * 500_000_000 / u64::from(self.baud);
+                if end_ns > known_ns {
+                    return;
+                }
+                sink(Duration::from_nanos(start_ns + 2 * BITS * 500_000_000 / u64::from(self.baud)), sent.byte);
+                self.free_ns = end_ns;
+                self.line.pop_front();
+                continue;
+            }
             let half_bits = |count: u64| start_ns + count * 500_000_000 / u64::from(self.baud);
             // the middle of the stop bit
             let end_ns = half_bits(2 * BITS - 1);

@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_driver::list_ports;
 use vn100_pipeline::{
-    EndReason, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+    EndReason, LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
 };
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
@@ -26,7 +26,7 @@ use crate::{
     commands::ports::only_likely,
     exit::{HangUp, report, stop_on_interrupt, unless_closed},
     heartbeat::Heartbeat,
-    live_source::{EmulatedPort, live_source},
+    live_source::live_source,
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
@@ -119,9 +119,10 @@ async fn attach_all(
                 .map(|path| SampleWriter::start(path, stop.clone()))
                 .transpose()?
                 .unzip();
-            let (session, emulated) = job.session(source, number, recording, samples, stop.clone());
+            let opened = job.source(source, number);
+            let session = job.session(source, number, opened, recording, samples, stop.clone());
             monitors.push(SourceMonitor::of(&session, goals.clone()));
-            Ok(Prepared { session, emulated, writer, stop })
+            Ok(Prepared { session, writer, stop })
         })
         .collect::<Result<_>>()?;
     if let Some(watched) = watched {
@@ -159,8 +160,6 @@ async fn attach_all(
 /// A session that has begun.
 struct Prepared {
     session: Session,
-    /// Powered until the settings are restored.
-    emulated: Option<EmulatedPort>,
     writer: Option<SampleWriter>,
     stop: CancellationToken,
 }
@@ -187,32 +186,39 @@ impl Job {
         }
     }
 
+    /// How the samples of all sources are read.
+    fn read_options(&self) -> ReadOptions {
+        let args = &self.args;
+        ReadOptions {
+            // a result that is written between two reads must be the same however the bytes were read
+            line_by_line: self.format.lines().is_some(),
+            measured: args.measure.measure.or(args.change.measured()).unwrap_or_default(),
+            ..args.measure.read_options()
+        }
+    }
+
+    /// The source of this name in this place.
+    fn source(&self, name: &SourceName, number: u64) -> Result<LiveSource> {
+        let mut link = self.args.link.clone();
+        // two emulated sensors are two sensors
+        link.sim.seed = link.sim.seed.wrapping_add(number);
+        live_source(name, &link, self.read_options(), &self.log)
+    }
+
     fn session(
         &self,
         name: &SourceName,
         number: u64,
+        source: Result<LiveSource>,
         recording: Option<PathBuf>,
         samples: Option<SampleTap>,
         stop: CancellationToken,
-    ) -> (Session, Option<EmulatedPort>) {
+    ) -> Session {
         let args = &self.args;
-        let mut link = args.link.clone();
-        // two emulated sensors are two sensors
-        link.sim.seed = link.sim.seed.wrapping_add(number);
-        // a result that is written between two reads must be the same however the bytes were read
-        let read = ReadOptions {
-            line_by_line: self.format.lines().is_some(),
-            measured: args.measure.measure.or(args.change.measured()).unwrap_or_default(),
-            ..args.measure.read_options()
-        };
-        let (source, emulated) = match live_source(name, &link, read, &self.log) {
-            Ok((source, emulated)) => (Ok(source), emulated),
-            Err(error) => (Err(error.into()), None),
-        };
         let spec = LiveSpec {
             name: self.name_of(name, number),
             kind: (source.is_ok() || *name != SourceName::Sim).then(|| name.kind()),
-            source,
+            source: source.map_err(Into::into),
             settings: self.settings.clone(),
             temperature: args.temperature,
             output: args.change.settings(),
@@ -228,12 +234,12 @@ impl Job {
             limits: args.limits.limits(),
             stop,
         };
-        (Session::live(spec), emulated)
+        Session::live(spec)
     }
 }
 
 async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
-    let Prepared { session, emulated: _emulated, writer: samples, stop } = prepared;
+    let Prepared { session, writer: samples, stop } = prepared;
     let mut written = Ok(());
     let result = follow(session, &job, &stop, &mut written).await?;
     let was_opened = match &*result.end {
@@ -364,3 +370,7 @@ const fn is_open(stage: &Stage) -> bool {
 async fn write_aside<T: Send + 'static>(write: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
     task::spawn_blocking(write).await.context("internal error: the output stopped")?
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+mod tests;

@@ -52,7 +52,7 @@ fn with_sensor<T>(
 ) -> Result<T> {
     run_logged(&mut Builder::new_multi_thread(), &args.log, async |log| {
         let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (source, _emulated) = live_source(name, args, ReadOptions::default(), &log)?;
+        let source = live_source(name, args, ReadOptions::default(), &log)?;
         source.with_link(None, &stop, |link| work(link, stop.clone())).await
     })
 }

@@ -1,0 +1,122 @@
+//! Recordings: cut at any byte, resumed, and never resumed by two.
+
+use std::fs;
+
+use proptest::prelude::*;
+
+use super::{Bench, replayed};
+use crate::commands::attach::Completion;
+
+#[tokio::test(start_paused = true)]
+async fn the_samples_of_a_sensor_are_a_table_of_the_measured_ones() {
+    let bench = Bench::new("");
+    let measured = bench.run("attach -d 2s --json --samples {}/samples.csv").await;
+    assert_eq!(measured.completion, Completion::Complete);
+    // rows that came before the rate was known may lie after the end
+    let read = replayed(&bench.file("samples.csv"), "--rate 40 -d 2s").await;
+    assert_eq!((measured.number("/timing/samples"), read.number("/timing/samples")), (80, 80));
+    let channels = |document: &serde_json::Value| document["channels"].as_array().unwrap().clone();
+    for (measured, read) in channels(&measured.document).iter().zip(channels(&read.document)) {
+        assert_eq!((&measured["name"], &measured["statistics"]), (&read["name"], &read["statistics"]));
+    }
+}
+
+/// A replay measures one message: another one after it would be recorded in vain.
+#[tokio::test(start_paused = true)]
+async fn a_recording_is_resumed_with_its_own_message_alone() {
+    let bench = Bench::new("");
+    for (name, rotation) in [("whole", ""), ("parts", "--rotate 1h")] {
+        let attach = async |message: &str| {
+            let options = format!("--duration 1s --resume --set-message {message} {rotation}");
+            bench.run(&format!("attach {options} --record {{}}/{name}.mcap")).await
+        };
+        assert_eq!(attach("BINARY").await.completion, Completion::Complete);
+        for (message, expected) in
+            [("VNIMU", Completion::Failed), ("BINARY+MAG", Completion::Failed), ("BINARY", Completion::Complete)]
+        {
+            let resumed = attach(message).await;
+            let error = resumed.error();
+            assert_eq!(resumed.completion, expected, "{message}: {error}");
+            let is_told = error.contains("holds BINARY, and a replay would not measure");
+            assert_eq!(is_told, expected == Completion::Failed, "{error}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_is_resumed_by_one_at_a_time_and_replayed_to_its_end() {
+    let bench = Bench::new("");
+    let first = bench.run("record --duration 1s -o {}/resumed.mcap").await;
+    assert_eq!(first.completion, Completion::Complete);
+    let again = bench.run("record --duration 1s -o {}/resumed.mcap").await;
+    assert_eq!(again.completion, Completion::Failed, "it exists");
+    let mut second = bench.start("record --resume -o {}/resumed.mcap");
+    second.until(|state| state.snapshot.timing.samples >= 80).await;
+    let other = Bench::new("");
+    let taken = bench.file("resumed.mcap");
+    let refused = other.run(&format!("record --duration 1s --resume -o {}", taken.display())).await;
+    assert_eq!(refused.completion, Completion::Failed);
+    assert!(refused.error().contains("is being recorded to"), "{}", refused.error());
+    second.stop.cancel();
+    second.end().await;
+    let whole = replayed(&taken, "").await;
+    assert_eq!((whole.number("/timing/segments"), whole.number("/timing/gaps")), (2, 0));
+    assert!(whole.number("/timing/samples") >= 120, "{}", whole.document["timing"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_empty_recording_leaves_nothing_behind() {
+    let bench = Bench::new("--faults unplug@0s+1h");
+    let lost = bench.run("record --duration 1s -o {}/none.mcap").await;
+    assert_eq!(lost.completion, Completion::NoData, "{}", lost.error());
+    assert!(!bench.file("none.mcap").exists());
+}
+
+/// A recording that was cut at any byte, as by a kill, then resumed and cut again.
+async fn cut_and_resumed(options: &str, cuts: &[f64]) -> Result<(), TestCaseError> {
+    let bench = Bench::new("");
+    let file = bench.file("cut.mcap");
+    let mut kept = 0;
+    for (number, cut) in cuts.iter().enumerate() {
+        let recorded = bench.run(&format!("record --duration 4s --resume {options} -o {{}}/cut.mcap")).await;
+        prop_assert_eq!(recorded.completion, Completion::Complete, "{}", recorded.error());
+        let bytes = fs::read(&file).unwrap();
+        // what was there before stays: a kill cuts what came last
+        let length = kept + ((bytes.len() - kept) as f64 * cut) as usize;
+        fs::write(&file, &bytes[..length]).unwrap();
+        let read = replayed(&file, "").await;
+        prop_assert!(
+            length < 500 || read.completion != Completion::Failed,
+            "cut {number} at {length}: {}",
+            read.error()
+        );
+        kept = length.min(fs::metadata(&file).unwrap().len() as usize);
+    }
+    let before = replayed(&file, "").await;
+    let ended = bench.run(&format!("record --duration 4s --resume {options} -o {{}}/cut.mcap")).await;
+    prop_assert_eq!(ended.completion, Completion::Complete, "{}", ended.error());
+    let whole = replayed(&file, "").await;
+    prop_assert_eq!(whole.completion, Completion::Complete);
+    let (samples, rate_hz) = (whole.number("/timing/samples"), whole.document["timing"]["rate_hz"].as_f64().unwrap());
+    let added = (4.0 * rate_hz) as u64;
+    prop_assert_eq!(samples, before.number("/timing/samples") + added, "{}", whole.document["timing"]);
+    let segments = if before.number("/timing/samples") == 0 { 1 } else { before.number("/timing/segments") + 1 };
+    prop_assert_eq!(whole.number("/timing/segments"), segments, "{}", whole.document["timing"]);
+    // the clock of the sensor goes on between two recordings of packets; of sentences nothing is known of that time
+    let gaps = if options.contains("BINARY") { segments - 1 } else { 0 };
+    prop_assert_eq!(whole.number("/timing/gaps"), gaps, "{}", whole.document["timing"]);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_recording_cut_at_any_byte_is_read_and_resumed(
+        options in prop::sample::select(vec!["", "--set-message VNIMU --set-rate 100", "--set-message BINARY --set-rate 200"]),
+        cuts in prop::collection::vec(0.02_f64..1.0, 1..3),
+    ) {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build().unwrap();
+        runtime.block_on(cut_and_resumed(options, &cuts))?;
+    }
+}

@@ -1,0 +1,232 @@
+//! An emulated sensor on a port in memory, on tokio's clock. A session opens it by the same link as a
+//! serial port, on every system; with a paused clock a session of hours takes seconds, and a test
+//! decides what the host and the sensor do at which moment.
+
+use std::{
+    io,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use tokio::time::{Instant, sleep_until};
+use vn100_analysis::protocol::stream::{Chunk, StreamInput};
+use vn100_capture::Source;
+use vn100_driver::{Connect, ConnectError, Connection, PortProblem};
+use vn100_sim::{fault::PlugEvent, wire::Wire};
+
+/// The timers of tokio count in milliseconds.
+const TICK: Duration = Duration::from_millis(1);
+
+/// The port of an emulated sensor; clones are the same port. The sensor is switched on when the port
+/// is made, and runs as long as a clone is kept.
+///
+/// One connection at a time is open. Bytes that come while the host does not read wait for it: unlike
+/// the buffer of a system, that of the port has no end.
+#[derive(Debug, Clone)]
+pub struct EmulatedPort(Arc<Mutex<Cable>>);
+
+#[derive(Debug)]
+struct Cable {
+    wire: Wire,
+    switched_on: Instant,
+    on_for: Duration,
+    origin_ns: i64,
+    is_plugged_in: bool,
+    /// How often it was plugged in; a connection ends with the time it was opened in.
+    plug_ins: u64,
+    is_open: bool,
+    /// Whether it returned as another port.
+    has_other_name: bool,
+}
+
+impl EmulatedPort {
+    /// A sensor that has been switched on for `on_for` already; the times of faults count from its
+    /// power-up. `origin_ns` is the present time in nanoseconds from the origin of the arrival times,
+    /// such as 1970.
+    ///
+    /// # Panics
+    /// With a paused clock, outside a tokio runtime.
+    #[must_use]
+    pub fn new(wire: Wire, on_for: Duration, origin_ns: i64) -> Self {
+        Self(Arc::new(Mutex::new(Cable {
+            wire,
+            switched_on: Instant::now(),
+            on_for,
+            origin_ns,
+            is_plugged_in: true,
+            plug_ins: 1,
+            is_open: false,
+            has_other_name: false,
+        })))
+    }
+
+    fn cable(&self) -> MutexGuard<'_, Cable> {
+        // a panic while the lock was held leaves a wire that can be polled again
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn failure(&self, baud: u32, problem: PortProblem) -> ConnectError {
+        ConnectError::Port { port: self.name(), baud, problem }
+    }
+}
+
+impl Cable {
+    /// The time since power-up.
+    fn now(&self) -> Duration {
+        self.on_for + self.switched_on.elapsed()
+    }
+
+    fn now_ns(&self) -> i64 {
+        let elapsed = i64::try_from(self.switched_on.elapsed().as_nanos()).unwrap_or(i64::MAX);
+        self.origin_ns.saturating_add(elapsed)
+    }
+
+    /// Does what the fault plan has done to the whole link by now.
+    fn follow_plug(&mut self) {
+        let now = self.now();
+        while let Some(event) = self.wire.poll_plug(now) {
+            match event {
+                PlugEvent::Unplugged => {
+                    self.is_plugged_in = false;
+                    self.wire.close(now);
+                    self.is_open = false;
+                }
+                PlugEvent::Replugged { other_name } => {
+                    self.is_plugged_in = true;
+                    self.plug_ins += 1;
+                    self.has_other_name |= other_name;
+                }
+            }
+        }
+    }
+
+    fn chunk(&self, bytes: Vec<u8>) -> StreamInput {
+        Chunk { bytes: bytes.into(), at_ns: Some(self.now_ns()) }.into()
+    }
+
+    /// The name of the port at present.
+    fn name(&self) -> &'static str {
+        if self.has_other_name { "emulated port 2" } else { "emulated port" }
+    }
+}
+
+impl Connect for EmulatedPort {
+    type Connection = EmulatedConnection;
+
+    const HAS_BAUD: bool = true;
+
+    async fn open(&mut self, baud: u32) -> Result<EmulatedConnection, ConnectError> {
+        let mut cable = self.cable();
+        cable.follow_plug();
+        let problem = match baud.try_into() {
+            _ if !cable.is_plugged_in => PortProblem::NotFound(Vec::new()),
+            _ if cable.is_open => PortProblem::Busy(Some("another connection of this program".into())),
+            Err(_) => PortProblem::Other(io::ErrorKind::InvalidInput.into()),
+            Ok(speed) => {
+                let now = cable.now();
+                cable.wire.set_host_baud(speed);
+                let old = cable.wire.open(now);
+                cable.is_open = true;
+                let (name, plug_in) = (cable.name(), cable.plug_ins);
+                drop(cable);
+                return Ok(EmulatedConnection { port: self.clone(), name, plug_in, old });
+            }
+        };
+        drop(cable);
+        Err(self.failure(baud, problem))
+    }
+
+    fn now_ns(&self) -> i64 {
+        self.cable().now_ns()
+    }
+
+    fn name(&self) -> String {
+        "emulated port".into()
+    }
+}
+
+/// An open port; dropping it closes it.
+#[derive(Debug)]
+pub struct EmulatedConnection {
+    port: EmulatedPort,
+    name: &'static str,
+    plug_in: u64,
+    /// Bytes that lay in the adapter when it was opened.
+    old: Vec<u8>,
+}
+
+impl EmulatedConnection {
+    /// The cable, if the port is still the one that was opened.
+    fn cable(&self) -> io::Result<MutexGuard<'_, Cable>> {
+        let mut cable = self.port.cable();
+        cable.follow_plug();
+        match cable.is_plugged_in && cable.plug_ins == self.plug_in {
+            true => Ok(cable),
+            false => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    /// What has come by now.
+    fn received(&mut self) -> io::Result<Option<StreamInput>> {
+        let mut bytes = std::mem::take(&mut self.old);
+        let mut cable = self.cable()?;
+        let now = cable.now();
+        bytes.extend(cable.wire.poll(now));
+        Ok((!bytes.is_empty()).then(|| cable.chunk(bytes)))
+    }
+}
+
+impl Source for EmulatedConnection {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
+        loop {
+            if let Some(input) = self.received()? {
+                return Ok(Some(input));
+            }
+            let wait = {
+                let cable = self.cable()?;
+                let now = cable.now();
+                cable.wire.next_wakeup(now).saturating_sub(now)
+            };
+            sleep_until(Instant::now() + wait.max(TICK)).await;
+        }
+    }
+}
+
+impl Connection for EmulatedConnection {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn set_baud(&mut self, baud: u32) -> io::Result<()> {
+        let speed = baud.try_into().map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
+        self.old.clear();
+        let mut cable = self.cable()?;
+        let now = cable.now();
+        // as a serial port: what came at the former speed is not read
+        _ = cable.wire.poll(now);
+        cable.wire.set_host_baud(speed);
+        Ok(())
+    }
+
+    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let mut cable = self.cable()?;
+        let now = cable.now();
+        cable.wire.write(bytes, now);
+        Ok(())
+    }
+
+    async fn close(mut self) -> Vec<StreamInput> {
+        // of a port that is gone nothing is left
+        self.received().ok().flatten().into_iter().collect()
+    }
+}
+
+impl Drop for EmulatedConnection {
+    fn drop(&mut self) {
+        if let Ok(mut cable) = self.cable() {
+            let now = cable.now();
+            cable.wire.close(now);
+            cable.is_open = false;
+        }
+    }
+}
