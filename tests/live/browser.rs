@@ -12,8 +12,8 @@ use std::{
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::page::Served;
-use crate::support::capture;
+use crate::page::{Served, replayed};
+use crate::support::{capture, channel};
 
 /// Nothing here takes longer; what does is a failure.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -180,4 +180,37 @@ fn a_phone_shows_no_line_that_leaves_the_screen() {
     assert!(
         browser.value("document.querySelectorAll('caption > span, th[colspan] > span').length").as_u64() > Some(10)
     );
+}
+
+/// The numbers of a table of the page, by the name of the row.
+fn cells(dom: &str, name: &str) -> Vec<String> {
+    let begin = format!("<th scope=\"row\">{name}</th>");
+    let rows: Vec<&str> = dom.split(&begin).skip(1).filter_map(|rest| rest.split("</tr>").next()).collect();
+    // the table of statistics begins with the number of samples
+    let row = rows.iter().find(|row| row.contains("24\u{202f}000")).unwrap_or_else(|| panic!("{name}: {rows:?}"));
+    let cells = row.split("<td>").skip(1).map(|cell| cell.split("</td>").next().unwrap());
+    cells.map(|cell| cell.replace('−', "-").replace('\u{202f}', "")).collect()
+}
+
+#[test]
+fn the_page_shows_the_numbers_of_the_document() {
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let document: Value = serde_json::from_str(&served.get("/snapshot.json").1).unwrap();
+    let Some(mut browser) = Browser::open(&format!("http://{}/", served.address)) else { return };
+    browser.until("document.querySelector('[data-ready=true]') !== null");
+    let figures = browser.value("document.querySelectorAll('figure').length").as_u64().unwrap();
+    let alive = "[...document.querySelectorAll('button')].filter((one) => one.textContent === 'Enlarge').length";
+    browser.until(&format!("{figures} > 0 && {alive} === {figures}"));
+    let dom = browser.value("document.documentElement.outerHTML");
+    for name in ["gyro_x", "accel_z", "mag_y", "temperature"] {
+        let statistics = &channel(&document, name)["statistics"];
+        let shown = cells(dom.as_str().unwrap(), name);
+        assert_eq!(shown[0], statistics["count"].to_string(), "{name}");
+        for (text, key) in shown[1..].iter().zip(["mean", "std", "min", "max"]) {
+            let (shown, exact): (f64, f64) = (text.parse().unwrap(), statistics[key].as_f64().unwrap());
+            let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            assert!((shown - exact).abs() <= 0.5001 * 10_f64.powi(-(decimals as i32)), "{name} {key}: {text}, {exact}");
+        }
+    }
 }

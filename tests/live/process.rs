@@ -1,0 +1,190 @@
+//! The program as a process: signals, pipes that close, kills, and commands that cannot be done as
+//! given. The emulated sensor is in its memory.
+
+use std::{
+    fs,
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+use crate::support::{Lines, Running, document, replay, run, vn100};
+
+fn samples(document: &Value) -> u64 {
+    document["timing"]["samples"].as_u64().unwrap()
+}
+
+/// What two documents say, apart from their source and the reason of their end.
+fn assert_same_but_source(mut a: Value, mut b: Value) {
+    for document in [&mut a, &mut b] {
+        (document["source"], document["end_reason"]) = (Value::Null, Value::Null);
+    }
+    assert_eq!(a, b);
+}
+
+/// What was given is wrong, and nothing was done.
+#[test]
+fn what_cannot_be_done_as_given_ends_with_two() {
+    for (command, options, expected) in [
+        ("configure", &[][..], "nothing to change"),
+        ("configure", &["--listen-only", "--set-rate", "20"], "cannot be used with"),
+        ("info", &["--listen-only"], "cannot be identified"),
+        ("record", &["--meta", "/dev/zero", "--duration", "1s", "-o", "/dev/null/x"], "longer than 1 MiB"),
+    ] {
+        let output = run(vn100().args([command, "sim"]).args(options));
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.contains(expected), "{command} {options:?}: {error}");
+        let code = if command == "record" { 1 } else { 2 };
+        assert_eq!(output.status.code(), Some(code), "{command} {options:?}: {error}");
+    }
+}
+
+#[test]
+fn a_sensor_is_identified_and_set() {
+    let info = document(&run(vn100().args(["info", "sim", "--json"])));
+    assert_eq!((&info["rate_hz"], &info["message"]), (&40.into(), &"VNYMR".into()));
+    let configured = run(vn100().args(["configure", "sim", "--set-message", "VNYPR"]));
+    assert_eq!(configured.status.code(), Some(0), "its lines come as set: {configured:?}");
+    let told = String::from_utf8(configured.stdout).unwrap();
+    assert!(told.contains("from 14 to 1;") && told.contains("unless --save is given"), "{told}");
+}
+
+#[test]
+fn a_signal_without_a_view_ends_with_the_result() {
+    for signal in [Signal::INT, Signal::HUP, Signal::TERM] {
+        let folder = tempfile::tempdir().unwrap();
+        let recording = folder.path().join("interrupted.mcap");
+        let mut attached = Running::start(vn100().args(["attach", "sim", "--ndjson", "--record"]).arg(&recording));
+        attached.nth_document(2);
+        kill_process(Pid::from_child(&attached.process), signal).unwrap();
+        let last: Value = serde_json::from_str(&attached.lines.by_ref().last().unwrap()).unwrap();
+        assert_eq!(attached.end().0.code(), Some(0), "{signal:?}");
+        let (recorded, _) = replay(&recording, &[]);
+        assert_eq!(recorded["source"]["recorded"]["end_reason"], "stopped");
+        assert_same_but_source(recorded, last);
+    }
+}
+
+/// An interrupt while the sensor is looked for, whatever was to be set.
+#[test]
+fn an_interrupt_while_the_sensor_is_looked_for_is_an_end_without_samples() {
+    for options in [&[][..], &["--set-rate", "20"]] {
+        let server = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = format!("tcp://{}", server.local_addr().unwrap());
+        let mut attached = vn100();
+        attached.args(["attach", &address, "--json"]).args(options).stdin(Stdio::null());
+        let attached: Child = attached.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let _silent = server.accept().unwrap();
+        kill_process(Pid::from_child(&attached), Signal::INT).unwrap();
+        let output = attached.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), samples(&document(&output))), (Some(3), 0));
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_ends_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("left.mcap");
+    let options = ["attach", "sim", "--set-rate", "20", "--ndjson", "--record"];
+    let mut attached = Running::start(vn100().args(options).arg(&recording));
+    attached.nth_document(1);
+    attached.lines = Lines::of(std::io::empty());
+    let (_, error) = attached.end();
+    assert!(error.contains("settings restored"), "{error}");
+    let (recorded, _) = replay(&recording, &[]);
+    assert_eq!(recorded["source"]["recorded"]["complete"], true);
+}
+
+#[test]
+fn what_never_began_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("typo.mcap");
+    let record =
+        |source: &str| run(vn100().args(["record", source, "--duration", "1s", "-o"]).arg(&recording)).status.code();
+    assert_eq!(record("/nowhere/ttyUSB7"), Some(3));
+    assert!(!recording.exists());
+    assert_eq!(record("sim"), Some(0));
+    assert_eq!(record("sim"), Some(1), "it exists");
+    for command in [&["info", "/nowhere/ttyUSB7"][..], &["configure", "/nowhere/ttyUSB7", "--set-rate", "20"]] {
+        assert_eq!(run(vn100().args(command)).status.code(), Some(3), "{command:?}");
+    }
+}
+
+#[test]
+fn a_killed_recording_is_readable_and_can_be_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("killed.mcap");
+    let attach = ["attach", "sim", "--ndjson", "--record"];
+    let mut attached = Running::start(vn100().args(attach).arg(&recording));
+    // what a second of the stream has passed since is in the file
+    attached.nth_document(4);
+    drop(attached);
+    let (recorded, exit) = replay(&recording, &[]);
+    assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
+    let record =
+        |options: &[&str]| run(vn100().args(["record", "sim", "--duration", "1s", "-o"]).arg(&recording).args(options));
+    assert_ne!(record(&[]).status.code(), Some(0), "it exists");
+    let resumed = record(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
+    let (whole, exit) = replay(&recording, &[]);
+    assert_eq!(exit, 0);
+    assert!(samples(&whole) > samples(&recorded), "{whole}");
+}
+
+#[test]
+fn a_recording_goes_on_where_nobody_reads_the_documents() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("unread.mcap");
+    let script = "\"$0\" attach sim --duration 4s --ndjson=thin --record \"$1\" | head -n 1";
+    let output =
+        Command::new("bash").args(["-c", script]).arg(env!("CARGO_BIN_EXE_vn100")).arg(&recording).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    let (whole, _) = replay(&recording, &[]);
+    assert_eq!(samples(&whole) + whole["timing"]["missing"].as_u64().unwrap(), 160);
+}
+
+#[test]
+fn a_closed_pipe_hides_no_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let unopened = folder.path().join("none").join("a.mcap");
+    for (arguments, code) in [
+        (&["/nowhere", "--json"][..], 3),
+        (&["/nowhere", "--ndjson"], 3),
+        (&["sim", "--duration", "1s", "--json", "--record", unopened.to_str().unwrap()], 1),
+        (&["sim", "--duration", "1s", "--ndjson"], 0),
+    ] {
+        let mut command = vn100();
+        command.arg("attach").args(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.is_empty()), (Some(code), false), "{arguments:?}: {told}");
+    }
+}
+
+#[test]
+fn two_emulated_sensors_are_two() {
+    let output = run(vn100().args(["attach", "sim", "sim", "--duration", "1s", "--json"]));
+    let documents = document(&output);
+    let least = |index: usize| {
+        let channels = documents[index]["channels"].as_array().unwrap();
+        channels.iter().map(|channel| channel["statistics"]["min"].to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!((&documents[0]["source"]["name"], &documents[1]["source"]["name"]), (&"sim-1".into(), &"sim-2".into()));
+    // one sensor looked at twice shows the same values, apart from a line or two at the ends
+    let shared = least(0).iter().zip(&least(1)).filter(|(a, b)| a == b).count();
+    assert!(shared < 6, "{:?}, {:?}", least(0), least(1));
+}
+
+/// Runs the program with no place for temporary files.
+#[test]
+fn an_emulated_sensor_needs_no_file() {
+    let output = run(vn100().args(["attach", "sim", "-d", "1s", "--json"]).env("TMPDIR", Path::new("/nowhere")));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(fs::metadata("/nowhere").is_err());
+}
