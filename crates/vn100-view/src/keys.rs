@@ -118,7 +118,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-pub(super) const KEYS: [(&str, &str); 29] = [
+pub(super) const KEYS: [(&str, &str); 28] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -147,7 +147,6 @@ pub(super) const KEYS: [(&str, &str); 29] = [
     ("> <", "replay: faster, slower"),
     ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
     ("(  )  0", "replay: measure the part from here, to here; all"),
-    ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 
 /// Behind the first of them stands what the bars mean, which the level of confidence is part of.

@@ -9,7 +9,6 @@ mod draw;
 mod faults;
 mod keys;
 mod messages;
-mod mouse;
 mod panels;
 mod question;
 mod reference;
@@ -37,13 +36,12 @@ use std::{
 use background::FromTerminal;
 use draw::{draw, is_too_small};
 use messages::ShownMessage;
-use mouse::mouse;
 use ratatui::{
     buffer::Buffer,
     crossterm::event::{Event, KeyEventKind},
 };
 use save::save;
-use scene::{Regions, Scene};
+use scene::Scene;
 use source::SourceView;
 use state::{Selection, ViewRequest, ViewState};
 use terminal::{Screen, give_back_line, leave_screen, next_event};
@@ -268,7 +266,6 @@ fn run_view(
 ) -> Ended {
     let started = Instant::now();
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
-    let mut regions = Regions::default();
     let mut last_screen = None;
     let mut keep_screen = false;
     let mut dirty = true;
@@ -324,11 +321,13 @@ fn run_view(
         }
         if dirty && drawn_at.is_none_or(|at| at.elapsed() >= FRAME) {
             let scene = Scene { state: &state, sources: &shown, source: &shown[state.source], theme };
-            match screen.draw(|frame| regions = draw(frame, scene)) {
-                Ok(buffer) => last_screen = Some(buffer),
+            match screen.draw(|frame| draw(frame, scene)) {
+                Ok(buffer) => {
+                    state.is_too_small = is_too_small((buffer.area.width, buffer.area.height));
+                    last_screen = Some(buffer);
+                }
                 Err(_) => return Ended::TerminalGone,
             }
-            state.is_too_small = regions.is_too_small;
             // from its end: a terminal that takes its time gets its time
             drawn_at = Some(Instant::now());
             dirty = false;
@@ -348,11 +347,6 @@ fn run_view(
                     }
                     FromTerminal::Part | FromTerminal::Whole(None) => None,
                 }
-            }
-            Ok(Some(Event::Mouse(event))) => {
-                let request = mouse(event, &mut state, &regions, &shown);
-                dirty |= request.is_some() || !matches!(event.kind, ratatui::crossterm::event::MouseEventKind::Moved);
-                request
             }
             Ok(Some(Event::Resize(width, height))) => {
                 dirty = true;

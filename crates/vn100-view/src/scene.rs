@@ -1,4 +1,4 @@
-//! What is drawn, and where on the screen it is.
+//! What is drawn, and the frame of a panel.
 
 use ratatui::{
     Frame,
@@ -13,22 +13,6 @@ use crate::{
     state::{Panel, ViewState},
     theme::Theme,
 };
-
-/// Where on the screen what a mouse may point at is.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Regions {
-    pub(crate) panels: Vec<(Rect, Panel)>,
-    pub(crate) tabs: Vec<(Rect, Panel)>,
-    /// Names of the sensors, by their places.
-    pub(crate) sensors: Vec<(Rect, usize)>,
-    /// Columns of the octaves of the curve, and the rows they stand in.
-    pub(crate) octaves: Vec<(u16, usize)>,
-    pub(crate) chart: Rect,
-    /// Rows of the channels, by their places.
-    pub(crate) channels: Vec<(u16, usize)>,
-    pub(crate) progress: Rect,
-    pub(crate) is_too_small: bool,
-}
 
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {

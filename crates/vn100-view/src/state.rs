@@ -207,14 +207,6 @@ impl ViewState {
         Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
     }
 
-    pub(crate) fn choose_channel(&mut self, channel: usize, source: &SourceView) {
-        for (sensor, group) in source.groups().iter().enumerate() {
-            if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
-                (self.sensor, self.axes) = (sensor, ShownAxes::One(axis));
-            }
-        }
-    }
-
     pub(crate) fn key(&mut self, key: KeyEvent, sources: &[SourceView]) -> Option<ViewRequest> {
         self.message = None;
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
@@ -419,6 +411,6 @@ impl ViewState {
 }
 
 /// The next of `count` places, or the one before; no further than the ends.
-pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
+fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
 }

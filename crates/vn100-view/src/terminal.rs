@@ -141,7 +141,7 @@ impl Drop for Screen {
 
 fn enter() -> io::Result<()> {
     enable_raw_mode()?;
-    execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
+    execute!(io::stdout(), EnterAlternateScreen, cursor::Hide)
 }
 
 /// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
@@ -170,11 +170,11 @@ pub(crate) fn give_back_line() {
 /// Shows the screen as it was before; waits until the terminal takes that.
 pub(crate) fn leave_screen() {
     let mut out = io::stdout();
-    let _ = execute!(out, EndSynchronizedUpdate, event::DisableMouseCapture, LeaveAlternateScreen, cursor::Show);
+    let _ = execute!(out, EndSynchronizedUpdate, LeaveAlternateScreen, cursor::Show);
     let _ = out.flush();
 }
 
-/// Waits for a key, the mouse or another size. `None` when nothing came in time.
+/// Waits for a key or another size. `None` when nothing came in time.
 pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
     // a terminal that is gone must not be read
     something_came(Duration::ZERO)?;

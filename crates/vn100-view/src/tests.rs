@@ -20,7 +20,7 @@ use vn100_report::health::{NextOctave, next_octave};
 
 use crate::{
     draw::draw,
-    scene::{Regions, Scene},
+    scene::Scene,
     source::{SourcePhase, SourceView},
     state::{Panel, Question, Selection, ShownAxes, ViewState},
     theme::{Colours, Theme},
@@ -34,12 +34,11 @@ const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
 const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
 
-fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
+fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    let mut regions = Regions::default();
     let scene = Scene { state, sources, source: &sources[state.source], theme };
-    terminal.draw(|frame| regions = draw(frame, scene)).unwrap();
-    (terminal.backend().buffer().clone(), regions)
+    terminal.draw(|frame| draw(frame, scene)).unwrap();
+    terminal.backend().buffer().clone()
 }
 
 /// The screen as text, without spaces behind.
@@ -53,7 +52,7 @@ fn text(buffer: &Buffer) -> String {
 }
 
 fn screen(state: &ViewState, source: SourceView, size: (u16, u16)) -> String {
-    text(&drawn(state, &[source], PLAIN, size).0)
+    text(&drawn(state, &[source], PLAIN, size))
 }
 
 /// Compares the screens of a state with those kept.
@@ -61,7 +60,7 @@ fn check(name: &str, state: &ViewState, sources: &[SourceView]) {
     let mut screens = String::new();
     for size in KEPT {
         writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
-        screens += &text(&drawn(state, sources, PLAIN, size).0);
+        screens += &text(&drawn(state, sources, PLAIN, size));
     }
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/tests/screens").join(format!("{name}.txt"));
     if env::var_os("VN100_WRITE_SCREENS").is_some() {
@@ -93,7 +92,7 @@ fn panels_alone() {
 fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
     let state = ViewState { panel: Panel::Statistics, expanded: true, ..one() };
     let header = |width| {
-        let screen = text(&drawn(&state, &[measured()], PLAIN, (width, 24)).0);
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (width, 24)));
         screen.lines().find(|line| line.contains("mean")).unwrap().to_owned()
     };
     // 66 columns within the frame
@@ -110,7 +109,7 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
         (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
-        let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)));
         for shown in shown {
             assert!(screen.lines().any(|line| line.contains(shown)), "{shown}\n{screen}");
         }
@@ -121,7 +120,7 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
 fn temperature_and_pressure_say_why_they_have_no_parameters() {
     for (sensor, shown) in [(3, "follows the room"), (4, "follows the weather")] {
         let state = ViewState { panel: Panel::Parameters, sensor, ..one() };
-        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(shown), "{shown}");
+        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24))).contains(shown), "{shown}");
     }
 }
 
@@ -143,7 +142,7 @@ fn every_warning_is_listed_and_read_in_full() {
         let state = ViewState { panel: Panel::Warnings, warning: place, ..one() };
         for size in SIZES {
             // lines of text begin at the frame
-            let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size).0);
+            let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size));
             let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
             let said = words.join(" ");
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
@@ -157,7 +156,7 @@ fn a_part_of_a_capture_that_is_read_is_not_taken_for_a_missing_measurement() {
     let selection = Selection { from: Some(0.25), to: Some(0.5) };
     let source = SourceView { phase: SourcePhase::Measuring, link: None, ..nothing() };
     for (state, is_part) in [(ViewState { selection, ..one() }, true), (one(), false)] {
-        let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, (80, 24)).0);
+        let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, (80, 24)));
         assert_eq!(screen.contains("Reading the part of "), is_part, "{screen}");
         assert_eq!(screen.contains("waiting for the first measurement"), !is_part, "{screen}");
     }
@@ -285,13 +284,13 @@ fn several_sources_have_an_overview() {
     check("overview", &ViewState { source: 1, ..ViewState::new(3) }, &sources);
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
     let sources_one_ended = [measured(), SourceView { phase: SourcePhase::Ended(Some(reason)), ..nothing() }];
-    let screen = text(&drawn(&ViewState::new(2), &sources_one_ended, PLAIN, (120, 40)).0);
+    let screen = text(&drawn(&ViewState::new(2), &sources_one_ended, PLAIN, (120, 40)));
     assert!(screen.contains("!! cannot open /dev/ttyUSB0: no such device"), "{screen}");
     let name = format!("/captures/{}bench.csv", "of-a-long-name-".repeat(5));
     let long = [SourceView { name, ..damaged() }, measured()];
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
-        let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)).0);
+        let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)));
         for shown in ["      8  ", ": Discard everything so far and start over? y / n"] {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
@@ -303,12 +302,12 @@ fn several_sources_have_an_overview() {
         })
         .collect();
     for size in SIZES {
-        let screen = text(&drawn(&ViewState { source: 14, ..ViewState::new(16) }, &many, PLAIN, size).0);
+        let screen = text(&drawn(&ViewState { source: 14, ..ViewState::new(16) }, &many, PLAIN, size));
         assert!(screen.contains("/dev/ttyUSB14"), "{screen}");
         assert_eq!(screen.contains("above,"), size.1 < 24, "{screen}");
     }
     let second = ViewState { source: 1, overview: false, ..ViewState::new(3) };
-    assert!(text(&drawn(&second, &sources, PLAIN, (80, 24)).0).starts_with(" 2/3  /dev/ttyUSB1  "));
+    assert!(text(&drawn(&second, &sources, PLAIN, (80, 24))).starts_with(" 2/3  /dev/ttyUSB1  "));
 }
 
 #[test]
@@ -320,7 +319,7 @@ fn nothing_but_ascii_where_nothing_else_is_shown() {
     for state in panels.into_iter().chain(others) {
         for source in [measured(), damaged()] {
             for size in SIZES {
-                let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme, size);
+                let buffer = drawn(&state, std::slice::from_ref(&source), theme, size);
                 assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
                 // the key for the help in its two places, and a question
                 let screen = text(&buffer).replace(" ? help", "").replace("| ?  ", "").replace("alive?", "");

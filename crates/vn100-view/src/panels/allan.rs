@@ -28,7 +28,7 @@ use crate::{
         sheet::SHEET,
         warnings::shortened,
     },
-    scene::{Regions, Scene, framed},
+    scene::{Scene, framed},
     source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
@@ -38,7 +38,7 @@ use crate::{
 const SHORT_NAME: usize = 12;
 
 /// Draws it; alone on the screen with a line of what is known of the noise.
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions, alone: bool) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: bool) {
     let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
     let plot = AllanPlot::new(scene.state, source, &group);
@@ -54,7 +54,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
     frame.render_widget(Paragraph::new(legend_line(scene.theme, source, &plot, legend.width)), legend);
     frame.render_widget(Paragraph::new(read_out), below);
-    draw_chart(frame, chart, scene, &plot, regions);
+    draw_chart(frame, chart, scene, &plot);
 }
 
 /// Which sign is which axis, and when the next point comes; in fewer words where room is short.
@@ -128,7 +128,7 @@ fn noise_name(alpha: i8) -> &'static str {
     }
 }
 
-fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot, regions: &mut Regions) {
+fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot) {
     let (state, theme) = (scene.state, scene.theme);
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
@@ -158,10 +158,6 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
         return;
     }
     let axes = ChartAxes { x, y, chart };
-    regions.chart = chart;
-    let first = plot.curves.first().map_or(&[][..], |curve| &curve.points);
-    regions.octaves =
-        first.iter().enumerate().filter_map(|(place, point)| Some((axes.column(point.tau_s)?, place))).collect();
     draw_grid(frame.buffer_mut(), axes, bottom.y, theme, "τ (s)");
     draw_cursor(frame.buffer_mut(), axes, cursor_tau);
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);

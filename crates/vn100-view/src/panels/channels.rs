@@ -20,14 +20,14 @@ use vn100_report::{
 };
 
 use crate::{
-    scene::{Regions, Scene, framed},
+    scene::{Scene, framed},
     source::SourceView,
     state::Panel,
     theme::Theme,
     units::ShownUnit,
 };
 
-pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
+pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let inner = framed(frame, area, scene, Panel::Statistics, "Statistics".into());
     let chosen = scene.state.channel(source);
@@ -46,7 +46,6 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     polled.sort_by_key(|place| !matches!(source.values[*place].quantity, Quantity::Temperature | Quantity::Pressure));
     let placed: Vec<(usize, usize)> =
         axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
-    regions.channels = placed.iter().enumerate().map(|(row, (place, _))| (inner.y + 1 + row as u16, *place)).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.values[place];
         let unit = ShownUnit::of(channel, scene.state.units);

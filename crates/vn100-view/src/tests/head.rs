@@ -22,7 +22,7 @@ use crate::{
 };
 
 fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {
-    text(&drawn(state, std::slice::from_ref(source), PLAIN, size).0)
+    text(&drawn(state, std::slice::from_ref(source), PLAIN, size))
 }
 
 fn with_goals(duration_s: Option<u64>, until: &[&str]) -> SourceView {

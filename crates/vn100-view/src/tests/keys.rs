@@ -1,13 +1,12 @@
-//! What keys and the mouse do.
+//! What keys do.
 
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::Assessment;
 use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::{
     keys::KEYS,
-    mouse::mouse,
     source::SourceView,
     state::Question,
     state::{Panel, Selection, ShownAxes, ShownPlot, ViewRequest, ViewState},
@@ -65,13 +64,13 @@ fn the_help_has_pages_and_closes() {
     state.key(KeyEvent::new(KeyCode::F(1), KeyModifiers::NONE), &sources);
     assert_eq!(state.help, Some(0), "by the key that opens it elsewhere");
     for size in [(80, 16), (60, 20), (80, 24), (80, 40), (80, 60)] {
-        let page = |page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, size).0);
+        let page = |page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, size));
         let (_, behind) = page(0).split_once("page 1 of ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
         let pages: usize = behind.split(',').next().unwrap().parse().unwrap();
         let all: String = (0..pages).map(page).collect();
         let words = all.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
         for shown in
-            ["quit and print", "click panels", "points, the replay bar; wheel", "deviation between", "or rejected"]
+            ["quit and print", "measure the part", "from here, to here; all", "deviation between", "or rejected"]
         {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
@@ -94,7 +93,7 @@ fn the_help_gives_the_confidence_of_the_intervals() {
     for (confidence, shown) in [(0.68, " 68 % confidence"), (0.95, " 95 % confidence"), (0.995, " 99.5 % confidence")] {
         let assessment = Assessment::new(&source.snapshot, confidence);
         let sources = [SourceView { assessment: assessment.into(), ..source.clone() }];
-        let screen = text(&drawn(&ViewState { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)).0);
+        let screen = text(&drawn(&ViewState { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)));
         assert!(screen.contains(shown), "{shown}\n{screen}");
     }
 }
@@ -144,7 +143,7 @@ fn axes_are_shown_and_hidden_one_by_one() {
     ] {
         assert_eq!(shown(keys), axes, "{keys}");
     }
-    let screen = text(&drawn(&pressed("XZ", &sources).0, &sources, PLAIN, (80, 24)).0);
+    let screen = text(&drawn(&pressed("XZ", &sources).0, &sources, PLAIN, (80, 24)));
     assert!(screen.contains("▲ gyro_y") && !screen.contains("● gyro_x") && !screen.contains("◆ gyro_z"), "{screen}");
 }
 
@@ -218,7 +217,7 @@ fn a_part_of_a_capture_is_selected_by_its_ends() {
     assert_eq!(press(&mut state, std::slice::from_ref(&source), ")"), selected);
     // at 40 Hz
     assert!(state.message.as_ref().unwrap().contains("--skip 125s --duration 375s"), "{:?}", state.message);
-    let screen = text(&drawn(&ViewState { message: None, ..state.clone() }, &[source.clone()], PLAIN, (80, 24)).0);
+    let screen = text(&drawn(&ViewState { message: None, ..state.clone() }, &[source.clone()], PLAIN, (80, 24)));
     assert!(screen.lines().any(|line| line.contains('(') && line.contains(')') && line.contains('━')), "{screen}");
     let whole = Some(ViewRequest::Control(Command::Select(0.0, 1.0)));
     assert_eq!(press(&mut state, &[source], "0"), whole);
@@ -240,7 +239,7 @@ fn a_place_is_marked_with_a_text() {
     let state = pressed(&format!("m{}", "long ".repeat(60)), &live).0;
     let Some(Question::Mark(typed)) = &state.question else { panic!("{:?}", state.question) };
     assert_eq!(typed.chars().count(), 120);
-    let screen = text(&drawn(&state, &live, PLAIN, (60, 20)).0);
+    let screen = text(&drawn(&state, &live, PLAIN, (60, 20)));
     assert!(screen.contains("long long _   enter / esc") || screen.contains("long_   enter / esc"), "{screen}");
 }
 
@@ -257,8 +256,6 @@ fn at_the_end_of_a_capture_what_has_no_effect_says_why() {
 
 #[test]
 fn on_a_screen_that_is_too_small_only_quitting_acts() {
-    let (_, regions) = drawn(&one(), &[measured()], PLAIN, (50, 12));
-    assert!(regions.is_too_small);
     let before = ViewState { is_too_small: true, ..one() };
     for key in "sruwfeo!?=-.<>g]Q\t\n12axyz".chars() {
         let mut state = before.clone();
@@ -267,9 +264,6 @@ fn on_a_screen_that_is_too_small_only_quitting_acts() {
     }
     let quit = Some(ViewRequest::Quit { keep_screen: false });
     assert_eq!(press(&mut before.clone(), &[measured()], "q"), quit);
-    let scroll = MouseEvent { kind: MouseEventKind::ScrollUp, column: 3, row: 3, modifiers: KeyModifiers::NONE };
-    let mut state = before.clone();
-    assert_eq!((mouse(scroll, &mut state, &regions, &[measured()]), state), (None, before));
 }
 
 #[test]
@@ -317,39 +311,6 @@ fn the_table_is_sorted_by_a_key_and_steps_by_its_rows() {
 }
 
 #[test]
-fn the_mouse_points_at_what_keys_choose() {
-    let sources = [measured()];
-    let mut state = one();
-    let click = |column, row| MouseEvent {
-        kind: MouseEventKind::Down(MouseButton::Left),
-        column,
-        row,
-        modifiers: KeyModifiers::NONE,
-    };
-    let (_, regions) = drawn(&state, &sources, PLAIN, (120, 40));
-    let (column, octave) = regions.octaves[3];
-    mouse(click(column, regions.chart.y + 1), &mut state, &regions, &sources);
-    assert_eq!((state.cursor, state.panel), (Some(octave), Panel::Allan));
-    let (row, channel) = regions.channels[4];
-    mouse(click(3, row), &mut state, &regions, &sources);
-    assert_eq!((state.channel(&sources[0]), state.panel), (Some(channel), Panel::Statistics));
-    let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
-    let (tab, panel) = regions.tabs[3];
-    mouse(click(tab.x + 1, tab.y), &mut state, &regions, &sources);
-    assert_eq!(state.panel, panel);
-    let (name, sensor) = regions.sensors[2];
-    mouse(click(name.right() - 1, name.y), &mut state, &regions, &sources);
-    assert_eq!((state.sensor, state.panel), (sensor, panel), "the panel stays");
-    let sources = [replayed()];
-    let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
-    let middle = click(regions.progress.x + regions.progress.width / 2, regions.progress.y);
-    let Some(ViewRequest::Control(Command::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
-        panic!("no place to go to");
-    };
-    assert!((part - 0.5).abs() < 0.02, "{part}");
-}
-
-#[test]
 fn the_address_of_the_live_page_is_on_every_screen_or_in_the_help() {
     let sources = [measured(), nothing()];
     let address = "http://127.0.0.1:8100/";
@@ -357,16 +318,16 @@ fn the_address_of_the_live_page_is_on_every_screen_or_in_the_help() {
         SIZES.into_iter().flat_map(|size| [(false, 0, size), (false, 1, size), (true, 0, size)])
     {
         let mut state = ViewState { overview, source, page: Some(address.into()), ..ViewState::new(2) };
-        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        let screen = text(&drawn(&state, &sources, PLAIN, size));
         let last = screen.lines().last().unwrap();
         assert!(last.ends_with(address) && last.starts_with(" q quit  ? help "), "{size:?}\n{screen}");
         // a long one leaves the keys their room
         let long = format!("http://{}:8100/", "a".repeat(size.0.into()));
         state.page = Some(long);
-        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        let screen = text(&drawn(&state, &sources, PLAIN, size));
         assert!(screen.lines().last().unwrap().starts_with(" q quit  ? help "), "{size:?}\n{screen}");
         state = ViewState { page: Some(address.into()), help: Some(0), ..state };
-        let screen = text(&drawn(&state, &sources, PLAIN, size).0);
+        let screen = text(&drawn(&state, &sources, PLAIN, size));
         assert!(screen.contains(&format!("live page: {address} ")), "{size:?}\n{screen}");
     }
 }

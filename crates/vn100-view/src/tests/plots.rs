@@ -25,7 +25,7 @@ fn each_plot_in_place_of_the_deviation() {
         }
     }
     let state = ViewState { plot: ShownPlot::Temperature, ..one() };
-    let screen = text(&drawn(&state, &[damaged()], PLAIN, (80, 24)).0);
+    let screen = text(&drawn(&state, &[damaged()], PLAIN, (80, 24)));
     assert!(screen.contains("holds no temperature"), "{screen}");
 }
 
@@ -33,7 +33,7 @@ fn each_plot_in_place_of_the_deviation() {
 fn the_other_deviation_has_its_own_points_and_no_model() {
     let state = ViewState { plot: ShownPlot::OtherDeviation, ..one() };
     let alone = ViewState { axes: ShownAxes::One(0), ..state };
-    let screen = text(&drawn(&alone, &[measured()], PLAIN, (120, 40)).0);
+    let screen = text(&drawn(&alone, &[measured()], PLAIN, (120, 40)));
     assert!(screen.contains("Hadamard deviation σ(τ) of the gyro") && !screen.contains("model"), "{screen}");
     for source in [nothing(), damaged()] {
         for size in SIZES {
@@ -48,7 +48,7 @@ fn marks_stand_in_the_segments() {
     let snapshot = Arc::make_mut(&mut source.snapshot);
     snapshot.marks.push(vn100_analysis::PlaceMark { at_s: 250.0, text: "fan on".into() });
     let state = ViewState { plot: ShownPlot::Segments, ..one() };
-    let screen = text(&drawn(&state, &[source], PLAIN, (80, 24)).0);
+    let screen = text(&drawn(&state, &[source], PLAIN, (80, 24)));
     let column = screen.lines().find_map(|line| {
         line.chars().position(|sign| sign == 'm').filter(|_| line.contains('⠺') || line.contains("┈m"))
     });
@@ -57,7 +57,7 @@ fn marks_stand_in_the_segments() {
 
 #[test]
 fn a_large_screen_shows_more_at_once() {
-    let screen = text(&drawn(&one(), &[measured()], PLAIN, (200, 60)).0);
+    let screen = text(&drawn(&one(), &[measured()], PLAIN, (200, 60)));
     for shown in
         ["Allan deviation", "Spectrum of the gyro", "by segment", "Noise of the gyro", "Statistics", "Signal of"]
     {
@@ -78,7 +78,7 @@ fn with_reference() -> SourceView {
 #[test]
 fn the_curve_of_an_earlier_record_lies_in_the_plot() {
     let source = with_reference();
-    let screen = |state: &ViewState| text(&drawn(state, std::slice::from_ref(&source), PLAIN, (120, 40)).0);
+    let screen = |state: &ViewState| text(&drawn(state, std::slice::from_ref(&source), PLAIN, (120, 40)));
     assert!(screen(&one()).contains("R bench-"), "{}", screen(&one()));
     let hidden = ViewState { is_without_reference: true, ..one() };
     assert!(!screen(&hidden).contains("R bench-"));

@@ -37,7 +37,7 @@ fn a_measurement_from_its_beginning() {
     let frames = MINUTES.map(|minutes| {
         let source = replayed((minutes * 60.0 * f64::from(RATE_HZ)) as u64);
         let state = ViewState { axes: ShownAxes::One(1), ..one() };
-        drawn(&state, &[source], THEME, (120, 34)).0
+        drawn(&state, &[source], THEME, (120, 34))
     });
     compare("live", &animated(&frames), 500_000);
 }
