@@ -13,7 +13,7 @@ use vn100_report::{names::names_of, numbers::plain::grouped};
 
 use crate::{
     keys,
-    panels::{allan, channels, health, overview, parameters, plots, waiting, warnings},
+    panels::{allan, channels, health, overview, parameters, spectrum, waiting, warnings},
     scene::Scene,
     state::{Panel, ShownPlot},
 };
@@ -22,10 +22,6 @@ pub(crate) const LEAST: (u16, u16) = (60, 16);
 
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
-
-/// From here on, two more plots stand below them, with so many rows.
-const MORE_PANELS: (u16, u16) = (160, 56);
-const MORE_ROWS: u16 = 15;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) {
     let area = frame.area();
@@ -69,19 +65,6 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         panel(frame, body, scene, scene.state.panel, true);
         return;
     }
-    let has_more = area.width >= MORE_PANELS.0 && area.height >= MORE_PANELS.1;
-    let [body, middle] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(if has_more { MORE_ROWS } else { 0 })]).areas(body);
-    if has_more {
-        let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(middle);
-        let others = match scene.state.plot {
-            ShownPlot::Deviation | ShownPlot::OtherDeviation => [ShownPlot::Spectrum, ShownPlot::Segments],
-            ShownPlot::Spectrum => [ShownPlot::Segments, ShownPlot::Temperature],
-            ShownPlot::Segments | ShownPlot::Temperature => [ShownPlot::Spectrum, ShownPlot::Segments],
-        };
-        plots::draw(frame, left, scene, others[0]);
-        plots::draw(frame, right, scene, others[1]);
-    }
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
     let lower_rows = (source.values.len() as u16 + 3).max(lower.height).min(body.height / 2);
     let [upper, lower] =
@@ -101,9 +84,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
 
 fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, alone: bool) {
     match panel {
-        Panel::Allan if !scene.state.plot.is_deviation() => {
-            plots::draw(frame, area, scene, scene.state.plot);
-        }
+        Panel::Allan if scene.state.plot == ShownPlot::Spectrum => spectrum::draw(frame, area, scene),
         Panel::Allan => allan::draw(frame, area, scene, alone),
         Panel::Parameters => parameters::draw(frame, area, scene),
         Panel::Statistics => channels::draw_statistics(frame, area, scene),

@@ -110,7 +110,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     }
     match state.panel {
         Panel::Warnings => keys.push(("↑↓", "choose")),
-        Panel::Allan => keys.extend([("v", "plot"), ("←→", "cursor")]),
+        Panel::Allan => keys.extend([("v", "spectrum"), ("←→", "cursor")]),
         Panel::Parameters | Panel::Statistics | Panel::Signal => {}
     }
     keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save"), ("-=", "zoom")]);
@@ -129,7 +129,7 @@ pub(super) const KEYS: [(&str, &str); 28] = [
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
     ("X Y Z", "show or hide an axis among all"),
-    ("v  V", "Hadamard, spectrum, segments, temperature"),
+    ("v", "the spectrum in place of the deviation, and back"),
     ("R", "show or hide the curve of the reference"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),

@@ -25,11 +25,7 @@ pub(crate) struct Scene<'a> {
 
 /// Draws a frame with a title, that of the panel chosen brighter; gives the place within.
 pub(crate) fn framed(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, title: String) -> Rect {
-    framed_as(frame, area, scene, scene.state.panel == panel, title)
-}
-
-/// The same for a panel that is chosen, or not.
-pub(crate) fn framed_as(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, chosen: bool, title: String) -> Rect {
+    let chosen = scene.state.panel == panel;
     let title = format!(" {title} ");
     let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
     let border = if chosen { Style::new() } else { scene.theme.faint() };

@@ -39,24 +39,15 @@ impl Panel {
 pub(crate) enum ShownPlot {
     #[default]
     Deviation,
-    /// Hadamard's beside Allan's, or the reverse.
-    OtherDeviation,
     Spectrum,
-    Segments,
-    Temperature,
 }
 
 impl ShownPlot {
-    const ALL: [Self; 5] = [Self::Deviation, Self::OtherDeviation, Self::Spectrum, Self::Segments, Self::Temperature];
-
-    /// Whether it is one over the averaging time.
-    pub(crate) const fn is_deviation(self) -> bool {
-        matches!(self, Self::Deviation | Self::OtherDeviation)
-    }
-
-    fn next(self, steps: usize) -> Self {
-        let place = Self::ALL.iter().position(|plot| *plot == self).unwrap_or(0);
-        Self::ALL[(place + steps) % Self::ALL.len()]
+    fn other(self) -> Self {
+        match self {
+            Self::Deviation => Self::Spectrum,
+            Self::Spectrum => Self::Deviation,
+        }
     }
 }
 
@@ -309,8 +300,7 @@ impl ViewState {
             KeyCode::Char('c') => self.acknowledge(source),
             KeyCode::Char('a') => (self.axes, self.hidden) = (ShownAxes::All, [false; 3]),
             KeyCode::Char(axis @ 'X'..='Z') => self.toggle(axis as usize - 'X' as usize),
-            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.next(1), Panel::Allan),
-            KeyCode::Char('V') => (self.plot, self.panel) = (self.plot.next(4), Panel::Allan),
+            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.other(), Panel::Allan),
             KeyCode::Char('R') => self.is_without_reference = !self.is_without_reference,
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),

@@ -8,7 +8,7 @@ use vn100_report::units::{ChannelValues, Point};
 use crate::{
     panels::{model_line::ModelLine, sheet},
     source::{ChannelGroup, SourceView},
-    state::{ShownAxes, ShownPlot, ViewState},
+    state::{ShownAxes, ViewState},
     units::ShownUnit,
 };
 
@@ -43,17 +43,13 @@ impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
         let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
         let factor = unit.factor;
-        let is_other = state.plot == ShownPlot::OtherDeviation;
-        let measured = source.snapshot.deviation;
-        let deviation = if is_other { measured.other() } else { measured };
+        let deviation = source.snapshot.deviation;
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.is_shown(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
-            let points = if is_other { &channel.other_deviations } else { &channel.deviations };
-            let points = points.iter().map(|point| point.times(factor)).collect();
-            // the fit is to what was asked for
-            let alone = state.axes != ShownAxes::All && !is_other;
+            let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
+            let alone = state.axes != ShownAxes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
             let reference = source
                 .reference
@@ -69,9 +65,7 @@ impl AllanPlot {
         let mut taus: Vec<f64> = plot.taus().collect();
         taus.sort_by(f64::total_cmp);
         taus.dedup();
-        if !is_other {
-            plot.sheet = sheet::line(source, group, &taus, factor);
-        }
+        plot.sheet = sheet::line(source, group, &taus, factor);
         plot
     }
 
