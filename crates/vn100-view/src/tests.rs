@@ -226,7 +226,7 @@ fn a_link_that_is_lost_or_silent() {
 
 #[test]
 fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
-    let next = |source: &SourceView| next_octave(&source.snapshot, source.snapshot.deviation).unwrap();
+    let next = |source: &SourceView| next_octave(&source.snapshot).unwrap();
     // 2 m samples: m of the next is 16384 at 40 Hz, and 20 000 are there
     let whole = NextOctave { tau_s: 409.6, wait_s: f64::from(2 * 16_384 - 20_000) * 0.025, broken: false };
     assert_eq!(next(&measured()), whole);
@@ -235,7 +235,7 @@ fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
     let snapshot = std::sync::Arc::make_mut(&mut torn.snapshot);
     snapshot.channels.iter_mut().for_each(|channel| channel.octaves.truncate(12));
     assert_eq!(next(&torn), NextOctave { tau_s: 102.4, wait_s: 204.8, broken: true });
-    assert_eq!(next_octave(&nothing().snapshot, imu_noise::Deviation::Allan), None);
+    assert_eq!(next_octave(&nothing().snapshot), None);
 }
 
 #[test]

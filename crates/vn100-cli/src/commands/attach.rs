@@ -84,11 +84,7 @@ async fn attach_all(
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
-    let mut settings = Settings {
-        recent: messages.is_some() || watched.is_some(),
-        other_deviation: messages.is_some(),
-        ..args.measure.settings()
-    };
+    let mut settings = Settings { recent: messages.is_some() || watched.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = vn100_view::FIRST_LOOKS;
     } else if format.lines().is_none() {

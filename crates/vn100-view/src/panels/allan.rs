@@ -84,7 +84,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
-    if let Some(next) = next_octave(&source.snapshot, plot.deviation).filter(|_| !over) {
+    if let Some(next) = next_octave(&source.snapshot).filter(|_| !over) {
         let (tau, when) = (tau(next.tau_s), next.when());
         let when = if whole { when } else { when.replace(" without a gap", " gapless") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));

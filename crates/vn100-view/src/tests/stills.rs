@@ -59,8 +59,7 @@ fn replayed(samples: u64) -> SourceView {
     let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
     let mut capture = Vec::new();
     write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), samples).unwrap();
-    let settings =
-        Settings { rate_hz: Some(RATE_HZ.into()), recent: true, other_deviation: true, ..Settings::default() };
+    let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let snapshot = runtime.block_on(async {
         let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
