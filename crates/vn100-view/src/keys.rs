@@ -113,27 +113,23 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
         Panel::Allan => keys.extend([("v", "spectrum"), ("←→", "cursor")]),
         Panel::Parameters | Panel::Statistics | Panel::Signal => {}
     }
-    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save"), ("-=", "zoom")]);
+    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save")]);
     keys.extend([("w", "warm-up over"), ("r", "start over")]);
     keys
 }
 
-pub(super) const KEYS: [(&str, &str); 28] = [
+pub(super) const KEYS: [(&str, &str); 24] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
     ("tab shift-tab", "next, previous panel"),
     ("!", "what is broken, warnings and notes, each in full"),
-    ("c", "hide the notes on top, and show them again"),
     ("e enter  esc", "enlarge the panel, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
-    ("X Y Z", "show or hide an axis among all"),
     ("v", "the spectrum in place of the deviation, and back"),
-    ("R", "show or hide the curve of the reference"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
-    ("= -", "zoom at the cursor; in Signal: time span"),
     ("u", "other units, on all panels alike"),
     ("f", "freeze the view; the measurement continues"),
     ("m", "mark this place with a text, in the recording too"),

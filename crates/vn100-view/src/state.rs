@@ -1,7 +1,6 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
 use crate::{
@@ -101,18 +100,11 @@ pub(crate) struct ViewState {
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
     pub(crate) axes: ShownAxes,
-    /// Those not shown among all.
-    pub(crate) hidden: [bool; 3],
     pub(crate) plot: ShownPlot,
-    /// The reference is not shown.
-    pub(crate) is_without_reference: bool,
     /// The octave that is read out; `None` for the last one.
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
     pub(crate) units: usize,
-    /// How often the axes of the curve and of the history were halved.
-    pub(crate) zoom: u8,
-    pub(crate) history_zoom: u8,
     /// The ends of the part of the capture that is selected, 0 to 1.
     pub(crate) selection: Selection,
     pub(crate) frozen: bool,
@@ -122,8 +114,6 @@ pub(crate) struct ViewState {
     pub(crate) warning: usize,
     /// Nothing but the size is shown: keys change nothing that cannot be seen.
     pub(crate) is_too_small: bool,
-    /// Notices that are no longer shown on top, by the place of their source.
-    pub(crate) acknowledged: Vec<(usize, WarningKind)>,
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
     /// The address of the live page, while there is one.
@@ -133,28 +123,9 @@ pub(crate) struct ViewState {
 /// Rows of the table that a page is.
 const PAGE: isize = 10;
 
-/// Halvings of an axis that still show something.
-const MOST_ZOOM: u8 = 4;
-
 impl ViewState {
     pub(crate) fn new(sources: usize) -> Self {
         Self { overview: sources > 1, ..Self::default() }
-    }
-
-    /// The notices of the source shown that are not acknowledged: facts of its stream, which
-    /// healthy sensors have, too.
-    pub(crate) fn notices<'a>(&self, source: &'a SourceView) -> Vec<&'a Warning> {
-        let is_new = |warning: &&Warning| !self.acknowledged.contains(&(self.source, warning.kind));
-        source.warnings.iter().filter(|warning| warning.severity == Severity::Note).filter(is_new).collect()
-    }
-
-    /// Takes the notices from the top, or brings all of them back.
-    fn acknowledge(&mut self, source: &SourceView) {
-        let new: Vec<_> = self.notices(source).into_iter().map(|notice| (self.source, notice.kind)).collect();
-        if new.is_empty() {
-            self.acknowledged.retain(|(place, _)| *place != self.source);
-        }
-        self.acknowledged.extend(new);
     }
 
     /// The sensor shown, of those the source has.
@@ -176,19 +147,8 @@ impl ViewState {
     /// Whether the curve of this axis of the sensor is shown.
     pub(crate) fn is_shown(&self, axis: usize) -> bool {
         match self.axes {
-            ShownAxes::All => !self.hidden.get(axis).copied().unwrap_or(false),
+            ShownAxes::All => true,
             ShownAxes::One(one) => one == axis,
-        }
-    }
-
-    /// Shows the axis, or hides it; never the last one.
-    fn toggle(&mut self, axis: usize) {
-        if let ShownAxes::One(one) = self.axes {
-            (self.axes, self.hidden) = (ShownAxes::All, [0, 1, 2].map(|axis| axis != one));
-        }
-        self.hidden[axis] = !self.hidden[axis];
-        if self.hidden == [true; 3] {
-            self.hidden = [false; 3];
         }
     }
 
@@ -297,15 +257,10 @@ impl ViewState {
                 Some(why) => self.message = Some(why.into()),
                 None => self.question = Some(Question::Mark(String::new())),
             },
-            KeyCode::Char('c') => self.acknowledge(source),
-            KeyCode::Char('a') => (self.axes, self.hidden) = (ShownAxes::All, [false; 3]),
-            KeyCode::Char(axis @ 'X'..='Z') => self.toggle(axis as usize - 'X' as usize),
+            KeyCode::Char('a') => self.axes = ShownAxes::All,
             KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.other(), Panel::Allan),
-            KeyCode::Char('R') => self.is_without_reference = !self.is_without_reference,
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
-            KeyCode::Char('=' | '+') => *self.zoom_of_panel() = (*self.zoom_of_panel() + 1).min(MOST_ZOOM),
-            KeyCode::Char('-') => *self.zoom_of_panel() = self.zoom_of_panel().saturating_sub(1),
             KeyCode::Up | KeyCode::Char('k') => self.step_down(false, source),
             KeyCode::Down | KeyCode::Char('j') => self.step_down(true, source),
             KeyCode::Left | KeyCode::Char('h') => self.step_right(false, source),
@@ -361,10 +316,6 @@ impl ViewState {
         if sensor < source.groups().len() {
             self.sensor = sensor;
         }
-    }
-
-    fn zoom_of_panel(&mut self) -> &mut u8 {
-        if self.panel == Panel::Signal { &mut self.history_zoom } else { &mut self.zoom }
     }
 
     /// To the next channel, sensor by sensor, or the next warning.

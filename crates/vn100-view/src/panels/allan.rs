@@ -139,15 +139,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     else {
         return;
     };
-    let x = x.zoomed(state.zoom, cursor_tau);
-    let seen = |curve: &&AllanCurve| -> Vec<_> {
-        curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect()
-    };
-    let shown = AllanPlot {
-        curves: plot.curves.iter().map(|curve| AllanCurve { points: seen(&curve), ..curve.clone() }).collect(),
-        ..plot.clone()
-    };
-    let Some(y) = LogAxis::over(shown.deviations()) else {
+    let Some(y) = LogAxis::over(plot.deviations()) else {
         let text = " No deviation: the values are constant.";
         frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
         return;
@@ -163,22 +155,22 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);
     frame.render_widget(
         canvas.paint(|context| {
-            for line in shown.lines() {
+            for line in plot.lines() {
                 let points: Vec<_> = dense(&line.points).into_iter().filter(|p| axes.within(*p)).collect();
                 let of = |curve: &&AllanCurve| curve.reference.as_ref().is_some_and(|own| std::ptr::eq(own, line));
-                let axis = shown.curves.iter().find(of).map(|curve| theme.axis(curve.axis));
+                let axis = plot.curves.iter().find(of).map(|curve| theme.axis(curve.axis));
                 context.draw(&Points { coords: &points, color: Theme::colour_of(axis.unwrap_or(theme.faint())) });
             }
             context.layer();
-            for curve in &shown.curves {
+            for curve in &plot.curves {
                 draw_curve(context, axes, curve, Theme::colour_of(theme.axis(curve.axis)));
                 context.layer();
             }
         }),
         chart,
     );
-    draw_points(frame.buffer_mut(), axes, &shown.curves, theme, cursor_tau);
-    draw_letters(frame.buffer_mut(), axes, &shown, theme);
+    draw_points(frame.buffer_mut(), axes, &plot.curves, theme, cursor_tau);
+    draw_letters(frame.buffer_mut(), axes, plot, theme);
 }
 
 fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAxes, curve: &AllanCurve, color: Color) {

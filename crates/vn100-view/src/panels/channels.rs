@@ -81,7 +81,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     frame.render_widget(Table::new(rows, widths).column_spacing(1).header(header), inner);
 }
 
-/// Slots of the whole history, halved by each step of the zoom.
+/// Slots of the whole history.
 const MOST_SLOTS: usize = 480;
 
 /// The least columns of the signal, with the frame.
@@ -121,8 +121,8 @@ fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usiz
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
-    let slots = MOST_SLOTS >> scene.state.history_zoom;
-    let Some(mut history) = source.history(place, dots, slots).filter(|history| !history.columns.is_empty()) else {
+    let Some(mut history) = source.history(place, dots, MOST_SLOTS).filter(|history| !history.columns.is_empty())
+    else {
         return;
     };
     history.columns.iter_mut().flatten().for_each(|column| {

@@ -125,29 +125,6 @@ fn panels_sensors_and_axes_are_chosen() {
 }
 
 #[test]
-fn axes_are_shown_and_hidden_one_by_one() {
-    let sources = [measured()];
-    let shown = |keys| {
-        let state = pressed(keys, &sources).0;
-        [0, 1, 2].map(|axis| state.is_shown(axis))
-    };
-    for (keys, axes) in [
-        ("", [true; 3]),
-        ("Y", [true, false, true]),
-        ("YY", [true; 3]),
-        ("XY", [false, false, true]),
-        ("XYZ", [true; 3]),
-        ("Ya", [true; 3]),
-        ("xY", [true, true, false]),
-        ("Yx", [true, false, false]),
-    ] {
-        assert_eq!(shown(keys), axes, "{keys}");
-    }
-    let screen = text(&drawn(&pressed("XZ", &sources).0, &sources, PLAIN, (80, 24)));
-    assert!(screen.contains("▲ gyro_y") && !screen.contains("● gyro_x") && !screen.contains("◆ gyro_z"), "{screen}");
-}
-
-#[test]
 fn the_plot_is_chosen() {
     let plot = |keys| pressed(keys, &[measured()]).0.plot;
     assert_eq!([plot("v"), plot("vv")], [ShownPlot::Spectrum, ShownPlot::Deviation]);
@@ -162,7 +139,7 @@ fn the_cursor_stays_on_the_curve() {
     assert_eq!(cursor("h"), Some(octaves - 2));
     assert_eq!(cursor("l"), Some(octaves - 1));
     assert_eq!(cursor(&"h".repeat(99)), Some(0));
-    assert_eq!(pressed("hl-", &[nothing()]).0.cursor, None, "there is no curve");
+    assert_eq!(pressed("hl", &[nothing()]).0.cursor, None, "there is no curve");
 }
 
 #[test]

@@ -36,8 +36,6 @@ fn the_curve_of_an_earlier_record_lies_in_the_plot() {
     let source = with_reference();
     let screen = |state: &ViewState| text(&drawn(state, std::slice::from_ref(&source), PLAIN, (120, 40)));
     assert!(screen(&one()).contains("R bench-"), "{}", screen(&one()));
-    let hidden = ViewState { is_without_reference: true, ..one() };
-    assert!(!screen(&hidden).contains("R bench-"));
     let group = one().group(&source).unwrap();
     let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
     for curve in &plot.curves {
