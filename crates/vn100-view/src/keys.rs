@@ -85,7 +85,6 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
             ("?", "help"),
             ("↑↓", "choose"),
             ("enter", "open"),
-            ("t", "sort"),
             ("u", "unit"),
             ("f", "freeze"),
             ("s", "save"),
@@ -103,7 +102,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     }
     keys.extend(replay);
     if scene.sources.len() > 1 {
-        keys.extend([("o", "overview"), ("n p", "source")]);
+        keys.extend([("o", "list"), ("n p", "source")]);
     }
     if is_waiting {
         return keys;
@@ -118,7 +117,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-pub(super) const KEYS: [(&str, &str); 24] = [
+pub(super) const KEYS: [(&str, &str); 23] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -137,8 +136,7 @@ pub(super) const KEYS: [(&str, &str); 24] = [
     ("w", "warm-up over: exclude everything so far"),
     ("r", "start over: discard everything so far"),
     ("Ctrl-Z", "suspend; nothing is read until fg"),
-    ("o  n p", "several sources: the table, next, previous"),
-    ("t", "in the table: sort by place, warnings, loss, N"),
+    ("o  n p", "several sources: the list, next, previous"),
     ("space  .", "replay: pause or resume; one second forward"),
     ("> <", "replay: faster, slower"),
     ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),

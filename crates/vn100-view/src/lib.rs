@@ -14,7 +14,6 @@ mod question;
 mod reference;
 mod save;
 mod scene;
-mod sorted_by;
 mod source;
 mod state;
 mod terminal;

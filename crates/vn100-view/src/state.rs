@@ -3,10 +3,7 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_pipeline::Command;
 
-use crate::{
-    sorted_by::SortedBy,
-    source::{ChannelGroup, SourceView},
-};
+use crate::source::{ChannelGroup, SourceView};
 
 /// A part of the screen that may have it to itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -92,7 +89,6 @@ pub(crate) struct Selection {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct ViewState {
     pub(crate) overview: bool,
-    pub(crate) sorted_by: SortedBy,
     /// The source shown, or chosen among all.
     pub(crate) source: usize,
     pub(crate) panel: Panel,
@@ -120,7 +116,7 @@ pub(crate) struct ViewState {
     pub(crate) page: Option<String>,
 }
 
-/// Rows of the table that a page is.
+/// Rows of the list that a page is.
 const PAGE: isize = 10;
 
 impl ViewState {
@@ -221,7 +217,6 @@ impl ViewState {
             KeyCode::PageDown => self.step_row(PAGE, sources),
             KeyCode::Home => self.step_row(isize::MIN, sources),
             KeyCode::End => self.step_row(isize::MAX, sources),
-            KeyCode::Char('t') => self.sorted_by = self.sorted_by.next(),
             KeyCode::Char('u') => self.units += 1,
             KeyCode::Char(digit @ '1'..='9') => {
                 let source = digit as usize - '1' as usize;
@@ -233,12 +228,9 @@ impl ViewState {
         }
     }
 
-    /// So many rows down in the table, no further than its ends.
+    /// So many rows down in the list, no further than its ends.
     fn step_row(&mut self, rows: isize, sources: &[SourceView]) {
-        let order = self.sorted_by.order(sources);
-        let row = order.iter().position(|place| *place == self.source).unwrap_or(0);
-        let row = row.saturating_add_signed(rows).min(order.len().saturating_sub(1));
-        self.source = order.get(row).copied().unwrap_or(0);
+        self.source = self.source.saturating_add_signed(rows).min(sources.len().saturating_sub(1));
     }
 
     fn key_of_source(&mut self, code: KeyCode, source: &SourceView) -> Option<ViewRequest> {

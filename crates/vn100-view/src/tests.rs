@@ -279,7 +279,7 @@ fn a_replay_shows_how_far_it_is() {
 }
 
 #[test]
-fn several_sources_have_an_overview() {
+fn several_sources_stand_in_a_list() {
     let sources = [measured(), damaged(), nothing()];
     check("overview", &ViewState { source: 1, ..ViewState::new(3) }, &sources);
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
@@ -295,16 +295,16 @@ fn several_sources_have_an_overview() {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
     }
-    let many: Vec<SourceView> = (0..16)
+    let many: Vec<SourceView> = (0..30)
         .map(|place| {
-            let source = if place == 11 { damaged() } else { measured() };
+            let source = if place == 21 { damaged() } else { measured() };
             SourceView { name: format!("/dev/ttyUSB{place}"), ..source }
         })
         .collect();
     for size in SIZES {
-        let screen = text(&drawn(&ViewState { source: 14, ..ViewState::new(16) }, &many, PLAIN, size));
-        assert!(screen.contains("/dev/ttyUSB14"), "{screen}");
-        assert_eq!(screen.contains("above,"), size.1 < 24, "{screen}");
+        let screen = text(&drawn(&ViewState { source: 28, ..ViewState::new(30) }, &many, PLAIN, size));
+        assert!(screen.contains("/dev/ttyUSB28"), "{screen}");
+        assert_eq!(screen.contains("above,"), size.1 < 40, "{screen}");
     }
     let second = ViewState { source: 1, overview: false, ..ViewState::new(3) };
     assert!(text(&drawn(&second, &sources, PLAIN, (80, 24))).starts_with(" 2/3  /dev/ttyUSB1  "));
