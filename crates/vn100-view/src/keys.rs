@@ -30,7 +30,6 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
             let excess = text.chars().count().saturating_sub(usize::from(area.width));
             text.chars().skip(excess).collect()
         }
-        Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
     });
     if let Some(text) = question {
         frame.render_widget(Paragraph::new(text).style(theme.chosen()), area);
@@ -93,7 +92,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
         let space = (!at_end).then_some(("space", if paused { "resume" } else { "pause" }));
-        space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
+        space.into_iter().chain([("<>", "speed")]).collect()
     });
     let is_waiting = scene.source.snapshot.timing.samples == 0;
     let mut keys = vec![("q", "quit"), ("?", "help")];
@@ -117,7 +116,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     keys
 }
 
-pub(super) const KEYS: [(&str, &str); 23] = [
+pub(super) const KEYS: [(&str, &str); 21] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
@@ -137,10 +136,8 @@ pub(super) const KEYS: [(&str, &str); 23] = [
     ("r", "start over: discard everything so far"),
     ("Ctrl-Z", "suspend; nothing is read until fg"),
     ("o  n p", "several sources: the list, next, previous"),
-    ("space  .", "replay: pause or resume; one second forward"),
+    ("space", "replay: pause or resume"),
     ("> <", "replay: faster, slower"),
-    ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
-    ("(  )  0", "replay: measure the part from here, to here; all"),
 ];
 
 /// Behind the first of them stands what the bars mean, which the level of confidence is part of.

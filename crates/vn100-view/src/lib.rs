@@ -42,13 +42,12 @@ use ratatui::{
 use save::save;
 use scene::Scene;
 use source::SourceView;
-use state::{Selection, ViewRequest, ViewState};
+use state::{ViewRequest, ViewState};
 use terminal::{Screen, give_back_line, leave_screen, next_event};
 use theme::Theme;
 use thiserror::Error;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
-use vn100_pipeline::Command;
 use vn100_report::Evaluation;
 
 pub use messages::MessageQueue;
@@ -376,17 +375,6 @@ fn run_view(
                 state.message = saved;
             }
             Some(ViewRequest::Control(command)) => {
-                let moves =
-                    matches!(command, Command::GoTo(_) | Command::Seek(_) | Command::TogglePause | Command::Step);
-                if moves && state.selection.from.is_some() && state.selection.to.is_some() {
-                    // what is measured from here on is no longer the part alone
-                    state.selection = Selection::default();
-                    shared.messages.keep(None);
-                }
-                if let (&Command::Select(from, to), Some(source)) = (&command, shown.get(state.source)) {
-                    let options = source.part_options(from, to).filter(|_| (from, to) != (0.0, 1.0));
-                    shared.messages.keep(options.map(|options| format!("{}: measured as by {options}", source.name)));
-                }
                 if let Some(source) = monitors.get_mut(state.source)
                     && let Some(answer) = source.command(command)
                 {

@@ -55,7 +55,7 @@ pub(crate) enum ShownAxes {
 }
 
 /// What the view asks of the program.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ViewRequest {
     /// End the measurement; with the last screen left on the terminal.
     Quit {
@@ -73,20 +73,11 @@ pub(crate) enum ViewRequest {
 pub(crate) enum Question {
     StartOver,
     EndWarmUp,
-    /// Where to go in a capture, in percent, as typed so far.
-    GoTo(String),
     /// What is to be said of this place, as typed so far.
     Mark(String),
 }
 
-/// A part of a capture, while it is chosen.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Selection {
-    pub(crate) from: Option<f64>,
-    pub(crate) to: Option<f64>,
-}
-
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct ViewState {
     pub(crate) overview: bool,
     /// The source shown, or chosen among all.
@@ -101,8 +92,6 @@ pub(crate) struct ViewState {
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
     pub(crate) units: usize,
-    /// The ends of the part of the capture that is selected, 0 to 1.
-    pub(crate) selection: Selection,
     pub(crate) frozen: bool,
     /// The page of the help, where that is shown.
     pub(crate) help: Option<usize>,
@@ -260,43 +249,11 @@ impl ViewState {
             KeyCode::Home => self.cursor = Some(0),
             KeyCode::End => self.cursor = None,
             KeyCode::Char(' ') => return of_capture(Command::TogglePause),
-            KeyCode::Char('.') => return of_capture(Command::Step),
             KeyCode::Char('>') => return of_capture(Command::Faster),
             KeyCode::Char('<') => return of_capture(Command::Slower),
-            KeyCode::Char('g' | '%') if replays => self.question = Some(Question::GoTo(String::new())),
-            KeyCode::Char(end @ ('(' | ')')) if replays => return self.select(end == '(', source),
-            KeyCode::Char('0') if self.selection != Selection::default() => {
-                self.selection = Selection::default();
-                return of_capture(Command::Select(0.0, 1.0));
-            }
-            KeyCode::Char(']') => return of_capture(Command::Seek(0.1)),
-            KeyCode::Char('[') => return of_capture(Command::Seek(-0.1)),
             _ => {}
         }
         None
-    }
-
-    /// Sets the begin or the end of the part that is selected to where the replay is; with both,
-    /// asks for it.
-    fn select(&mut self, is_begin: bool, source: &SourceView) -> Option<ViewRequest> {
-        let Some(here) = source.progress() else {
-            self.message = Some("the samples of the capture are not counted yet".into());
-            return None;
-        };
-        let end = if is_begin { &mut self.selection.from } else { &mut self.selection.to };
-        *end = Some(here);
-        let (Some(from), Some(to)) = (self.selection.from, self.selection.to) else {
-            let (this, other) = if is_begin { ("begin", "end with )") } else { ("end", "begin with (") };
-            self.message = Some(format!("{this} of the part at {:.1} %: set its {other}", 100.0 * here));
-            return None;
-        };
-        if from == to {
-            self.message = Some("the part is empty: continue, then set its other end".into());
-            return None;
-        }
-        self.message =
-            source.part_options(from, to).map(|options| format!("part selected, as by {options}; 0 ends that"));
-        Some(ViewRequest::Control(Command::Select(from, to)))
     }
 
     fn next_panel(&mut self, steps: usize) {

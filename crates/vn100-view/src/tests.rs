@@ -22,7 +22,7 @@ use crate::{
     draw::draw,
     scene::Scene,
     source::{SourcePhase, SourceView},
-    state::{Panel, Question, Selection, ShownAxes, ViewState},
+    state::{Panel, Question, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};
@@ -152,17 +152,6 @@ fn every_warning_is_listed_and_read_in_full() {
 }
 
 #[test]
-fn a_part_of_a_capture_that_is_read_is_not_taken_for_a_missing_measurement() {
-    let selection = Selection { from: Some(0.25), to: Some(0.5) };
-    let source = SourceView { phase: SourcePhase::Measuring, link: None, ..nothing() };
-    for (state, is_part) in [(ViewState { selection, ..one() }, true), (one(), false)] {
-        let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, (80, 24)));
-        assert_eq!(screen.contains("Reading the part of "), is_part, "{screen}");
-        assert_eq!(screen.contains("waiting for the first measurement"), !is_part, "{screen}");
-    }
-}
-
-#[test]
 fn waiting_says_for_what_and_why_it_may_fail() {
     let port = || "/dev/ttyUSB0".to_owned();
     let measuring = |link| SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
@@ -272,10 +261,8 @@ fn frozen_with_a_question_a_message_and_the_help() {
 fn a_replay_shows_how_far_it_is() {
     let total = Some(20_000);
     let playback = Some(Playback { samples: 5000, total, speed: Speed::Times(10.0), paused: false, at_end: false });
-    let state = ViewState { question: Some(Question::GoTo("4".into())), ..one() };
-    let screen = screen(&state, SourceView { playback, link: None, ..measured() }, (80, 24));
+    let screen = screen(&one(), SourceView { playback, link: None, ..measured() }, (80, 24));
     assert!(screen.contains("▶ 10x     25 % ━━━━━━━━━━━━━━━━┈"), "{screen}");
-    assert!(screen.contains("Go to which percent of the capture? 4_   enter / esc"), "{screen}");
 }
 
 #[test]

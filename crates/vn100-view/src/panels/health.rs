@@ -283,10 +283,4 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, playback: 
         Span::styled("┈".repeat(usize::from(bar.width).saturating_sub(filled)), theme.faint()),
     ]);
     frame.render_widget(Paragraph::new(line), area);
-    let ends = [(scene.state.selection.from, "("), (scene.state.selection.to, ")")];
-    for (part, sign) in ends {
-        let Some(part) = part.filter(|_| bar.width > 0) else { continue };
-        let column = bar.x + (part * f64::from(bar.width - 1)).round() as u16;
-        frame.render_widget(Span::styled(sign, theme.chosen()), Rect { x: column, width: 1, ..bar });
-    }
 }

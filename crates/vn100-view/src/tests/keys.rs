@@ -9,7 +9,7 @@ use crate::{
     keys::KEYS,
     source::SourceView,
     state::Question,
-    state::{Panel, Selection, ShownAxes, ShownPlot, ViewRequest, ViewState},
+    state::{Panel, ShownAxes, ShownPlot, ViewRequest, ViewState},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -69,9 +69,7 @@ fn the_help_has_pages_and_closes() {
         let pages: usize = behind.split(',').next().unwrap().parse().unwrap();
         let all: String = (0..pages).map(page).collect();
         let words = all.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
-        for shown in
-            ["quit and print", "measure the part", "from here, to here; all", "deviation between", "or rejected"]
-        {
+        for shown in ["quit and print", "replay: faster, slower", "deviation between", "or rejected"] {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
     }
@@ -156,40 +154,13 @@ fn what_loses_data_is_asked_first() {
 }
 
 #[test]
-fn a_capture_is_led_anywhere() {
+fn a_replay_is_paused_and_its_speed_chosen() {
     let sources = [replayed()];
     let control = |request| Some(ViewRequest::Control(request));
     assert_eq!(pressed(" ", &sources).1, control(Command::TogglePause));
-    assert_eq!(pressed(".", &sources).1, control(Command::Step));
-    assert_eq!(pressed("g45\n", &sources).1, control(Command::GoTo(0.45)));
-    assert_eq!(pressed("%4x5\x087.5\n", &sources).1, control(Command::GoTo(0.475)));
-    assert_eq!(pressed("g\n", &sources), (one(), None), "no number");
-    assert_eq!(pressed("]", &sources).1, control(Command::Seek(0.1)));
-    assert_eq!(pressed("[", &sources).1, control(Command::Seek(-0.1)));
+    assert_eq!(pressed(">", &sources).1, control(Command::Faster));
+    assert_eq!(pressed("<", &sources).1, control(Command::Slower));
     assert_eq!(pressed(" ", &[measured()]).1, None, "a live source does not wait");
-}
-
-#[test]
-fn a_part_of_a_capture_is_selected_by_its_ends() {
-    let mut source = replayed();
-    let at = |source: &mut SourceView, samples: u64| {
-        source.playback = source.playback.map(|playback| Playback { samples, ..playback });
-    };
-    let mut state = one();
-    assert_eq!(press(&mut state, std::slice::from_ref(&source), "("), None);
-    assert!(state.message.as_ref().unwrap().contains("25.0 %: set its end with )"));
-    assert_eq!(press(&mut state, std::slice::from_ref(&source), ")"), None, "it is empty");
-    at(&mut source, 15_000);
-    let selected = Some(ViewRequest::Control(Command::Select(0.25, 0.75)));
-    assert_eq!(press(&mut state, std::slice::from_ref(&source), ")"), selected);
-    // at 40 Hz
-    assert!(state.message.as_ref().unwrap().contains("--skip 125s --duration 375s"), "{:?}", state.message);
-    let screen = text(&drawn(&ViewState { message: None, ..state.clone() }, &[source.clone()], PLAIN, (80, 24)));
-    assert!(screen.lines().any(|line| line.contains('(') && line.contains(')') && line.contains('━')), "{screen}");
-    let whole = Some(ViewRequest::Control(Command::Select(0.0, 1.0)));
-    assert_eq!(press(&mut state, &[source], "0"), whole);
-    assert_eq!(state.selection, Selection::default());
-    assert_eq!(pressed("()", &[measured()]), (one(), None), "a live source has no parts");
 }
 
 #[test]
@@ -217,7 +188,7 @@ fn at_the_end_of_a_capture_what_has_no_effect_says_why() {
     for keys in ["w", "r"] {
         let (state, request) = pressed(keys, std::slice::from_ref(&source));
         assert!(request.is_none() && state.question.is_none());
-        assert!(state.message.unwrap().contains("go back first"), "{keys}");
+        assert!(state.message.unwrap().contains("at its end"), "{keys}");
     }
 }
 
