@@ -4,7 +4,6 @@
 //! plain data (`draw.rs`) by what was chosen (`state.rs`). It waits for its terminal, and no
 //! other thread waits for it.
 
-mod background;
 mod draw;
 mod faults;
 mod keys;
@@ -32,7 +31,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use background::FromTerminal;
 use draw::{draw, is_too_small};
 use messages::ShownMessage;
 use ratatui::{
@@ -77,8 +75,8 @@ impl View {
         stop: CancellationToken,
     ) -> Result<Self, ViewError> {
         let signals = TerminalSignals::listen().map_err(ViewError::Signals)?;
-        let (theme, asks_background) = Theme::of_terminal(options.theme);
-        let screen = Screen::take(asks_background).map_err(ViewError::Terminal)?;
+        let theme = Theme::of_terminal(options.theme);
+        let screen = Screen::take().map_err(ViewError::Terminal)?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
@@ -258,7 +256,7 @@ fn run_view(
     mut screen: Screen,
     mut monitors: Vec<SourceMonitor>,
     mut state: ViewState,
-    mut theme: Theme,
+    theme: Theme,
     mut reference: Option<PendingReference>,
     shared: &ViewContext,
 ) -> Ended {
@@ -334,17 +332,8 @@ fn run_view(
         let look = looked_at.map_or(Duration::ZERO, |at| look_period(started.elapsed()).saturating_sub(at.elapsed()));
         let request = match next_event(frame.map_or(look, |frame| frame.min(look))) {
             Ok(Some(Event::Key(key))) if key.kind != KeyEventKind::Release => {
-                match screen.background.take(&key, Instant::now()) {
-                    FromTerminal::Key => {
-                        dirty = true;
-                        state.key(key, &shown)
-                    }
-                    FromTerminal::Whole(Some(background)) => {
-                        (theme, dirty) = (theme.on(background), true);
-                        None
-                    }
-                    FromTerminal::Part | FromTerminal::Whole(None) => None,
-                }
+                dirty = true;
+                state.key(key, &shown)
             }
             Ok(Some(Event::Resize(width, height))) => {
                 dirty = true;

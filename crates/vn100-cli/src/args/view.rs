@@ -15,7 +15,7 @@ use crate::config::Config;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Live view")]
 pub(crate) struct ViewArgs {
-    /// Colours of the live view; auto asks the terminal for its background
+    /// Colours of the live view; auto takes the background from COLORFGBG, else a dark one
     #[arg(long, value_name = "THEME", value_enum)]
     pub(crate) theme: Option<ThemeChoice>,
 
