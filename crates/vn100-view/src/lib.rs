@@ -53,7 +53,6 @@ pub use reference::{PendingReference, Reference};
 pub use source::SourceMonitor;
 pub use terminal::{give_back, is_there};
 pub use theme::ThemeChoice;
-pub use units::FirstUnits;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -84,7 +83,6 @@ impl View {
             .name("vn100-view".into())
             .spawn(move || {
                 let mut state = ViewState::new(sources.len());
-                state.units = options.units.steps();
                 state.page = options.page;
                 let ended = run_view(screen, sources, state, theme, options.reference, &shared);
                 // the program may have left without waiting
@@ -167,8 +165,6 @@ pub enum ViewError {
 pub struct ViewOptions {
     /// Colours.
     pub theme: ThemeChoice,
-    /// The units that are shown first.
-    pub units: FirstUnits,
     /// An earlier record, drawn below the curves once it is measured.
     pub reference: Option<PendingReference>,
     /// The address of the live page.

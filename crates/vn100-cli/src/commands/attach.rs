@@ -40,12 +40,6 @@ use crate::{
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Completion> {
-    let port = if args.sources.is_empty() { args.view.config().port() } else { None };
-    if let Some(port) = port {
-        let Ok(source) = port.parse();
-        report(&format!("no SOURCE given: using {port}, the port of the settings"));
-        args.sources.push(source);
-    }
     if args.sources.is_empty() {
         match only_likely(&list_ports()) {
             Ok(port) => {
