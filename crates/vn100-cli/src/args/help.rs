@@ -36,7 +36,6 @@ const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
 const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
 const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
 const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
-const METRICS: (&str, &str) = ("*.prom", "metrics (--metrics-file)");
 const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
 
 const PROGRAM: CommandHelp = CommandHelp {
@@ -67,7 +66,7 @@ const COMMANDS: [CommandHelp; 16] = [
             ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, CONDITIONS, DATASHEET, METRICS],
+        files: &[RECORDING, CONDITIONS, DATASHEET],
         see_also: &["record", "replay", "configure", "ports", "plan"],
     },
     CommandHelp {
@@ -115,7 +114,7 @@ const COMMANDS: [CommandHelp; 16] = [
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET, METRICS],
+        files: &[RECORDING, SIDECAR, DATASHEET],
         see_also: &["report", "compare", "explain"],
     },
     CommandHelp {

@@ -116,8 +116,7 @@ async fn attach_all(
         .collect::<Result<_>>()?;
     if let Some(watched) = watched {
         let sessions = prepared.iter().map(|prepared| &prepared.session);
-        let status = job.status.clone();
-        let say = Box::new(move |text: String| status.report(&text));
+        let say = |text: String| job.status.report(&text);
         let asked = measure_options(&job.args.measure, None);
         server = Some(watched.asked(&asked).show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }

@@ -105,8 +105,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let server = match watched {
         Some(watched) => {
             let asked = measure_options(&files.measure, files.taus.as_ref());
-            let view = messages.clone();
-            let say = Box::new(move |text| said(view.as_ref(), text));
+            let say = |text| said(messages.as_ref(), text);
             Some(watched.asked(&asked).show(&sessions, &goals, &files.settings(), &evaluation, say)?)
         }
         None => None,
