@@ -1,16 +1,13 @@
-//! Rules of the source tree itself: layers, circles, words, the width of documentation, the compiler, and the
-//! names of tests in documents.
+//! Rules of the source tree itself: layers, circles, the names of options in libraries, the compiler, and the
+//! names of tests and files in documents.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod circles;
 mod codes;
 mod compiler;
-mod doc_width;
 mod flags;
 mod layering;
 mod readme;
 mod reliability;
 mod source;
-mod tables;
 mod validation;
-mod vocabulary;

@@ -10,7 +10,7 @@ fn root() -> PathBuf {
 }
 
 /// The Markdown files of the project: beside its root, `docs` and the code map.
-pub(crate) fn documents() -> Vec<PathBuf> {
+fn documents() -> Vec<PathBuf> {
     let of = |folder: PathBuf| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
     let mut all = of(root());
     all.extend(of(root().join("docs")));

@@ -6,7 +6,6 @@ use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::{
-    keys::KEYS,
     source::SourceView,
     state::Question,
     state::{Panel, ShownAxes, ShownPlot, ViewRequest, ViewState},
@@ -72,16 +71,6 @@ fn the_help_has_pages_and_closes() {
         for shown in ["quit and print", "replay: faster, slower", "deviation between", "or rejected"] {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
-    }
-}
-
-#[test]
-fn every_key_of_the_help_is_in_the_documentation() {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/live-view.md");
-    let page = std::fs::read_to_string(page).unwrap();
-    for (key, does) in KEYS {
-        let row = format!("| `{key}` | {does} |");
-        assert!(page.contains(&row), "{row}");
     }
 }
 
