@@ -17,6 +17,7 @@ mod diagnostics;
 #[cfg(unix)]
 mod documents;
 mod formats;
+mod frozen;
 mod measure_options;
 mod numbers;
 mod packets;

@@ -1,5 +1,6 @@
-//! No file of a crate depends on another in a circle. A folder and its files are one thing: what a
-//! module takes from the modules above and below it is not counted.
+//! No file of a crate depends on another in a circle. A module depends on the files of its folder
+//! that it uses or hands on, and whoever takes a name from a module depends on that module as well as
+//! on the file that defines the name. What a file takes from the module above it is not counted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,8 +26,19 @@ fn modules(of_crate: &str, files: &[(String, String)]) -> BTreeMap<Module, Strin
     };
     let code = |text: &str| {
         let text = without_strings(text);
-        let lines = text.lines().take_while(|line| !line.trim().starts_with("#[cfg(test)]"));
-        lines.map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect::<String>()
+        let (mut kept, mut lines) = (String::new(), text.lines());
+        while let Some(line) = lines.next() {
+            // tests are a file of their own, or stand at the end
+            if line.trim().starts_with("#[cfg(test)]") {
+                match lines.next() {
+                    Some(item) if item.trim_end().ends_with(';') => continue,
+                    _ => break,
+                }
+            }
+            kept += line.split("//").next().unwrap_or_default();
+            kept.push('\n');
+        }
+        kept
     };
     inside.map(|(name, text)| (module(name), code(text))).collect()
 }
@@ -126,27 +138,30 @@ fn uses(module: &Module, code: &str, all: &BTreeMap<Module, String>) -> Uses {
     uses
 }
 
-/// The module that defines what a path names, through the modules that hand it on.
-fn defining(mut path: Module, all: &BTreeMap<Module, Uses>) -> Module {
+/// The module that defines what a path names, and before it the modules that hand it on.
+fn through(mut path: Module, all: &BTreeMap<Module, Uses>) -> Vec<Module> {
+    let mut modules = Vec::new();
     for _ in 0..8 {
         let length = (0..=path.len()).rev().find(|length| all.contains_key(&path[..*length])).unwrap_or_default();
         let module = path[..length].to_vec();
         let handed_on = path.get(length).and_then(|name| all.get(&module)?.imports.get(name));
+        modules.push(module);
         match handed_on {
             Some(import) if *import != path => path = import.iter().chain(&path[length + 1..]).cloned().collect(),
-            _ => return module,
+            _ => break,
         }
     }
-    path
+    modules
 }
 
 /// Each use of a module by another from which it takes something itself, directly or not.
 fn circles(of_crate: &str, files: &[(String, String)]) -> Vec<String> {
     let code = modules(of_crate, files);
-    let all = code.iter().map(|(module, text)| (module.clone(), uses(module, text, &code))).collect();
+    let all: BTreeMap<Module, Uses> =
+        code.iter().map(|(module, text)| (module.clone(), uses(module, text, &code))).collect();
     let direct = |(module, uses): (&Module, &Uses)| -> BTreeSet<Module> {
-        let used = uses.paths.iter().map(|path| defining(path.clone(), &all));
-        used.filter(|other| !other.starts_with(module) && !module.starts_with(other)).collect()
+        let used = uses.paths.iter().flat_map(|path| through(path.clone(), &all));
+        used.filter(|other| !module.starts_with(other)).collect()
     };
     let direct: BTreeMap<&Module, BTreeSet<Module>> = all.iter().map(|each| (each.0, direct(each))).collect();
     let reaches = |from: &Module, to: &Module| {
@@ -178,4 +193,26 @@ fn a_circle_is_found_through_a_name_that_is_handed_on() {
     let b = |text: &str| [lib.clone(), a.clone(), c.clone(), file("b", text)];
     assert_eq!(circles("x", &b("pub struct Second(super::a::First);")), ["x: a uses b", "x: b uses a"]);
     assert_eq!(circles("x", &b("pub struct Second(super::c::Third);")), [""; 0]);
+}
+
+#[test]
+fn a_circle_is_found_through_a_module_and_a_file_of_its_folder() {
+    let file = |name: &str, text: &str| (format!("x/src/{name}.rs"), text.to_owned());
+    let of = |first: &str, other: &str| {
+        let lib = file("lib", "mod a; mod b;");
+        let a = file(
+            "a",
+            "#[cfg(test)]\nmod tests;\nmod first; mod second;\npub use first::First; pub use second::Second;",
+        );
+        let second = file("a/second", "use super::First;\npub struct Second(First);");
+        circles("x", &[lib, a, file("a/first", first), second, file("b", other)])
+    };
+    let uses_b = "pub struct First(crate::b::Other);";
+    let found = of(uses_b, "pub struct Other(crate::a::Second);");
+    assert!(
+        ["x: a uses a::first", "x: a::first uses b", "x: b uses a"].iter().all(|use_| found.contains(&(*use_).into())),
+        "{found:?}"
+    );
+    assert_eq!(of(uses_b, "pub struct Other;"), [""; 0]);
+    assert_eq!(of("pub struct First;", "pub struct Other(crate::a::Second);"), [""; 0]);
 }

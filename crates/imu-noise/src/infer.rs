@@ -5,6 +5,7 @@ pub(crate) mod confidence;
 pub(crate) mod convention;
 pub(crate) mod disturbance;
 pub(crate) mod identification;
+mod least_squares;
 pub(crate) mod level_change;
 pub(crate) mod level_noise;
 pub(crate) mod level_series;

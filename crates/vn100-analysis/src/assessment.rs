@@ -66,9 +66,6 @@ pub struct Assessment {
 pub struct ChannelAssessment {
     /// One per octave of the snapshot.
     pub octaves: Vec<OctaveAssessment>,
-    /// One per octave of the deviation that the settings do not select, by the kind of noise that
-    /// those octaves show.
-    pub other_octaves: Vec<OctaveAssessment>,
     /// One per point of the snapshot.
     pub points: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
@@ -160,11 +157,8 @@ impl ChannelAssessment {
         let noise = noise_of(channel, results, curve, onboard, beside, snapshot, intervals.confidence(), models);
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
         let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
-        let others: Vec<_> = results.other_octaves.iter().map(OctaveSum::octave).collect();
-        let shape = RecordShape { deviation: curve.shape.deviation.other(), ..curve.shape };
-        let other_octaves = assess_octaves(&others, &shape, results, |_| None, intervals);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        Self { octaves, other_octaves, points: Vec::new(), noise, disturbed, normality, onboard }
+        Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
     }
 }
 

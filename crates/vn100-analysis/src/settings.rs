@@ -43,9 +43,6 @@ pub struct Settings {
     pub confidence: f64,
     /// Whether the latest samples of every channel are kept, for a screen; no result depends on it.
     pub recent: bool,
-    /// Whether the deviation that is not selected, Hadamard or Allan, is kept as well, for a
-    /// screen; no result depends on it.
-    pub other_deviation: bool,
     /// The shortest interval between two snapshots for faces, to a millisecond.
     pub watch_every: Duration,
 }
@@ -67,7 +64,6 @@ impl Default for Settings {
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,
-            other_deviation: false,
             watch_every: Duration::from_millis(100),
         }
     }

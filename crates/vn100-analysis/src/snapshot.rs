@@ -360,9 +360,6 @@ pub struct ChannelSnapshot {
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
-    /// The sums of the deviation that the settings do not select, with nothing removed; empty where
-    /// they are [not kept](crate::Settings::other_deviation).
-    pub other_octaves: Vec<OctaveSum>,
     /// The sums at the averaging times of the settings; empty where these are the octaves, and
     /// during a measurement.
     pub points: Vec<OctaveSum>,

@@ -71,7 +71,7 @@ impl Args {
                 Some("--pool needs two recordings or more; intervals need three".into())
             }
             Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
-                Some("--serve and --metrics-file show a replay while it lasts: give its pace, as in --speed 10x".into())
+                Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
             }
             Subcommand::Archive(args) if args.files.files.iter().any(|path| path == Path::new("-")) => {
                 Some("an archive is of files and folders: standard input is none".into())

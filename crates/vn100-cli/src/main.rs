@@ -4,7 +4,6 @@
 mod args;
 mod asked;
 mod commands;
-mod config;
 mod exit;
 mod heartbeat;
 mod inputs;

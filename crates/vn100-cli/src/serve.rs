@@ -3,7 +3,6 @@
 use std::{
     io,
     net::{IpAddr, SocketAddr, TcpListener, UdpSocket},
-    path::PathBuf,
     sync::Arc,
 };
 
@@ -12,7 +11,7 @@ use vn100_analysis::Settings;
 use vn100_page::Program;
 use vn100_pipeline::Session;
 use vn100_report::{Evaluation, goals::Goals};
-use vn100_serve::{MetricsFile, ServeSpec, ServedSource, Server};
+use vn100_serve::{ServeSpec, ServedSource, Server};
 
 use crate::{args::ServeArgs, asked::MeasureOptions};
 
@@ -24,29 +23,18 @@ const HOST_ADVICE: &str = ": --serve-host NAME allows it";
 
 /// Where a measurement is watched from elsewhere, before anything is measured.
 pub(crate) struct Watched {
-    listener: Option<TcpListener>,
+    listener: TcpListener,
     names: Vec<String>,
-    metrics_file: Option<PathBuf>,
     asked: String,
 }
-
-/// What takes messages for the user.
-pub(crate) type Say = Box<dyn Fn(String) + Send>;
 
 impl Watched {
     /// Takes the address; `None` where nothing is asked for.
     pub(crate) fn of(args: &ServeArgs) -> Result<Option<Self>> {
-        if !args.is_asked() {
-            return Ok(None);
-        }
-        let listen = |address| TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)));
+        let Some(address) = args.serve else { return Ok(None) };
+        let listener = TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)))?;
         let names = machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect();
-        Ok(Some(Self {
-            listener: args.serve.map(listen).transpose()?,
-            names,
-            metrics_file: args.metrics_file.clone(),
-            asked: String::new(),
-        }))
+        Ok(Some(Self { listener, names, asked: String::new() }))
     }
 
     /// With the options of the measurement, for the report.
@@ -54,9 +42,9 @@ impl Watched {
         Self { asked: options.text(), ..self }
     }
 
-    /// Where the page is, as others ask for it; `None` where there is none.
+    /// Where the page is, as others ask for it; `None` where its address is not known.
     pub(crate) fn url(&self) -> Option<String> {
-        let address = self.listener.as_ref()?.local_addr().ok()?;
+        let address = self.listener.local_addr().ok()?;
         Some(url(address, self.name()))
     }
 
@@ -72,16 +60,13 @@ impl Watched {
         goals: &Goals,
         settings: &Settings,
         evaluation: &Arc<Evaluation>,
-        say: Say,
+        say: impl FnOnce(String),
     ) -> Result<Server> {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
-        if let Some(listener) = &self.listener {
-            let address = listener.local_addr()?;
-            say(announced(address, self.name(), outward(address)));
-        }
+        let address = self.listener.local_addr()?;
+        say(announced(address, self.name(), outward(address)));
         let server = Server::start(ServeSpec {
             listener: self.listener,
-            metrics_file: self.metrics_file.map(|path| MetricsFile { path, failed: say }),
             host_names: self.names,
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),

@@ -46,17 +46,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
             format!("the first {} are excluded, as by {}", time(warm_up.as_secs_f64()), skip_option(excluded))
         }
         SessionEvent::StartedOver { after } => format!("started over after {}", time(after.as_secs_f64())),
-        SessionEvent::StillExcluded { first } => {
-            format!("the first {} are still excluded", time(first.as_secs_f64()))
-        }
-        SessionEvent::NoLongerExcluded { until } => {
-            let until = time(until.as_secs_f64());
-            format!("nothing is excluded any more: the excluded time reached to {until}, after this place")
-        }
-        SessionEvent::Refused(CommandRefusal::NotCounted) => {
-            "its samples are not counted yet, or cannot be counted".into()
-        }
-        SessionEvent::Refused(CommandRefusal::AtEnd) => "end of the capture; [ or g goes back and pauses".into(),
+        SessionEvent::Refused(CommandRefusal::AtEnd) => "the capture was replayed to its end".into(),
         SessionEvent::Refused(CommandRefusal::NoMark) => "not marked: only the stream of an open link is".into(),
         SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture has ended".into()),
     };

@@ -7,7 +7,8 @@ use vn100_protocol::{DeviceError, RequestFailure};
 
 use crate::{
     connect::{ConnectError, PortProblem},
-    link_machine::{OtherOutput, QUESTION_BYTES},
+    other_device::OtherOutput,
+    question::without_echoes,
 };
 
 /// Why a link is lost or cannot be connected.
@@ -132,7 +133,7 @@ fn at_speeds(tried: &[u32]) -> String {
 /// The words for `bytes` that were received in place of a sensor, of which `echoes` copies of the
 /// question are a part.
 fn received_instead(bytes: u64, echoes: u64) -> String {
-    let others = bytes.saturating_sub(echoes * QUESTION_BYTES);
+    let others = without_echoes(bytes, echoes);
     match (echoes, others) {
         (0, 0) => "no data received".into(),
         (0, bytes) => format!("{bytes} bytes received without a valid sentence"),

@@ -26,7 +26,6 @@ mod baud_rates;
 mod baud_scan;
 mod connected;
 mod link_context;
-mod other_device;
 mod requests;
 #[cfg(test)]
 mod tests;
@@ -46,7 +45,6 @@ use self::{
     requests::RequestEvent,
     verification::Verification,
 };
-pub(crate) use self::{baud_scan::QUESTION_BYTES, other_device::OtherOutput};
 use crate::{
     connect::ConnectError,
     link::{CommandError, LinkOptions, LinkState},

@@ -147,7 +147,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         let part = playback.samples as f64 / playback.total.filter(|total| *total > 0)? as f64;
         Some(format!("{:.0} %", 100.0 * part))
     });
-    let next = next_octave(snapshot, snapshot.deviation).filter(|_| !is_over);
+    let next = next_octave(snapshot).filter(|_| !is_over);
     let rate = format!("{} Hz {}", digits_trimmed(timing.rate_hz, 6), rate_from_word(timing.rate_from));
     let rows = [
         ("Samples", Some(format!("{} in {}", grouped(timing.samples), time(timing.duration_s())))),

@@ -13,11 +13,6 @@ pub(crate) struct Excluded {
 }
 
 impl Excluded {
-    /// The exclusion of everything before `begin`.
-    pub(crate) fn until(begin: Duration) -> Self {
-        Self { before: Duration::ZERO, warm_up: begin, is_carried: true }
-    }
-
     pub(crate) fn end_warm_up(&mut self, so_far: Duration) {
         self.warm_up = so_far;
     }
@@ -31,14 +26,10 @@ impl Excluded {
         self.is_carried
     }
 
-    /// The exclusion for another measurement from the beginning of the record up to `place` of data
-    /// time; what reaches beyond that place is dropped.
-    pub(crate) fn carried_to(self, place: Duration) -> Self {
+    /// The exclusion where the record is measured again from its beginning, with this skip.
+    pub(crate) fn carried(self) -> Self {
         let total = self.total();
-        if total.is_zero() || total > place {
-            return Self::default();
-        }
-        Self { before: Duration::ZERO, warm_up: total, is_carried: true }
+        Self { before: Duration::ZERO, warm_up: total, is_carried: !total.is_zero() }
     }
 
     /// Excluded data time from the beginning of the record: a measurement with this skip gives the
@@ -70,13 +61,12 @@ mod tests {
     }
 
     #[test]
-    fn it_is_carried_to_a_place_behind_it_and_dropped_before() {
+    fn what_is_carried_does_not_count_twice() {
         let mut excluded = Excluded::default();
-        assert_eq!(excluded.carried_to(10 * S), Excluded::default());
+        assert_eq!(excluded.carried(), Excluded::default());
         assert!(!excluded.start_over(4 * S));
         excluded.end_warm_up(6 * S);
-        assert_eq!(excluded.carried_to(9 * S), Excluded::default());
-        let mut carried = excluded.carried_to(10 * S);
+        let mut carried = excluded.carried();
         assert_eq!(carried.total(), 10 * S);
         assert!(carried.start_over(12 * S), "the skip would count again");
         carried.end_warm_up(Duration::ZERO);

@@ -11,9 +11,8 @@ use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 use crate::{
     channels::{Channels, EventObserver},
     end_reason::StartError,
-    excluded::Excluded,
     live_source::LiveSource,
-    measure::{Measurement, MeasurementEnd, Origin, measure, read_options},
+    measure::{Measurement, Origin, measure, read_options},
     recording::{RecordingSpec, metadata},
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
@@ -140,8 +139,7 @@ async fn measure_and_record(
     let deadlines = Deadlines::new(spec.limits, start);
     let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state), deadlines };
     let settings = spec.settings.clone();
-    let excluded = Excluded::default();
-    let measured = measure(Measurement { events, settings, excluded, origin, ends_as_recorded: false }, channels).await;
+    let ending = measure(Measurement { events, settings, origin, ends_as_recorded: false }, channels).await;
     channels.stage(Stage::Finishing);
     if let Some(link) = &link {
         match closed(link).await {
@@ -151,11 +149,7 @@ async fn measure_and_record(
         }
         channels.state.send_modify(|state| state.link = Some(link.state().borrow().clone()));
     }
-    let result = match measured {
-        MeasurementEnd::Ended(ending) => result(ending, &spec.settings.until, channels),
-        // only a paced replay seeks back
-        MeasurementEnd::Again { .. } => not_started(StartError::Stopped, channels),
-    };
+    let result = result(ending, &spec.settings.until, channels);
     let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };
     let state = recording.end(recorder, &result.end.to_string(), result.excluded).await;
     channels.state.send_modify(|shown| shown.recording = Some(state.clone()));

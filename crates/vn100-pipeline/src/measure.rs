@@ -39,7 +39,7 @@ use crate::{
     channels::Channels,
     end_reason::EndReason,
     excluded::Excluded,
-    pace::{Due, Pace, PaceStart},
+    pace::{Due, Pace, Speed},
     sample_tap::SampleEvent,
     session_event::SessionEvent,
     state::Stage,
@@ -50,8 +50,6 @@ use crate::{
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
-    /// What was excluded before; the settings contain it as their skip.
-    pub(crate) excluded: Excluded,
     pub(crate) origin: Origin,
     /// Whether the settings end the measurement where it ended when it was recorded: the few bytes
     /// that follow are read as well, for the recorded reason of the end.
@@ -64,34 +62,24 @@ pub(crate) enum Origin {
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
     /// A capture, read as fast as possible. A stop ends it in the same way as a live sensor.
     Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// A capture replayed at a pace. The measurement lasts until the stop, because the replay can
-    /// seek back from its end.
-    Paced(PaceStart),
+    /// A capture replayed at a pace. The measurement lasts until the stop, so that its end can be
+    /// read.
+    Paced(Speed),
     /// Events of any source, until their end or until the stop.
     Events,
 }
 
-#[expect(clippy::large_enum_variant, reason = "there is one for each session")]
-pub(crate) enum MeasurementEnd {
-    Ended(Ending),
-    /// The capture is to be replayed again from its start.
-    Again {
-        start: PaceStart,
-        excluded: Excluded,
-    },
-}
-
-pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
-    let Measurement { mut events, settings, excluded, origin, ends_as_recorded } = measurement;
+pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> Ending {
+    let Measurement { mut events, settings, origin, ends_as_recorded } = measurement;
     let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = time::interval(StreamWatchdog::PERIOD);
     let stop = channels.stop.clone();
+    let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
     let mut source = Measuring {
-        rate_hz: settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ),
         analysis: Analysis::new(settings),
         goals: GoalCheck::default(),
-        excluded,
+        excluded: Excluded::default(),
         pace: None,
         watchdog: None,
         deadlines: None,
@@ -115,7 +103,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             source.link = handle;
         }
         Origin::Capture { stored_bytes_read } => source.stored_bytes_read = Some(stored_bytes_read),
-        Origin::Paced(start) => source.pace = Some(Pace::new(start, source.rate_hz, Instant::now())),
+        Origin::Paced(speed) => source.pace = Some(Pace::new(speed, rate_hz, Instant::now())),
         Origin::Events => {}
     }
     let stop_ends_it = source.pace.is_some() || (source.watchdog.is_none() && source.stored_bytes_read.is_none());
@@ -130,11 +118,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
         tokio::select! {
             // a command that was received in time counts
             biased;
-            Some(command) = channels.commands.recv() => {
-                if let Some(again) = source.handle(command, channels) {
-                    return again;
-                }
-            }
+            Some(command) = channels.commands.recv() => source.handle(command, channels),
             () = stop.cancelled(), if stop_ends_it => {
                 source.end.get_or_insert((EndReason::Stopped, None));
                 return source.finish(channels).await;
@@ -229,8 +213,6 @@ struct Measuring {
     deadlines: Option<Deadlines>,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
-    /// The nominal rate of the latest snapshot.
-    rate_hz: f64,
     /// Number of seconds of data time whose states were sent.
     seconds: u64,
     /// Whether the latest snapshot is outdated.
@@ -303,11 +285,10 @@ impl Measuring {
             total if total.is_zero() => settings,
             skip => Settings { skip, ..settings },
         };
-        self.excluded = self.excluded.carried_to(Duration::MAX);
+        self.excluded = self.excluded.carried();
         (self.analysis, self.goals) = (Analysis::new(settings), GoalCheck::default());
         if let Some(pace) = &mut self.pace {
-            let place = pace.playback(None).samples;
-            *pace = Pace::new(pace.back_to(place), self.rate_hz, Instant::now());
+            *pace = pace.again(Instant::now());
         }
     }
 
@@ -380,9 +361,8 @@ impl Measuring {
     fn publish(&mut self, channels: &Channels) {
         self.has_changed = false;
         let snapshot = Arc::new(self.analysis.snapshot());
-        self.rate_hz = snapshot.timing.rate_hz;
         if let Some(pace) = &mut self.pace {
-            pace.set_rate(self.rate_hz, Instant::now());
+            pace.set_rate(snapshot.timing.rate_hz, Instant::now());
         }
         self.show(snapshot, channels);
     }
@@ -415,45 +395,7 @@ pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOption
 
 #[cfg(test)]
 mod tests {
-    use tokio_util::sync::CancellationToken;
-    use vn100_analysis::SourceFacts;
-    use vn100_analysis::protocol::{VNYMR, stream::Batch};
-    use vn100_capture::End;
-
     use super::*;
-    use crate::{
-        channels::open,
-        command::{Command, CommandRefusal},
-        pace::Speed,
-        state::SourceState,
-    };
-
-    fn row() -> Event {
-        let layout = Arc::new(VNYMR.clone());
-        Batch { counts: vec![0; layout.channels.len()], layout: Some(layout), ..Batch::default() }.into()
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn a_place_is_not_found_while_the_samples_are_not_counted() {
-        let (events, inbox) = mpsc::channel(4);
-        let state = SourceState::new(SourceFacts::default(), &Settings::default());
-        let (mut channels, mut face) = open(state, None, CancellationToken::new(), false);
-        let origin = Origin::Paced(PaceStart { speed: Speed::Max, paused: false, run_to: 0 });
-        let (settings, excluded) = (Settings::default(), Excluded::default());
-        events.send(row()).await.unwrap();
-        events.send(Event::End(End { error: None, report: None })).await.unwrap();
-        face.commands.send(Command::GoTo(0.0)).await.unwrap();
-        let stop = channels.stop.clone();
-        let work = tokio::spawn(async move {
-            measure(Measurement { events: inbox, settings, excluded, origin, ends_as_recorded: false }, &mut channels)
-                .await
-        });
-        assert!(matches!(face.events.recv().await, Some(SessionEvent::Refused(CommandRefusal::NotCounted))));
-        face.state.wait_for(|state| state.playback.is_some_and(|playback| playback.at_end)).await.unwrap();
-        stop.cancel();
-        let MeasurementEnd::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
-        assert!(matches!(ending.reason, EndReason::SourceEnded) && ending.snapshot.timing.samples == 1);
-    }
 
     #[test]
     fn a_result_that_ends_between_two_reads_is_read_line_by_line() {

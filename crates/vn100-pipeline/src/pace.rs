@@ -57,16 +57,8 @@ pub struct Playback {
     pub speed: Speed,
     /// Whether it is paused.
     pub paused: bool,
-    /// Whether the capture, or the part that was to be measured, was replayed to its end.
+    /// Whether the capture, or what was to be measured of it, was replayed to its end.
     pub at_end: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PaceStart {
-    pub(crate) speed: Speed,
-    pub(crate) paused: bool,
-    /// Samples that are replayed at once, as fast as possible.
-    pub(crate) run_to: u64,
 }
 
 #[derive(Debug)]
@@ -92,9 +84,14 @@ pub(crate) enum Due {
 }
 
 impl Pace {
-    pub(crate) fn new(start: PaceStart, rate_hz: f64, now: Instant) -> Self {
-        let PaceStart { speed, paused, run_to } = start;
-        Self { rate_hz, samples: 0, speed, paused, at_end: false, since: (now, 0), run_to }
+    pub(crate) fn new(speed: Speed, rate_hz: f64, now: Instant) -> Self {
+        Self { rate_hz, samples: 0, speed, paused: false, at_end: false, since: (now, 0), run_to: 0 }
+    }
+
+    /// The pace of a capture that is read again from its first sample: as fast as possible to where
+    /// this one is.
+    pub(crate) fn again(&self, now: Instant) -> Self {
+        Self { samples: 0, since: (now, 0), run_to: self.samples, ..*self }
     }
 
     pub(crate) fn playback(&self, total: Option<u64>) -> Playback {
@@ -126,38 +123,11 @@ impl Pace {
     pub(crate) fn handle(&mut self, command: Command, now: Instant) {
         match command {
             Command::TogglePause if !self.at_end => self.paused = !self.paused,
-            Command::Step if !self.at_end => {
-                self.paused = true;
-                self.run_to = self.samples + self.rate_hz.ceil() as u64;
-            }
             Command::Faster => self.speed = self.speed.next(true),
             Command::Slower => self.speed = self.speed.next(false),
             _ => return,
         }
         self.since = (now, self.samples);
-    }
-
-    /// The number of samples replayed once the place that was asked for is reached.
-    pub(crate) fn destination(&self) -> u64 {
-        self.samples.max(self.run_to)
-    }
-
-    /// Replays as fast as possible until this many samples are replayed.
-    pub(crate) fn run_to(&mut self, samples: u64, now: Instant) {
-        self.run_to = samples;
-        self.since = (now, self.samples);
-    }
-
-    /// The start of a replay to an earlier place, `samples` from the start. After seeking back from
-    /// the end the replay is paused there: else it would run to the end again.
-    pub(crate) fn back_to(&self, samples: u64) -> PaceStart {
-        PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
-    }
-
-    /// The start of a replay of the part of the capture up to `samples`, as fast as possible; it
-    /// pauses there.
-    pub(crate) fn part_to(&self, samples: u64) -> PaceStart {
-        PaceStart { speed: self.speed, paused: true, run_to: samples }
     }
 
     pub(crate) fn end(&mut self) {
@@ -186,9 +156,9 @@ mod tests {
     }
 
     impl VirtualReplay {
-        fn new(start: PaceStart) -> Self {
+        fn new(speed: Speed) -> Self {
             let now = Instant::now();
-            Self { pace: Pace::new(start, RATE_HZ, now), began: now, now }
+            Self { pace: Pace::new(speed, RATE_HZ, now), began: now, now }
         }
 
         /// Lets so many seconds pass; how many samples came, at most a thousand in all.
@@ -212,18 +182,12 @@ mod tests {
         }
     }
 
-    const AT_ONCE: PaceStart = PaceStart { speed: Speed::Max, paused: false, run_to: 0 };
-
-    fn times(times: f64) -> PaceStart {
-        PaceStart { speed: Speed::Times(times), ..AT_ONCE }
-    }
-
     #[test]
     fn samples_come_at_the_pace_asked_for() {
-        assert_eq!(VirtualReplay::new(times(1.0)).run(2.01), 81);
-        assert_eq!(VirtualReplay::new(times(10.0)).run(2.001), 801);
-        assert_eq!(VirtualReplay::new(AT_ONCE).run(0.001), 1000);
-        let mut replay = VirtualReplay::new(times(1.0));
+        assert_eq!(VirtualReplay::new(Speed::Times(1.0)).run(2.01), 81);
+        assert_eq!(VirtualReplay::new(Speed::Times(10.0)).run(2.001), 801);
+        assert_eq!(VirtualReplay::new(Speed::Max).run(0.001), 1000);
+        let mut replay = VirtualReplay::new(Speed::Times(1.0));
         replay.run(1.01);
         replay.pace.set_rate(80.0, replay.now);
         assert_eq!(replay.run(1.01), 81);
@@ -232,52 +196,41 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_replay_steps_by_a_second() {
-        let mut replay = VirtualReplay::new(PaceStart { paused: true, ..times(1.0) });
-        assert_eq!(replay.run(60.0), 0);
-        for _ in 0..2 {
-            replay.command(Command::Step);
-            assert_eq!(replay.run(60.0), 40);
-        }
+    fn time_spent_paused_is_not_made_up_for() {
+        let mut replay = VirtualReplay::new(Speed::Times(1.0));
         replay.command(Command::TogglePause);
-        assert_eq!(replay.run(1.001), 41, "time spent paused is not made up for");
+        assert_eq!(replay.run(60.0), 0);
+        replay.command(Command::TogglePause);
+        assert_eq!(replay.run(1.001), 41);
+        replay.command(Command::Faster);
+        assert_eq!((replay.run(1.001), replay.pace.speed), (81, Speed::Times(2.0)));
         replay.command(Command::TogglePause);
         assert_eq!((replay.run(5.0), replay.pace.paused), (0, true));
     }
 
     #[test]
-    fn going_on_to_a_place_takes_no_time() {
-        let mut replay = VirtualReplay::new(times(1.0));
-        replay.pace.run_to(500, replay.now);
-        assert_eq!(replay.pace.destination(), 500, "another step adds to it");
-        assert_eq!(replay.run(0.001), 501);
-        assert_eq!(replay.run(1.0), 40);
-        replay.command(Command::Faster);
-        assert_eq!(replay.run(1.001), 81);
-        assert_eq!(replay.pace.speed, Speed::Times(2.0));
-        assert_eq!(VirtualReplay::new(PaceStart { run_to: 7, paused: true, ..times(1.0) }).run(60.0), 7);
+    fn what_is_read_again_takes_no_time_to_where_it_was() {
+        let mut replay = VirtualReplay::new(Speed::Times(1.0));
+        replay.run(10.001);
+        replay.command(Command::TogglePause);
+        replay.pace = replay.pace.again(replay.now);
+        assert_eq!((replay.run(60.0), replay.pace.paused), (401, true));
+        replay.command(Command::TogglePause);
+        assert_eq!(replay.run(1.001), 41);
     }
 
     #[test]
-    fn behind_the_end_the_speed_is_chosen_and_nothing_else() {
-        let mut replay = VirtualReplay::new(AT_ONCE);
+    fn at_the_end_the_speed_is_chosen_and_nothing_else() {
+        let mut replay = VirtualReplay::new(Speed::Max);
         replay.run(1.0);
         replay.pace.end();
-        let commands = [Command::TogglePause, Command::Step, Command::Slower, Command::EndWarmUp, Command::GoTo(0.1)];
-        commands.into_iter().for_each(|command| replay.command(command));
+        [Command::TogglePause, Command::Slower, Command::EndWarmUp]
+            .into_iter()
+            .for_each(|command| replay.command(command));
         let playback = replay.pace.playback(Some(1000));
         let speed = Speed::Times(1000.0);
         assert_eq!(playback, Playback { samples: 1000, total: Some(1000), speed, paused: false, at_end: true });
-        assert_eq!(replay.pace.back_to(300), PaceStart { speed, paused: true, run_to: 300 });
         assert!(replay.now > replay.began);
-    }
-
-    #[test]
-    fn back_from_the_middle_it_is_paused_as_it_was() {
-        let mut replay = VirtualReplay::new(times(1.0));
-        assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, ..times(1.0) });
-        replay.command(Command::TogglePause);
-        assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, paused: true, ..times(1.0) });
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The session of a capture, which is opened again whenever a paced replay seeks back.
+//! The session of a capture, as fast as the machine can, or at a pace.
 
 use std::{
     io,
@@ -16,8 +16,8 @@ use crate::{
     channels::{Channels, EventObserver},
     end_reason::{EndReason, StartError},
     excluded::Excluded,
-    measure::{Ending, Measurement, MeasurementEnd, Origin, measure, read_options},
-    pace::{PaceStart, Playback, Speed},
+    measure::{Ending, Measurement, Origin, measure, read_options},
+    pace::{Playback, Speed},
     recording::{conditions, recorded_frames, with_recorded_end},
     sample_tap::SampleTap,
     session_result::{SessionResult, not_started, result},
@@ -112,59 +112,44 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
 }
 
 pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> SessionResult {
-    let mut pace = spec.speed.map(|speed| PaceStart { speed, paused: false, run_to: 0 });
-    let mut excluded = Excluded::default();
-    let mut is_counted = false;
-    loop {
-        let opened = tokio::select! {
-            // checked first: after a stop no further file is opened
-            biased;
-            () = channels.stop.cancelled() => Err(StartError::Stopped),
-            opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
-                let is_unknown = capture.lacks_times && spec.settings.rate_hz.is_none();
-                if is_unknown { Err(StartError::RateUnknown { refusal: None }) } else { Ok(capture) }
-            }),
-        };
-        let capture = match opened {
-            Ok(capture) => capture,
-            Err(error) => {
-                let result = channels.end(not_started(error, &channels));
-                if pace.is_some() {
-                    // the token lives as long as the parallel replays
-                    channels.stop.cancelled().await;
-                }
-                return result;
+    let opened = tokio::select! {
+        // checked first: after a stop no further file is opened
+        biased;
+        () = channels.stop.cancelled() => Err(StartError::Stopped),
+        opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
+            let is_unknown = capture.lacks_times && spec.settings.rate_hz.is_none();
+            if is_unknown { Err(StartError::RateUnknown { refusal: None }) } else { Ok(capture) }
+        }),
+    };
+    let capture = match opened {
+        Ok(capture) => capture,
+        Err(error) => {
+            let result = channels.end(not_started(error, &channels));
+            if spec.speed.is_some() {
+                // the token lives as long as the parallel replays
+                channels.stop.cancelled().await;
             }
-        };
-        let holds_values = capture.holds_values;
-        let before = channels.state.borrow().clone();
-        let settings = publish_source(&capture, &spec, &channels);
-        let settings = match excluded.total() {
-            total if total.is_zero() => settings,
-            skip => Settings { skip, ..settings },
-        };
-        if let Some(start) = pace
-            && !std::mem::replace(&mut is_counted, true)
-        {
-            let playback =
-                Playback { samples: 0, total: None, speed: start.speed, paused: start.paused, at_end: false };
-            channels.state.send_modify(|state| state.playback = Some(playback));
-            task::spawn(count_samples(spec.clone(), channels.state.clone(), channels.stop.clone()));
+            return result;
         }
-        let goals = settings.until.clone();
-        match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
-            MeasurementEnd::Ended(ending) if holds_values && is_rate_unknown(&ending) => {
-                let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
-                // the bytes read before a seek still count
-                channels.state.send_modify(|state| {
-                    *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
-                });
-                return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
-            }
-            MeasurementEnd::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
-            MeasurementEnd::Again { start, excluded: carried } => (pace, excluded) = (Some(start), carried),
-        }
+    };
+    let holds_values = capture.holds_values;
+    let before = channels.state.borrow().clone();
+    let settings = publish_source(&capture, &spec, &channels);
+    if let Some(speed) = spec.speed {
+        let playback = Playback { samples: 0, total: None, speed, paused: false, at_end: false };
+        channels.state.send_modify(|state| state.playback = Some(playback));
+        task::spawn(count_samples(spec.clone(), channels.state.clone(), channels.stop.clone()));
     }
+    let goals = settings.until.clone();
+    let ending = measure_capture(capture, settings, &spec, &mut channels).await;
+    if holds_values && is_rate_unknown(&ending) {
+        let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
+        channels.state.send_modify(|state| {
+            *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
+        });
+        return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
+    }
+    channels.end(result(ending, &goals, &channels))
 }
 
 /// Whether the rate had to be assumed, and a result depends on it.
@@ -193,37 +178,28 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
     }
 }
 
-async fn measure_capture(
-    capture: Capture,
-    settings: Settings,
-    pace: Option<PaceStart>,
-    excluded: Excluded,
-    spec: &ReplaySpec,
-    channels: &mut Channels,
-) -> MeasurementEnd {
+async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec, channels: &mut Channels) -> Ending {
     let read = read_options(as_recorded(spec.read, &capture), &settings);
-    let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || pace.is_some(), ..read };
+    let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || spec.speed.is_some(), ..read };
     let stored_bytes_read = capture.stored_bytes_read.clone();
     match capture.read(read, channels.stop.clone()) {
         Ok(events) => {
-            let origin = pace.map_or(Origin::Capture { stored_bytes_read }, Origin::Paced);
+            let origin = spec.speed.map_or(Origin::Capture { stored_bytes_read }, Origin::Paced);
             let ends_as_recorded = spec.settings.duration.is_none() && spec.settings.until.is_empty();
-            let end = measure(Measurement { events, settings, excluded, origin, ends_as_recorded }, channels).await;
-            if let MeasurementEnd::Ended(Ending { reason, .. }) = &end
-                && !(ends_as_recorded || matches!(reason, EndReason::SourceEnded | EndReason::SourceFailed(_)))
-            {
+            let ending = measure(Measurement { events, settings, origin, ends_as_recorded }, channels).await;
+            if !(ends_as_recorded || matches!(ending.reason, EndReason::SourceEnded | EndReason::SourceFailed(_))) {
                 // whether the reader has already reached the end of the recording is a matter of
                 // timing
                 channels
                     .state
                     .send_modify(|state| state.recorded.iter_mut().for_each(|recorded| recorded.end = Arc::default()));
             }
-            end
+            ending
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            let reason = EndReason::SourceFailed(error);
-            MeasurementEnd::Ended(Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None })
+            let (reason, excluded) = (EndReason::SourceFailed(error), Excluded::default());
+            Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None }
         }
     }
 }

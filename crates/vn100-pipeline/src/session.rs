@@ -13,13 +13,11 @@ use vn100_capture::Event;
 use crate::{
     channels::{Channels, Face, open},
     command::Command,
-    end_reason::StartError,
-    excluded::Excluded,
     live::{LiveSpec, run_live},
-    measure::{Measurement, MeasurementEnd, Origin, measure},
+    measure::{Measurement, Origin, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
-    session_result::{SessionResult, not_started, result},
+    session_result::{SessionResult, result},
     state::{SourceState, Stage},
 };
 
@@ -89,13 +87,10 @@ impl Session {
 }
 
 async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
-    let (goals, excluded) = (settings.until.clone(), Excluded::default());
-    let measurement = Measurement { events, settings, excluded, origin: Origin::Events, ends_as_recorded: false };
-    match measure(measurement, &mut channels).await {
-        MeasurementEnd::Ended(ending) => channels.end(result(ending, &goals, &channels)),
-        // only a paced replay seeks back
-        MeasurementEnd::Again { .. } => channels.end(not_started(StartError::Stopped, &channels)),
-    }
+    let goals = settings.until.clone();
+    let measurement = Measurement { events, settings, origin: Origin::Events, ends_as_recorded: false };
+    let ending = measure(measurement, &mut channels).await;
+    channels.end(result(ending, &goals, &channels))
 }
 
 impl Face {

@@ -48,17 +48,6 @@ pub enum SessionEvent {
         /// Data time up to the restart.
         after: Duration,
     },
-    /// The replay began again from the start of the capture, and its beginning is still excluded.
-    StillExcluded {
-        /// The excluded data time.
-        first: Duration,
-    },
-    /// Nothing is excluded any more: the capture is replayed up to a place before the end of the
-    /// excluded part.
-    NoLongerExcluded {
-        /// The data time that had been excluded.
-        until: Duration,
-    },
     /// A command had no effect, for this reason.
     Refused(CommandRefusal),
 }

@@ -40,8 +40,7 @@ pub struct SourceState {
 pub enum Stage {
     /// Before the measurement: the source is opened and the sensor configured.
     Preparing,
-    /// Samples are measured. A paced replay stays in this stage at its end, because it can seek
-    /// back.
+    /// Samples are measured. A paced replay stays in this stage at its end, until it is stopped.
     Measuring,
     /// The measurement is over: the recording is ended and the settings of the sensor are restored.
     Finishing,

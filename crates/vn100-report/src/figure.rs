@@ -24,7 +24,6 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{SENSORS, axes_name};
 
 pub use allan::{allan_in_unit, id_of};
-pub(crate) use axes::superscript;
 pub use axes::{PlotAxis, Scale};
 pub use drawing::Rectangle;
 pub use last_minutes::last_minutes;

@@ -2,7 +2,7 @@
 //! as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot, SourceFacts};
+use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot, SourceFacts};
 
 use crate::{numbers::plain::time, printable::printable};
 
@@ -10,7 +10,7 @@ use crate::{numbers::plain::time, printable::printable};
 ///
 /// # Examples
 /// ```
-/// use vn100_analysis::{ChannelSnapshot, LinkFacts, LinkStatus};
+/// use vn100_analysis::{LinkFacts, LinkStatus};
 /// let up = LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() };
 /// assert_eq!(vn100_report::health::link_word(&up), "115200 baud");
 /// ```
@@ -161,17 +161,12 @@ impl NextOctave {
     }
 }
 
-/// The next octave of this deviation that the record will show; `None` before the first sample.
+/// The next octave that the record will show; `None` before the first sample.
 #[must_use]
-pub fn next_octave(snapshot: &Snapshot, deviation: Deviation) -> Option<NextOctave> {
-    let is_other = deviation != snapshot.deviation;
-    let octaves = |channel: &ChannelSnapshot| {
-        let octaves = if is_other { &channel.other_octaves } else { &channel.octaves };
-        octaves.last().map(|octave| octave.m)
-    };
-    let longest = snapshot.channels.iter().filter_map(octaves).max();
+pub fn next_octave(snapshot: &Snapshot) -> Option<NextOctave> {
+    let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
-    let windows = match deviation {
+    let windows = match snapshot.deviation {
         Deviation::Allan => 2,
         Deviation::Hadamard => 3,
     };

@@ -3,8 +3,6 @@
 
 pub mod plain;
 
-use super::figure::superscript;
-
 /// The text for a number that is not known.
 pub const NOTHING: &str = "–";
 
@@ -31,6 +29,18 @@ pub fn digits(value: f64, count: usize) -> String {
         format!("{mantissa}·10{}", superscript(exponent))
     };
     text.replace('-', "−")
+}
+
+/// The number with raised digits, as an exponent.
+pub(crate) fn superscript(number: i32) -> String {
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    };
+    number.to_string().chars().map(raised).collect()
 }
 
 /// The text of a terminal with its powers of ten as on a page: `5.92e-4` as `5.92·10⁻⁴`.

@@ -52,8 +52,6 @@ pub struct ChannelValues {
     pub octaves: Vec<Point>,
     /// The deviations to be shown: at the octaves, or at the averaging times of the settings.
     pub deviations: Vec<Point>,
-    /// The octaves of the deviation that the settings do not select; empty where they are not kept.
-    pub other_deviations: Vec<Point>,
     /// Results over time and frequency; `None` for a channel that is not in the stream.
     pub signal: Option<SignalValues>,
     /// Slope of the regression line, in the unit per second.
@@ -324,10 +322,6 @@ fn values(
             [] => octaves.clone(),
             asked => points(asked, assessed.map(|assessed| &assessed.points)),
         },
-        other_deviations: points(&results.other_octaves, assessed.map(|assessed| &assessed.other_octaves))
-            .into_iter()
-            .map(|point| Point { fitted: None, ..point })
-            .collect(),
         octaves,
         slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.rate_of(results)),
         signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {

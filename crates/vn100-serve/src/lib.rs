@@ -10,7 +10,6 @@
 //! | `guard.rs` | which requests are answered, and with which headers |
 //! | `routes.rs` | what is answered |
 //! | `events.rs` | the stream of what has changed |
-//! | `metrics_file.rs` | the metrics as a file |
 //! | `drawing.rs` | the parts of the page, drawn when they have changed |
 
 mod app;
@@ -19,7 +18,6 @@ mod drawing;
 mod events;
 mod guard;
 mod hosts;
-mod metrics_file;
 mod routes;
 #[cfg(test)]
 mod tests;
@@ -46,8 +44,6 @@ use vn100_words::remedy_words;
 use app::App;
 use drawing::{Drawer, PageState};
 use hosts::Hosts;
-pub use metrics_file::MetricsFile;
-use metrics_file::keep_written;
 
 /// The shortest interval between two versions of the page.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -60,10 +56,8 @@ const GRACE: Duration = Duration::from_millis(500);
 
 /// What a [`Server`] serves, and to whom.
 pub struct ServeSpec {
-    /// Accepts the connections to the page; `None` to write the file of metrics alone.
-    pub listener: Option<TcpListener>,
-    /// The file of metrics; `None` for none.
-    pub metrics_file: Option<MetricsFile>,
+    /// Accepts the connections to the page.
+    pub listener: TcpListener,
     /// Host names that a request may ask for, besides the addresses of this machine.
     pub host_names: Vec<String>,
     /// What an answer that refuses another host name advises.
@@ -93,7 +87,7 @@ pub struct ServedSource {
 /// readers and then for the end of its thread.
 #[derive(Debug)]
 pub struct Server {
-    address: Option<SocketAddr>,
+    address: SocketAddr,
     ending: CancellationToken,
     thread: Option<JoinHandle<()>>,
 }
@@ -105,8 +99,8 @@ impl Server {
     /// When the listener cannot be made non-blocking or its address not be read, or when the thread
     /// cannot be started.
     pub fn start(spec: ServeSpec) -> io::Result<Self> {
-        let address = spec.listener.as_ref().map(TcpListener::local_addr).transpose()?;
-        spec.listener.iter().try_for_each(|listener| listener.set_nonblocking(true))?;
+        let address = spec.listener.local_addr()?;
+        spec.listener.set_nonblocking(true)?;
         let ending = CancellationToken::new();
         let token = ending.clone();
         let run = move || {
@@ -122,15 +116,15 @@ impl Server {
         Ok(Self { address, ending, thread })
     }
 
-    /// The address that the server listens at; `None` where it writes the file of metrics alone.
+    /// The address that the server listens at.
     #[must_use]
-    pub const fn address(&self) -> Option<SocketAddr> {
+    pub const fn address(&self) -> SocketAddr {
         self.address
     }
 }
 
 impl Drop for Server {
-    /// Sends the last state to all readers, writes the metrics once more, and ends the thread.
+    /// Sends the last state to all readers, and ends the thread.
     fn drop(&mut self) {
         self.ending.cancel();
         if let Some(thread) = self.thread.take() {
@@ -161,7 +155,7 @@ impl ReportSettings {
 }
 
 async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
-    let listener = spec.listener.map(tokio::net::TcpListener::from_std).transpose()?;
+    let listener = tokio::net::TcpListener::from_std(spec.listener)?;
     let hosts = Hosts::new(spec.host_names, spec.host_advice);
     let report = ReportSettings { asked: spec.asked, program: spec.program, confidence: spec.confidence };
     let drawer = Drawer::new(spec.sources, spec.evaluation, report, Instant::now());
@@ -173,15 +167,9 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
         hosts,
     });
     let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), ending.clone()));
-    let file = spec.metrics_file.map(|file| tokio::spawn(keep_written(file, Arc::clone(&app), app.over.clone())));
-    if let Some(listener) = listener {
-        connection::accept(listener, routes::router(&app), &app.over).await;
-    }
+    connection::accept(listener, routes::router(&app), &app.over).await;
     // a panic of the task was reported where it occurred
     let _ = keeping.await;
-    if let Some(file) = file {
-        let _ = time::timeout(GRACE, file).await;
-    }
     Ok(())
 }
 

@@ -19,8 +19,7 @@ fn served() -> (Server, watch::Sender<SourceState>) {
     let facts = SourceFacts { name: "imu".into(), ..SourceFacts::default() };
     let (sender, state) = watch::channel(SourceState::new(facts, &Settings::default()));
     let server = Server::start(ServeSpec {
-        listener: Some(TcpListener::bind("127.0.0.1:0").unwrap()),
-        metrics_file: None,
+        listener: TcpListener::bind("127.0.0.1:0").unwrap(),
         host_names: vec!["bench".into()],
         host_advice: ": name it",
         sources: vec![ServedSource { state, goals: Goals::default() }],
@@ -33,7 +32,7 @@ fn served() -> (Server, watch::Sender<SourceState>) {
 }
 
 fn request(server: &Server, method: &str, path: &str, host: &str) -> TcpStream {
-    let mut stream = TcpStream::connect(server.address().unwrap()).unwrap();
+    let mut stream = TcpStream::connect(server.address()).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
     stream

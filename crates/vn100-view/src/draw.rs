@@ -13,8 +13,8 @@ use vn100_report::{names::names_of, numbers::plain::grouped};
 
 use crate::{
     keys,
-    panels::{allan, channels, health, overview, parameters, plots, waiting, warnings},
-    scene::{Regions, Scene},
+    panels::{allan, channels, health, overview, parameters, spectrum, waiting, warnings},
+    scene::Scene,
     state::{Panel, ShownPlot},
 };
 
@@ -23,15 +23,9 @@ pub(crate) const LEAST: (u16, u16) = (60, 16);
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
 
-/// From here on, two more plots stand below them, with so many rows.
-const MORE_PANELS: (u16, u16) = (160, 56);
-const MORE_ROWS: u16 = 15;
-
-pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
+pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) {
     let area = frame.area();
-    let mut regions = Regions::default();
     if is_too_small((area.width, area.height)) {
-        regions.is_too_small = true;
         too_small(frame, area, scene);
     } else if let Some(page) = scene.state.help {
         keys::draw_help(frame, area, scene, page);
@@ -40,13 +34,12 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
         overview::draw(frame, body, scene);
         keys::draw_footer(frame, keys, scene);
     } else {
-        one_source(frame, area, scene, &mut regions);
+        one_source(frame, area, scene);
     }
     scene.theme.finish(frame.buffer_mut());
-    regions
 }
 
-fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
+fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
     let top_lines = warnings::TopLines::new(scene, area.width, if all { 4 } else { 2 });
@@ -60,30 +53,17 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
         Constraint::Length(1),
     ])
     .areas(area);
-    regions.progress = health::draw_header(frame, top, scene);
+    health::draw_header(frame, top, scene);
     top_lines.draw(frame, warned, scene);
     keys::draw_footer(frame, keys, scene);
     if source.snapshot.timing.samples == 0 {
         waiting::draw_waiting(frame, tabs.union(body), scene);
         return;
     }
-    draw_tabs(frame, tabs, scene, all && !scene.state.expanded, regions);
+    draw_tabs(frame, tabs, scene, all && !scene.state.expanded);
     if !all || scene.state.expanded {
-        panel(frame, body, scene, scene.state.panel, regions, true);
+        panel(frame, body, scene, scene.state.panel, true);
         return;
-    }
-    let has_more = area.width >= MORE_PANELS.0 && area.height >= MORE_PANELS.1;
-    let [body, middle] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(if has_more { MORE_ROWS } else { 0 })]).areas(body);
-    if has_more {
-        let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(middle);
-        let others = match scene.state.plot {
-            ShownPlot::Deviation | ShownPlot::OtherDeviation => [ShownPlot::Spectrum, ShownPlot::Segments],
-            ShownPlot::Spectrum => [ShownPlot::Segments, ShownPlot::Temperature],
-            ShownPlot::Segments | ShownPlot::Temperature => [ShownPlot::Spectrum, ShownPlot::Segments],
-        };
-        plots::draw(frame, left, scene, others[0]);
-        plots::draw(frame, right, scene, others[1]);
     }
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
     let lower_rows = (source.values.len() as u16 + 3).max(lower.height).min(body.height / 2);
@@ -96,21 +76,18 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut
     let warned = scene.state.panel == Panel::Warnings;
     let right = if warned { right } else { right.min((area.width * 2 / 5).max(channels::SIGNAL_WIDTH)) };
     let [statistics, signal] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(right)]).areas(lower);
-    panel(frame, allan, scene, Panel::Allan, regions, false);
-    panel(frame, noise, scene, Panel::Parameters, regions, false);
-    panel(frame, statistics, scene, Panel::Statistics, regions, false);
-    panel(frame, signal, scene, if warned { Panel::Warnings } else { Panel::Signal }, regions, false);
+    panel(frame, allan, scene, Panel::Allan, false);
+    panel(frame, noise, scene, Panel::Parameters, false);
+    panel(frame, statistics, scene, Panel::Statistics, false);
+    panel(frame, signal, scene, if warned { Panel::Warnings } else { Panel::Signal }, false);
 }
 
-fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regions: &mut Regions, alone: bool) {
-    regions.panels.push((area, panel));
+fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, alone: bool) {
     match panel {
-        Panel::Allan if !scene.state.plot.is_deviation() => {
-            plots::draw(frame, area, scene, scene.state.plot);
-        }
-        Panel::Allan => allan::draw(frame, area, scene, regions, alone),
+        Panel::Allan if scene.state.plot == ShownPlot::Spectrum => spectrum::draw(frame, area, scene),
+        Panel::Allan => allan::draw(frame, area, scene, alone),
         Panel::Parameters => parameters::draw(frame, area, scene),
-        Panel::Statistics => channels::draw_statistics(frame, area, scene, regions),
+        Panel::Statistics => channels::draw_statistics(frame, area, scene),
         Panel::Signal => channels::draw_signal(frame, area, scene),
         Panel::Warnings => warnings::draw_panel(frame, area, scene),
     }
@@ -120,16 +97,10 @@ fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regi
 const PANEL_TABS: usize = 40;
 
 /// The sensors by their numbers, and the panels unless all of them are there.
-fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, regions: &mut Regions) {
+fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool) {
     let Scene { state, source, theme, .. } = scene;
     let mut spans = Vec::new();
-    let mut x = area.x;
-    let mut tab = |text: String, style: Style| {
-        let at = Rect::new(x, area.y, text.chars().count() as u16, 1);
-        x = at.right();
-        spans.push(Span::raw(text).style(style));
-        at
-    };
+    let mut tab = |text: String, style: Style| spans.push(Span::raw(text).style(style));
     let style = |chosen: bool| if chosen { theme.chosen() } else { Style::new() };
     let groups = source.groups();
     let names = groups.iter().map(|group| names_of(group.quantity).short.len() + 4).sum::<usize>();
@@ -141,7 +112,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, reg
                 _ if is_narrow => format!("{} ", panel.name()),
                 _ => format!(" {} ", panel.name()),
             };
-            regions.tabs.push((tab(text, style(panel == state.panel)), panel));
+            tab(text, style(panel == state.panel));
         }
         tab("│".into(), theme.faint());
     }
@@ -152,7 +123,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, reg
             true if place == state.sensor => format!(" {} {name}", place + 1),
             true => format!(" {}", place + 1),
         };
-        regions.sensors.push((tab(text, style(place == state.sensor)), place));
+        tab(text, style(place == state.sensor));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
 }

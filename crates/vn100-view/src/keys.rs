@@ -30,7 +30,6 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
             let excess = text.chars().count().saturating_sub(usize::from(area.width));
             text.chars().skip(excess).collect()
         }
-        Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
     });
     if let Some(text) = question {
         frame.render_widget(Paragraph::new(text).style(theme.chosen()), area);
@@ -85,7 +84,6 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
             ("?", "help"),
             ("↑↓", "choose"),
             ("enter", "open"),
-            ("t", "sort"),
             ("u", "unit"),
             ("f", "freeze"),
             ("s", "save"),
@@ -94,7 +92,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
         let space = (!at_end).then_some(("space", if paused { "resume" } else { "pause" }));
-        space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
+        space.into_iter().chain([("<>", "speed")]).collect()
     });
     let is_waiting = scene.source.snapshot.timing.samples == 0;
     let mut keys = vec![("q", "quit"), ("?", "help")];
@@ -103,37 +101,33 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     }
     keys.extend(replay);
     if scene.sources.len() > 1 {
-        keys.extend([("o", "overview"), ("n p", "source")]);
+        keys.extend([("o", "list"), ("n p", "source")]);
     }
     if is_waiting {
         return keys;
     }
     match state.panel {
         Panel::Warnings => keys.push(("↑↓", "choose")),
-        Panel::Allan => keys.extend([("v", "plot"), ("←→", "cursor")]),
+        Panel::Allan => keys.extend([("v", "spectrum"), ("←→", "cursor")]),
         Panel::Parameters | Panel::Statistics | Panel::Signal => {}
     }
-    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save"), ("-=", "zoom")]);
+    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save")]);
     keys.extend([("w", "warm-up over"), ("r", "start over")]);
     keys
 }
 
-pub(super) const KEYS: [(&str, &str); 29] = [
+const KEYS: [(&str, &str); 21] = [
     ("q  Ctrl-C", "quit and print the summary"),
     ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
     ("tab shift-tab", "next, previous panel"),
     ("!", "what is broken, warnings and notes, each in full"),
-    ("c", "hide the notes on top, and show them again"),
     ("e enter  esc", "enlarge the panel, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
-    ("X Y Z", "show or hide an axis among all"),
-    ("v  V", "Hadamard, spectrum, segments, temperature"),
-    ("R", "show or hide the curve of the reference"),
+    ("v", "the spectrum in place of the deviation, and back"),
     ("up down  k j", "previous, next channel; in Warnings: warning"),
     ("left right  h l", "cursor on the curve; home, end"),
-    ("= -", "zoom at the cursor; in Signal: time span"),
     ("u", "other units, on all panels alike"),
     ("f", "freeze the view; the measurement continues"),
     ("m", "mark this place with a text, in the recording too"),
@@ -141,13 +135,9 @@ pub(super) const KEYS: [(&str, &str); 29] = [
     ("w", "warm-up over: exclude everything so far"),
     ("r", "start over: discard everything so far"),
     ("Ctrl-Z", "suspend; nothing is read until fg"),
-    ("o  n p", "several sources: the table, next, previous"),
-    ("t", "in the table: sort by place, warnings, loss, N"),
-    ("space  .", "replay: pause or resume; one second forward"),
+    ("o  n p", "several sources: the list, next, previous"),
+    ("space", "replay: pause or resume"),
     ("> <", "replay: faster, slower"),
-    ("g  [ ]", "replay: go to a percentage; 10 % back, forward"),
-    ("(  )  0", "replay: measure the part from here, to here; all"),
-    ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 
 /// Behind the first of them stands what the bars mean, which the level of confidence is part of.

@@ -4,18 +4,15 @@
 //! plain data (`draw.rs`) by what was chosen (`state.rs`). It waits for its terminal, and no
 //! other thread waits for it.
 
-mod background;
 mod draw;
 mod faults;
 mod keys;
 mod messages;
-mod mouse;
 mod panels;
 mod question;
 mod reference;
 mod save;
 mod scene;
-mod sorted_by;
 mod source;
 mod state;
 mod terminal;
@@ -34,24 +31,21 @@ use std::{
     time::{Duration, Instant},
 };
 
-use background::FromTerminal;
 use draw::{draw, is_too_small};
 use messages::ShownMessage;
-use mouse::mouse;
 use ratatui::{
     buffer::Buffer,
     crossterm::event::{Event, KeyEventKind},
 };
 use save::save;
-use scene::{Regions, Scene};
+use scene::Scene;
 use source::SourceView;
-use state::{Selection, ViewRequest, ViewState};
+use state::{ViewRequest, ViewState};
 use terminal::{Screen, give_back_line, leave_screen, next_event};
 use theme::Theme;
 use thiserror::Error;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
-use vn100_pipeline::Command;
 use vn100_report::Evaluation;
 
 pub use messages::MessageQueue;
@@ -59,7 +53,6 @@ pub use reference::{PendingReference, Reference};
 pub use source::SourceMonitor;
 pub use terminal::{give_back, is_there};
 pub use theme::ThemeChoice;
-pub use units::FirstUnits;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -81,8 +74,8 @@ impl View {
         stop: CancellationToken,
     ) -> Result<Self, ViewError> {
         let signals = TerminalSignals::listen().map_err(ViewError::Signals)?;
-        let (theme, asks_background) = Theme::of_terminal(options.theme);
-        let screen = Screen::take(asks_background).map_err(ViewError::Terminal)?;
+        let theme = Theme::of_terminal(options.theme);
+        let screen = Screen::take().map_err(ViewError::Terminal)?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
@@ -90,7 +83,6 @@ impl View {
             .name("vn100-view".into())
             .spawn(move || {
                 let mut state = ViewState::new(sources.len());
-                state.units = options.units.steps();
                 state.page = options.page;
                 let ended = run_view(screen, sources, state, theme, options.reference, &shared);
                 // the program may have left without waiting
@@ -173,8 +165,6 @@ pub enum ViewError {
 pub struct ViewOptions {
     /// Colours.
     pub theme: ThemeChoice,
-    /// The units that are shown first.
-    pub units: FirstUnits,
     /// An earlier record, drawn below the curves once it is measured.
     pub reference: Option<PendingReference>,
     /// The address of the live page.
@@ -262,13 +252,12 @@ fn run_view(
     mut screen: Screen,
     mut monitors: Vec<SourceMonitor>,
     mut state: ViewState,
-    mut theme: Theme,
+    theme: Theme,
     mut reference: Option<PendingReference>,
     shared: &ViewContext,
 ) -> Ended {
     let started = Instant::now();
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
-    let mut regions = Regions::default();
     let mut last_screen = None;
     let mut keep_screen = false;
     let mut dirty = true;
@@ -324,11 +313,13 @@ fn run_view(
         }
         if dirty && drawn_at.is_none_or(|at| at.elapsed() >= FRAME) {
             let scene = Scene { state: &state, sources: &shown, source: &shown[state.source], theme };
-            match screen.draw(|frame| regions = draw(frame, scene)) {
-                Ok(buffer) => last_screen = Some(buffer),
+            match screen.draw(|frame| draw(frame, scene)) {
+                Ok(buffer) => {
+                    state.is_too_small = is_too_small((buffer.area.width, buffer.area.height));
+                    last_screen = Some(buffer);
+                }
                 Err(_) => return Ended::TerminalGone,
             }
-            state.is_too_small = regions.is_too_small;
             // from its end: a terminal that takes its time gets its time
             drawn_at = Some(Instant::now());
             dirty = false;
@@ -337,22 +328,8 @@ fn run_view(
         let look = looked_at.map_or(Duration::ZERO, |at| look_period(started.elapsed()).saturating_sub(at.elapsed()));
         let request = match next_event(frame.map_or(look, |frame| frame.min(look))) {
             Ok(Some(Event::Key(key))) if key.kind != KeyEventKind::Release => {
-                match screen.background.take(&key, Instant::now()) {
-                    FromTerminal::Key => {
-                        dirty = true;
-                        state.key(key, &shown)
-                    }
-                    FromTerminal::Whole(Some(background)) => {
-                        (theme, dirty) = (theme.on(background), true);
-                        None
-                    }
-                    FromTerminal::Part | FromTerminal::Whole(None) => None,
-                }
-            }
-            Ok(Some(Event::Mouse(event))) => {
-                let request = mouse(event, &mut state, &regions, &shown);
-                dirty |= request.is_some() || !matches!(event.kind, ratatui::crossterm::event::MouseEventKind::Moved);
-                request
+                dirty = true;
+                state.key(key, &shown)
             }
             Ok(Some(Event::Resize(width, height))) => {
                 dirty = true;
@@ -383,17 +360,6 @@ fn run_view(
                 state.message = saved;
             }
             Some(ViewRequest::Control(command)) => {
-                let moves =
-                    matches!(command, Command::GoTo(_) | Command::Seek(_) | Command::TogglePause | Command::Step);
-                if moves && state.selection.from.is_some() && state.selection.to.is_some() {
-                    // what is measured from here on is no longer the part alone
-                    state.selection = Selection::default();
-                    shared.messages.keep(None);
-                }
-                if let (&Command::Select(from, to), Some(source)) = (&command, shown.get(state.source)) {
-                    let options = source.part_options(from, to).filter(|_| (from, to) != (0.0, 1.0));
-                    shared.messages.keep(options.map(|options| format!("{}: measured as by {options}", source.name)));
-                }
                 if let Some(source) = monitors.get_mut(state.source)
                     && let Some(answer) = source.command(command)
                 {

@@ -29,8 +29,6 @@ struct Messages {
     all: VecDeque<String>,
     /// The number of messages at the end that were not shown yet.
     unseen: usize,
-    /// Written at the end alone.
-    last: Option<String>,
 }
 
 impl MessageQueue {
@@ -42,11 +40,6 @@ impl MessageQueue {
         }
         messages.all.push_back(message);
         messages.unseen = (messages.unseen + 1).min(MOST_NEWS);
-    }
-
-    /// Sets the message that is written after all others.
-    pub(super) fn keep(&self, last: Option<String>) {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner).last = last;
     }
 
     /// The next of the latest messages that was not taken here before.
@@ -62,9 +55,8 @@ impl MessageQueue {
     #[must_use]
     pub fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = messages.last.take();
         messages.unseen = 0;
-        messages.all.drain(..).chain(last).collect()
+        messages.all.drain(..).collect()
     }
 }
 
@@ -127,8 +119,7 @@ mod tests {
         assert_eq!(news(&["one", "two"]), ["one", "two"]);
         assert_eq!(news(&["three", "four", "five", "six"]), ["four", "five", "six"]);
         queue.push("seven".into());
-        queue.keep(Some("last".into()));
-        assert_eq!(queue.take(), ["one", "two", "three", "four", "five", "six", "seven", "last"]);
+        assert_eq!(queue.take(), ["one", "two", "three", "four", "five", "six", "seven"]);
         assert_eq!((queue.news(), queue.take().len()), (None, 0));
     }
 }

@@ -8,7 +8,7 @@ pub(crate) mod health;
 pub(crate) mod model_line;
 pub(crate) mod overview;
 pub(crate) mod parameters;
-pub(crate) mod plots;
 pub(crate) mod sheet;
+pub(crate) mod spectrum;
 pub(crate) mod waiting;
 pub(crate) mod warnings;

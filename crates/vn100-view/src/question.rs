@@ -25,20 +25,6 @@ impl ViewState {
         match question {
             Question::StartOver => yes.then_some(ViewRequest::Control(Command::StartOver)),
             Question::EndWarmUp => yes.then_some(ViewRequest::Control(Command::EndWarmUp)),
-            Question::GoTo(mut typed) => {
-                match code {
-                    KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
-                    KeyCode::Backspace => drop(typed.pop()),
-                    KeyCode::Enter => {
-                        let percent: f64 = typed.parse().ok()?;
-                        return Some(ViewRequest::Control(Command::GoTo(percent / 100.0)));
-                    }
-                    KeyCode::Esc => return None,
-                    _ => {}
-                }
-                self.question = Some(Question::GoTo(typed));
-                None
-            }
             Question::Mark(mut typed) => {
                 match code {
                     KeyCode::Char(sign) if !sign.is_control() && typed.chars().count() < MOST_SIGNS => typed.push(sign),

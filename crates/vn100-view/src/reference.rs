@@ -51,8 +51,7 @@ impl Reference {
     /// Measures a file by these settings, to its own end.
     #[must_use]
     pub fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
-        let settings =
-            Settings { duration: None, until: Vec::new(), recent: false, other_deviation: false, ..settings };
+        let settings = Settings { duration: None, until: Vec::new(), recent: false, ..settings };
         let spec = ReplaySpec { settings, stop: stop.child_token(), ..ReplaySpec::of(path) };
         let (sender, measured) = oneshot::channel();
         tokio::spawn(async move {

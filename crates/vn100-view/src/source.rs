@@ -13,9 +13,7 @@ use vn100_report::{
     goals::Goals,
     health,
     names::QUANTITIES,
-    no_sample,
-    numbers::plain::digits_trimmed,
-    printable,
+    no_sample, printable,
     units::{ChannelValues, channel_values},
 };
 
@@ -121,25 +119,12 @@ impl SourceView {
     pub(crate) fn no_measurement(&self) -> Option<&'static str> {
         match &self.phase {
             SourcePhase::Measuring if self.playback.is_some_and(|playback| playback.at_end) => {
-                Some("the replay is at its end: go back first, with [ or g")
+                Some("the replay is at its end: q prints its result")
             }
             SourcePhase::Measuring => None,
             SourcePhase::Preparing => Some("the measurement has not begun"),
             SourcePhase::Ended(_) => Some("the measurement has ended: q prints its result"),
         }
-    }
-
-    /// The part of the capture that was replayed, 0 to 1.
-    pub(crate) fn progress(&self) -> Option<f64> {
-        let Playback { samples, total, .. } = self.playback?;
-        Some(samples as f64 / total? as f64).filter(|part| part.is_finite())
-    }
-
-    /// The options that measure this part of the capture, in seconds of data.
-    pub(crate) fn part_options(&self, from: f64, to: f64) -> Option<String> {
-        let total = self.playback?.total? as f64;
-        let at_s = |part: f64| digits_trimmed((part * total).round() / self.snapshot.timing.rate_hz, 9);
-        Some(format!("--skip {}s --duration {}s", at_s(from.min(to)), at_s(from.max(to))))
     }
 
     /// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.

@@ -1,13 +1,9 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_analysis::{Severity, Warning, WarningKind};
 use vn100_pipeline::Command;
 
-use crate::{
-    sorted_by::SortedBy,
-    source::{ChannelGroup, SourceView},
-};
+use crate::source::{ChannelGroup, SourceView};
 
 /// A part of the screen that may have it to itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -39,24 +35,15 @@ impl Panel {
 pub(crate) enum ShownPlot {
     #[default]
     Deviation,
-    /// Hadamard's beside Allan's, or the reverse.
-    OtherDeviation,
     Spectrum,
-    Segments,
-    Temperature,
 }
 
 impl ShownPlot {
-    const ALL: [Self; 5] = [Self::Deviation, Self::OtherDeviation, Self::Spectrum, Self::Segments, Self::Temperature];
-
-    /// Whether it is one over the averaging time.
-    pub(crate) const fn is_deviation(self) -> bool {
-        matches!(self, Self::Deviation | Self::OtherDeviation)
-    }
-
-    fn next(self, steps: usize) -> Self {
-        let place = Self::ALL.iter().position(|plot| *plot == self).unwrap_or(0);
-        Self::ALL[(place + steps) % Self::ALL.len()]
+    fn other(self) -> Self {
+        match self {
+            Self::Deviation => Self::Spectrum,
+            Self::Spectrum => Self::Deviation,
+        }
     }
 }
 
@@ -68,7 +55,7 @@ pub(crate) enum ShownAxes {
 }
 
 /// What the view asks of the program.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ViewRequest {
     /// End the measurement; with the last screen left on the terminal.
     Quit {
@@ -86,23 +73,13 @@ pub(crate) enum ViewRequest {
 pub(crate) enum Question {
     StartOver,
     EndWarmUp,
-    /// Where to go in a capture, in percent, as typed so far.
-    GoTo(String),
     /// What is to be said of this place, as typed so far.
     Mark(String),
 }
 
-/// A part of a capture, while it is chosen.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Selection {
-    pub(crate) from: Option<f64>,
-    pub(crate) to: Option<f64>,
-}
-
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct ViewState {
     pub(crate) overview: bool,
-    pub(crate) sorted_by: SortedBy,
     /// The source shown, or chosen among all.
     pub(crate) source: usize,
     pub(crate) panel: Panel,
@@ -110,20 +87,11 @@ pub(crate) struct ViewState {
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
     pub(crate) axes: ShownAxes,
-    /// Those not shown among all.
-    pub(crate) hidden: [bool; 3],
     pub(crate) plot: ShownPlot,
-    /// The reference is not shown.
-    pub(crate) is_without_reference: bool,
     /// The octave that is read out; `None` for the last one.
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
     pub(crate) units: usize,
-    /// How often the axes of the curve and of the history were halved.
-    pub(crate) zoom: u8,
-    pub(crate) history_zoom: u8,
-    /// The ends of the part of the capture that is selected, 0 to 1.
-    pub(crate) selection: Selection,
     pub(crate) frozen: bool,
     /// The page of the help, where that is shown.
     pub(crate) help: Option<usize>,
@@ -131,39 +99,18 @@ pub(crate) struct ViewState {
     pub(crate) warning: usize,
     /// Nothing but the size is shown: keys change nothing that cannot be seen.
     pub(crate) is_too_small: bool,
-    /// Notices that are no longer shown on top, by the place of their source.
-    pub(crate) acknowledged: Vec<(usize, WarningKind)>,
     /// What was done last, until the next key.
     pub(crate) message: Option<String>,
     /// The address of the live page, while there is one.
     pub(crate) page: Option<String>,
 }
 
-/// Rows of the table that a page is.
+/// Rows of the list that a page is.
 const PAGE: isize = 10;
-
-/// Halvings of an axis that still show something.
-const MOST_ZOOM: u8 = 4;
 
 impl ViewState {
     pub(crate) fn new(sources: usize) -> Self {
         Self { overview: sources > 1, ..Self::default() }
-    }
-
-    /// The notices of the source shown that are not acknowledged: facts of its stream, which
-    /// healthy sensors have, too.
-    pub(crate) fn notices<'a>(&self, source: &'a SourceView) -> Vec<&'a Warning> {
-        let is_new = |warning: &&Warning| !self.acknowledged.contains(&(self.source, warning.kind));
-        source.warnings.iter().filter(|warning| warning.severity == Severity::Note).filter(is_new).collect()
-    }
-
-    /// Takes the notices from the top, or brings all of them back.
-    fn acknowledge(&mut self, source: &SourceView) {
-        let new: Vec<_> = self.notices(source).into_iter().map(|notice| (self.source, notice.kind)).collect();
-        if new.is_empty() {
-            self.acknowledged.retain(|(place, _)| *place != self.source);
-        }
-        self.acknowledged.extend(new);
     }
 
     /// The sensor shown, of those the source has.
@@ -185,19 +132,8 @@ impl ViewState {
     /// Whether the curve of this axis of the sensor is shown.
     pub(crate) fn is_shown(&self, axis: usize) -> bool {
         match self.axes {
-            ShownAxes::All => !self.hidden.get(axis).copied().unwrap_or(false),
+            ShownAxes::All => true,
             ShownAxes::One(one) => one == axis,
-        }
-    }
-
-    /// Shows the axis, or hides it; never the last one.
-    fn toggle(&mut self, axis: usize) {
-        if let ShownAxes::One(one) = self.axes {
-            (self.axes, self.hidden) = (ShownAxes::All, [0, 1, 2].map(|axis| axis != one));
-        }
-        self.hidden[axis] = !self.hidden[axis];
-        if self.hidden == [true; 3] {
-            self.hidden = [false; 3];
         }
     }
 
@@ -205,14 +141,6 @@ impl ViewState {
     pub(crate) fn octave(&self, octaves: usize) -> Option<usize> {
         let last = octaves.checked_sub(1)?;
         Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
-    }
-
-    pub(crate) fn choose_channel(&mut self, channel: usize, source: &SourceView) {
-        for (sensor, group) in source.groups().iter().enumerate() {
-            if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
-                (self.sensor, self.axes) = (sensor, ShownAxes::One(axis));
-            }
-        }
     }
 
     pub(crate) fn key(&mut self, key: KeyEvent, sources: &[SourceView]) -> Option<ViewRequest> {
@@ -278,7 +206,6 @@ impl ViewState {
             KeyCode::PageDown => self.step_row(PAGE, sources),
             KeyCode::Home => self.step_row(isize::MIN, sources),
             KeyCode::End => self.step_row(isize::MAX, sources),
-            KeyCode::Char('t') => self.sorted_by = self.sorted_by.next(),
             KeyCode::Char('u') => self.units += 1,
             KeyCode::Char(digit @ '1'..='9') => {
                 let source = digit as usize - '1' as usize;
@@ -290,12 +217,9 @@ impl ViewState {
         }
     }
 
-    /// So many rows down in the table, no further than its ends.
+    /// So many rows down in the list, no further than its ends.
     fn step_row(&mut self, rows: isize, sources: &[SourceView]) {
-        let order = self.sorted_by.order(sources);
-        let row = order.iter().position(|place| *place == self.source).unwrap_or(0);
-        let row = row.saturating_add_signed(rows).min(order.len().saturating_sub(1));
-        self.source = order.get(row).copied().unwrap_or(0);
+        self.source = self.source.saturating_add_signed(rows).min(sources.len().saturating_sub(1));
     }
 
     fn key_of_source(&mut self, code: KeyCode, source: &SourceView) -> Option<ViewRequest> {
@@ -314,16 +238,10 @@ impl ViewState {
                 Some(why) => self.message = Some(why.into()),
                 None => self.question = Some(Question::Mark(String::new())),
             },
-            KeyCode::Char('c') => self.acknowledge(source),
-            KeyCode::Char('a') => (self.axes, self.hidden) = (ShownAxes::All, [false; 3]),
-            KeyCode::Char(axis @ 'X'..='Z') => self.toggle(axis as usize - 'X' as usize),
-            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.next(1), Panel::Allan),
-            KeyCode::Char('V') => (self.plot, self.panel) = (self.plot.next(4), Panel::Allan),
-            KeyCode::Char('R') => self.is_without_reference = !self.is_without_reference,
+            KeyCode::Char('a') => self.axes = ShownAxes::All,
+            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.other(), Panel::Allan),
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
-            KeyCode::Char('=' | '+') => *self.zoom_of_panel() = (*self.zoom_of_panel() + 1).min(MOST_ZOOM),
-            KeyCode::Char('-') => *self.zoom_of_panel() = self.zoom_of_panel().saturating_sub(1),
             KeyCode::Up | KeyCode::Char('k') => self.step_down(false, source),
             KeyCode::Down | KeyCode::Char('j') => self.step_down(true, source),
             KeyCode::Left | KeyCode::Char('h') => self.step_right(false, source),
@@ -331,43 +249,11 @@ impl ViewState {
             KeyCode::Home => self.cursor = Some(0),
             KeyCode::End => self.cursor = None,
             KeyCode::Char(' ') => return of_capture(Command::TogglePause),
-            KeyCode::Char('.') => return of_capture(Command::Step),
             KeyCode::Char('>') => return of_capture(Command::Faster),
             KeyCode::Char('<') => return of_capture(Command::Slower),
-            KeyCode::Char('g' | '%') if replays => self.question = Some(Question::GoTo(String::new())),
-            KeyCode::Char(end @ ('(' | ')')) if replays => return self.select(end == '(', source),
-            KeyCode::Char('0') if self.selection != Selection::default() => {
-                self.selection = Selection::default();
-                return of_capture(Command::Select(0.0, 1.0));
-            }
-            KeyCode::Char(']') => return of_capture(Command::Seek(0.1)),
-            KeyCode::Char('[') => return of_capture(Command::Seek(-0.1)),
             _ => {}
         }
         None
-    }
-
-    /// Sets the begin or the end of the part that is selected to where the replay is; with both,
-    /// asks for it.
-    fn select(&mut self, is_begin: bool, source: &SourceView) -> Option<ViewRequest> {
-        let Some(here) = source.progress() else {
-            self.message = Some("the samples of the capture are not counted yet".into());
-            return None;
-        };
-        let end = if is_begin { &mut self.selection.from } else { &mut self.selection.to };
-        *end = Some(here);
-        let (Some(from), Some(to)) = (self.selection.from, self.selection.to) else {
-            let (this, other) = if is_begin { ("begin", "end with )") } else { ("end", "begin with (") };
-            self.message = Some(format!("{this} of the part at {:.1} %: set its {other}", 100.0 * here));
-            return None;
-        };
-        if from == to {
-            self.message = Some("the part is empty: continue, then set its other end".into());
-            return None;
-        }
-        self.message =
-            source.part_options(from, to).map(|options| format!("part selected, as by {options}; 0 ends that"));
-        Some(ViewRequest::Control(Command::Select(from, to)))
     }
 
     fn next_panel(&mut self, steps: usize) {
@@ -379,10 +265,6 @@ impl ViewState {
         if sensor < source.groups().len() {
             self.sensor = sensor;
         }
-    }
-
-    fn zoom_of_panel(&mut self) -> &mut u8 {
-        if self.panel == Panel::Signal { &mut self.history_zoom } else { &mut self.zoom }
     }
 
     /// To the next channel, sensor by sensor, or the next warning.
@@ -419,6 +301,6 @@ impl ViewState {
 }
 
 /// The next of `count` places, or the one before; no further than the ends.
-pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
+fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
 }

@@ -6,7 +6,7 @@ use std::{
     panic,
     sync::mpsc,
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use ratatui::{
@@ -23,8 +23,6 @@ use ratatui::{
     },
 };
 
-use crate::background::{Answer, QUERY};
-
 /// How long to wait for a terminal that takes no output.
 const STALLED_AFTER: Duration = Duration::from_millis(500);
 
@@ -33,8 +31,6 @@ pub(crate) struct Screen {
     /// Never dropped: that would write to a terminal that may be gone, and report the error by a
     /// macro that panics where standard error is gone too.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
-    /// What the terminal answers to the query for its background.
-    pub(crate) background: Answer,
 }
 
 /// Whether standard input and output are a terminal that can be drawn on.
@@ -45,9 +41,8 @@ pub fn is_there() -> bool {
 }
 
 impl Screen {
-    /// Takes the terminal, and asks it for its background if so. It is given back when this is
-    /// dropped, and before a panic is reported.
-    pub(crate) fn take(asks_background: bool) -> io::Result<Self> {
+    /// Takes the terminal. It is given back when this is dropped, and before a panic is reported.
+    pub(crate) fn take() -> io::Result<Self> {
         let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             give_back();
@@ -59,12 +54,7 @@ impl Screen {
         let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| {
             give_back();
         })?;
-        let mut screen = Self { terminal: ManuallyDrop::new(terminal), background: Answer::default() };
-        if asks_background {
-            screen.terminal.backend_mut().write_all(QUERY.as_bytes())?;
-            screen.background = Answer::awaited(Instant::now());
-        }
-        Ok(screen)
+        Ok(Self { terminal: ManuallyDrop::new(terminal) })
     }
 
     /// Whether no panic and no signal that ends the program has given the terminal back.
@@ -111,26 +101,8 @@ impl Screen {
     }
 }
 
-/// An answer that was asked for this long ago is not waited for when the terminal is given back.
-const ANSWER_IN: Duration = Duration::from_millis(150);
-
-impl Screen {
-    /// An answer that is still on its way is not left to the shell.
-    fn take_late_answer(&mut self) {
-        let asked = Instant::now();
-        while self.is_ours() && self.background.is_young(ANSWER_IN) && asked.elapsed() < ANSWER_IN {
-            match next_event(Duration::from_millis(10)) {
-                Ok(Some(event::Event::Key(key))) => drop(self.background.take(&key, Instant::now())),
-                Ok(_) => {}
-                Err(_) => return,
-            }
-        }
-    }
-}
-
 impl Drop for Screen {
     fn drop(&mut self) {
-        self.take_late_answer();
         give_back();
         // the hook before it reports panics again
         if !thread::panicking() {
@@ -141,7 +113,7 @@ impl Drop for Screen {
 
 fn enter() -> io::Result<()> {
     enable_raw_mode()?;
-    execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
+    execute!(io::stdout(), EnterAlternateScreen, cursor::Hide)
 }
 
 /// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
@@ -170,11 +142,11 @@ pub(crate) fn give_back_line() {
 /// Shows the screen as it was before; waits until the terminal takes that.
 pub(crate) fn leave_screen() {
     let mut out = io::stdout();
-    let _ = execute!(out, EndSynchronizedUpdate, event::DisableMouseCapture, LeaveAlternateScreen, cursor::Show);
+    let _ = execute!(out, EndSynchronizedUpdate, LeaveAlternateScreen, cursor::Show);
     let _ = out.flush();
 }
 
-/// Waits for a key, the mouse or another size. `None` when nothing came in time.
+/// Waits for a key or another size. `None` when nothing came in time.
 pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
     // a terminal that is gone must not be read
     something_came(Duration::ZERO)?;

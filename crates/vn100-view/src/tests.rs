@@ -1,6 +1,5 @@
-//! Every panel and state of the view at three sizes, from fixed data, held against the screens in
-//! `tests/screens`. Those are written anew, to be read before they are kept, with
-//! `VN100_WRITE_SCREENS=1`.
+//! The screens of the view, from fixed data. Those of each panel are compared, at two sizes, with
+//! the screens kept in `tests/screens`, which `VN100_WRITE_SCREENS=1` writes again.
 
 mod colours;
 pub(crate) mod fixture;
@@ -21,23 +20,25 @@ use vn100_report::health::{NextOctave, next_octave};
 
 use crate::{
     draw::draw,
-    scene::{Regions, Scene},
+    scene::Scene,
     source::{SourcePhase, SourceView},
-    state::{Panel, Question, Selection, ShownAxes, ViewState},
+    state::{Panel, Question, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};
+
+/// The sizes of the screens that are kept: one panel, and all of them.
+const KEPT: [(u16, u16); 2] = [(80, 24), (200, 60)];
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
 const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
 
-fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
+fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    let mut regions = Regions::default();
     let scene = Scene { state, sources, source: &sources[state.source], theme };
-    terminal.draw(|frame| regions = draw(frame, scene)).unwrap();
-    (terminal.backend().buffer().clone(), regions)
+    terminal.draw(|frame| draw(frame, scene)).unwrap();
+    terminal.backend().buffer().clone()
 }
 
 /// The screen as text, without spaces behind.
@@ -50,12 +51,16 @@ fn text(buffer: &Buffer) -> String {
     out
 }
 
-/// Compares the screens of a state at these sizes with those kept.
-fn check_with(name: &str, state: &ViewState, sources: &[SourceView], theme: Theme, sizes: &[(u16, u16)]) {
+fn screen(state: &ViewState, source: SourceView, size: (u16, u16)) -> String {
+    text(&drawn(state, &[source], PLAIN, size))
+}
+
+/// Compares the screens of a state with those kept.
+fn check(name: &str, state: &ViewState, sources: &[SourceView]) {
     let mut screens = String::new();
-    for size in sizes.iter().copied() {
+    for size in KEPT {
         writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
-        screens += &text(&drawn(state, sources, theme, size).0);
+        screens += &text(&drawn(state, sources, PLAIN, size));
     }
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/tests/screens").join(format!("{name}.txt"));
     if env::var_os("VN100_WRITE_SCREENS").is_some() {
@@ -64,10 +69,6 @@ fn check_with(name: &str, state: &ViewState, sources: &[SourceView], theme: Them
     let kept = fs::read_to_string(&file).unwrap_or_default();
     let line = screens.lines().zip(kept.lines()).position(|(now, kept)| now != kept);
     assert!(screens == kept, "{name}: line {line:?} differs; now:\n{screens}");
-}
-
-fn check(name: &str, state: &ViewState, sources: &[SourceView]) {
-    check_with(name, state, sources, PLAIN, &SIZES);
 }
 
 fn one() -> ViewState {
@@ -80,27 +81,18 @@ fn a_healthy_sensor() {
 }
 
 #[test]
-fn each_panel_alone() {
-    for panel in Panel::ALL {
+fn panels_alone() {
+    for panel in [Panel::Parameters, Panel::Statistics, Panel::Signal] {
         let state = ViewState { panel, expanded: true, ..one() };
         check(&format!("panel-{}", panel.name().to_lowercase()), &state, &[measured()]);
     }
 }
 
 #[test]
-fn each_sensor_and_one_axis_with_its_model() {
-    for (sensor, name) in [(1, "accel"), (2, "mag"), (3, "angle")] {
-        check(&format!("sensor-{name}"), &ViewState { sensor, ..one() }, &[measured()]);
-    }
-    let state = ViewState { axes: ShownAxes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
-    check("gyro-y-zoomed", &state, &[measured()]);
-}
-
-#[test]
 fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
     let state = ViewState { panel: Panel::Statistics, expanded: true, ..one() };
     let header = |width| {
-        let screen = text(&drawn(&state, &[measured()], PLAIN, (width, 24)).0);
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (width, 24)));
         screen.lines().find(|line| line.contains("mean")).unwrap().to_owned()
     };
     // 66 columns within the frame
@@ -117,7 +109,7 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
         (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
-        let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)));
         for shown in shown {
             assert!(screen.lines().any(|line| line.contains(shown)), "{shown}\n{screen}");
         }
@@ -128,7 +120,7 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
 fn temperature_and_pressure_say_why_they_have_no_parameters() {
     for (sensor, shown) in [(3, "follows the room"), (4, "follows the weather")] {
         let state = ViewState { panel: Panel::Parameters, sensor, ..one() };
-        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(shown), "{shown}");
+        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24))).contains(shown), "{shown}");
     }
 }
 
@@ -146,12 +138,11 @@ fn every_warning_is_listed_and_read_in_full() {
         Warning::new(kind, vec!["accel_x".into(), "accel_y".into()], format!("of {}", kind.name()), details)
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
-    check("warning-first", &ViewState { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));
     for (place, kind) in every.into_iter().enumerate() {
         let state = ViewState { panel: Panel::Warnings, warning: place, ..one() };
         for size in SIZES {
             // lines of text begin at the frame
-            let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size).0);
+            let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size));
             let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
             let said = words.join(" ");
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
@@ -161,37 +152,13 @@ fn every_warning_is_listed_and_read_in_full() {
 }
 
 #[test]
-fn a_part_of_a_capture_that_is_read_is_not_taken_for_a_missing_measurement() {
-    let selection = Selection { from: Some(0.25), to: Some(0.5) };
-    let source = SourceView { phase: SourcePhase::Measuring, link: None, ..nothing() };
-    for (state, is_part) in [(ViewState { selection, ..one() }, true), (one(), false)] {
-        let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, (80, 24)).0);
-        assert_eq!(screen.contains("Reading the part of "), is_part, "{screen}");
-        assert_eq!(screen.contains("waiting for the first measurement"), !is_part, "{screen}");
-    }
-}
-
-#[test]
 fn waiting_says_for_what_and_why_it_may_fail() {
     let port = || "/dev/ttyUSB0".to_owned();
-    for (name, link) in [
-        ("opening", LinkState::Opening),
-        ("probing", LinkState::Probing { port: port(), baud: Some(57_600) }),
-        ("connected", up()),
-    ] {
-        let source = SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
-        check(&format!("waiting-{name}"), &one(), &[source]);
-    }
+    let measuring = |link| SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
+    check("waiting-opening", &one(), &[measuring(LinkState::Opening)]);
     let of_server = SourceFacts { kind: Some("tcp"), ..(*nothing().origin).clone() };
-    let server = SourceView {
-        name: "tcp://bench.local:4000".into(),
-        phase: SourcePhase::Measuring,
-        link: Some(LinkState::Opening),
-        origin: of_server.into(),
-        ..nothing()
-    };
-    check("waiting-server", &one(), &[server]);
-    let mut held = SourceView { phase: SourcePhase::Measuring, link: Some(up()), ..nothing() };
+    let server = SourceView { origin: of_server.into(), ..measuring(LinkState::Opening) };
+    let mut held = measuring(up());
     let mut snapshot = (*held.snapshot).clone();
     (snapshot.link.tally.samples, snapshot.link.tally.valid_sentence_bytes) = (336, 336 * 122);
     let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
@@ -204,15 +171,27 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         ..all
     });
     held.snapshot = snapshot.into();
-    check("waiting-held", &one(), &[held]);
-    let mut warming_up = SourceView { phase: SourcePhase::Measuring, link: Some(up()), ..nothing() };
+    let mut warming_up = measuring(up());
     let mut snapshot = (*warming_up.snapshot).clone();
     (snapshot.timing.excluded, snapshot.skipped) = (17 * 40, Duration::from_secs(20));
     warming_up.snapshot = snapshot.into();
-    check("waiting-warm-up", &one(), &[warming_up]);
-    check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
-    check("waiting-failed", &one(), &[SourceView { phase: SourcePhase::Ended(Some(error)), ..nothing() }]);
+    for (source, shown) in [
+        (measuring(LinkState::Probing { port: port(), baud: Some(57_600) }), "Listening on /dev/ttyUSB0 at 57600 baud"),
+        (measuring(up()), "is connected at 115200 baud; waiting for the first"),
+        (server, "The server may be off"),
+        (held, "Its first 336 samples are pending"),
+        (warming_up, "Warm-up excluded: "),
+        (nothing(), "Preparing /dev/ttyUSB0: "),
+        (SourceView { phase: SourcePhase::Ended(Some(error)), ..nothing() }, "No such file or directory"),
+    ] {
+        for size in SIZES {
+            // lines of text begin at the frame
+            let screen = screen(&one(), source.clone(), size);
+            let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
+            assert!(words.join(" ").contains(shown.trim_end()), "{shown} at {size:?}:\n{screen}");
+        }
+    }
 }
 
 #[test]
@@ -228,14 +207,15 @@ fn a_link_that_is_lost_or_silent() {
     check("unplugged", &one(), &[broken(down)]);
     let LinkState::Up(up) = up() else { panic!("not up") };
     let silent = broken(LinkState::Silent(up));
-    check("silent", &one(), std::slice::from_ref(&silent));
-    let state = ViewState { panel: Panel::Warnings, expanded: true, ..one() };
-    check("silent-in-full", &state, &[silent]);
+    for panel in [Panel::Allan, Panel::Warnings] {
+        let screen = screen(&ViewState { panel, expanded: true, ..one() }, silent.clone(), (80, 24));
+        assert!(screen.contains("!! SILENT for 12 s: /dev/ttyUSB0 is open, but no data arrives"), "{screen}");
+    }
 }
 
 #[test]
 fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
-    let next = |source: &SourceView| next_octave(&source.snapshot, source.snapshot.deviation).unwrap();
+    let next = |source: &SourceView| next_octave(&source.snapshot).unwrap();
     // 2 m samples: m of the next is 16384 at 40 Hz, and 20 000 are there
     let whole = NextOctave { tau_s: 409.6, wait_s: f64::from(2 * 16_384 - 20_000) * 0.025, broken: false };
     assert_eq!(next(&measured()), whole);
@@ -244,7 +224,7 @@ fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
     let snapshot = std::sync::Arc::make_mut(&mut torn.snapshot);
     snapshot.channels.iter_mut().for_each(|channel| channel.octaves.truncate(12));
     assert_eq!(next(&torn), NextOctave { tau_s: 102.4, wait_s: 204.8, broken: true });
-    assert_eq!(next_octave(&nothing().snapshot, imu_noise::Deviation::Allan), None);
+    assert_eq!(next_octave(&nothing().snapshot), None);
 }
 
 #[test]
@@ -258,82 +238,90 @@ fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
     snapshot.timing.excluded = 400;
     source.snapshot = snapshot.into();
     assert!((load(&source) - 122.0 * (20_000.0 / 20_400.0) * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
-    check("rate-changed", &one(), &[source]);
+    let screen = screen(&one(), source, (80, 24));
+    assert!(screen.contains("rate 200 Hz as reported  now 40 Hz"), "{screen}");
 }
 
 #[test]
 fn frozen_with_a_question_a_message_and_the_help() {
-    check("frozen", &ViewState { frozen: true, ..one() }, &[measured()]);
-    check("question", &ViewState { question: Some(Question::StartOver), ..one() }, &[measured()]);
-    check("message", &ViewState { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
     check("help", &ViewState { help: Some(0), ..one() }, &[measured()]);
-    check("help-second-page", &ViewState { help: Some(1), ..one() }, &[measured()]);
+    for (state, shown) in [
+        (ViewState { frozen: true, ..one() }, "FROZEN"),
+        (ViewState { question: Some(Question::StartOver), ..one() }, "Discard everything so far and start over? y / n"),
+        (ViewState { message: Some("saved a.json and a.svg".into()), ..one() }, "saved a.json and a.svg"),
+    ] {
+        for size in SIZES {
+            let screen = screen(&state, measured(), size);
+            assert!(screen.contains(shown), "{shown} at {size:?}:\n{screen}");
+        }
+    }
 }
 
 #[test]
 fn a_replay_shows_how_far_it_is() {
     let total = Some(20_000);
     let playback = Some(Playback { samples: 5000, total, speed: Speed::Times(10.0), paused: false, at_end: false });
-    let state = ViewState { question: Some(Question::GoTo("4".into())), ..one() };
-    check("replay", &state, &[SourceView { playback, link: None, ..measured() }]);
+    let screen = screen(&one(), SourceView { playback, link: None, ..measured() }, (80, 24));
+    assert!(screen.contains("▶ 10x     25 % ━━━━━━━━━━━━━━━━┈"), "{screen}");
 }
 
 #[test]
-fn several_sources_have_an_overview() {
+fn several_sources_stand_in_a_list() {
     let sources = [measured(), damaged(), nothing()];
     check("overview", &ViewState { source: 1, ..ViewState::new(3) }, &sources);
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
     let sources_one_ended = [measured(), SourceView { phase: SourcePhase::Ended(Some(reason)), ..nothing() }];
-    check("overview-ended", &ViewState::new(2), &sources_one_ended);
-    let question = Some(Question::EndWarmUp);
-    check("overview-question", &ViewState { source: 1, question, ..ViewState::new(3) }, &sources);
+    let screen = text(&drawn(&ViewState::new(2), &sources_one_ended, PLAIN, (120, 40)));
+    assert!(screen.contains("!! cannot open /dev/ttyUSB0: no such device"), "{screen}");
     let name = format!("/captures/{}bench.csv", "of-a-long-name-".repeat(5));
     let long = [SourceView { name, ..damaged() }, measured()];
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
-        let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)).0);
+        let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)));
         for shown in ["      8  ", ": Discard everything so far and start over? y / n"] {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
     }
-    let many: Vec<SourceView> = (0..16)
+    let many: Vec<SourceView> = (0..30)
         .map(|place| {
-            let source = if place == 11 { damaged() } else { measured() };
+            let source = if place == 21 { damaged() } else { measured() };
             SourceView { name: format!("/dev/ttyUSB{place}"), ..source }
         })
         .collect();
-    check("overview-sixteen", &ViewState { source: 14, ..ViewState::new(16) }, &many);
     for size in SIZES {
-        let screen = text(&drawn(&ViewState { source: 14, ..ViewState::new(16) }, &many, PLAIN, size).0);
-        assert!(screen.contains("/dev/ttyUSB14"), "{screen}");
-        assert_eq!(screen.contains("above,"), size.1 < 24, "{screen}");
+        let screen = text(&drawn(&ViewState { source: 28, ..ViewState::new(30) }, &many, PLAIN, size));
+        assert!(screen.contains("/dev/ttyUSB28"), "{screen}");
+        assert_eq!(screen.contains("above,"), size.1 < 40, "{screen}");
     }
-    check("second-of-three", &ViewState { source: 1, overview: false, ..ViewState::new(3) }, &sources);
+    let second = ViewState { source: 1, overview: false, ..ViewState::new(3) };
+    assert!(text(&drawn(&second, &sources, PLAIN, (80, 24))).starts_with(" 2/3  /dev/ttyUSB1  "));
 }
 
 #[test]
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
-    check_with("ascii", &one(), &[damaged()], theme, &SIZES);
     let panels = Panel::ALL.map(|panel| ViewState { panel, expanded: true, ..one() });
-    let others = [one(), ViewState { axes: ShownAxes::One(0), ..one() }, ViewState { overview: true, ..one() }];
+    let axis = ViewState { axes: ShownAxes::One(0), ..one() };
+    let others = [one(), axis, ViewState { overview: true, ..one() }, ViewState { help: Some(0), ..one() }];
     for state in panels.into_iter().chain(others) {
         for source in [measured(), damaged()] {
             for size in SIZES {
-                let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme, size);
+                let buffer = drawn(&state, std::slice::from_ref(&source), theme, size);
                 assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
-                // the key for the help, and the question behind a word
-                let screen = text(&buffer).replace(" ? help", "").replace("alive?", "");
+                // the key for the help in its two places, and a question
+                let screen = text(&buffer).replace(" ? help", "").replace("| ?  ", "").replace("alive?", "");
                 assert!(!screen.contains('?'), "unknown signs:\n{screen}");
             }
         }
     }
-    check_with("ascii-help", &ViewState { help: Some(0), ..one() }, &[measured()], theme, &[(120, 40)]);
 }
 
 #[test]
 fn too_small_still_shows_that_it_measures() {
-    check_with("too-small", &one(), &[measured()], PLAIN, &[(59, 24), (80, 15), (40, 10), (12, 3)]);
+    for size in [(59, 24), (80, 15), (40, 10)] {
+        let screen = screen(&one(), measured(), size);
+        assert!(screen.contains("is too small") && screen.contains("20 000 samples"), "{screen}");
+    }
 }
 
 #[test]

@@ -11,12 +11,10 @@ use ratatui::{
     style::{Color, Modifier, Style},
 };
 
-use crate::background::Background;
-
 /// What the user chose.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum ThemeChoice {
-    /// As the background of the terminal is, and what colours it shows
+    /// As COLORFGBG says of the background, else dark; as many colours as the terminal shows
     #[default]
     Auto,
     /// For a dark background
@@ -61,44 +59,40 @@ const WARNING: Hue = ((240, 228, 66), (120, 95, 0), Color::Yellow);
 const ERROR: Hue = ((255, 115, 85), (190, 0, 30), Color::LightRed);
 const FAINT: Hue = ((150, 150, 150), (100, 100, 100), Color::Reset);
 
-impl Colours {
-    fn on(background: Background) -> Self {
-        match background {
-            Background::Dark => Self::Dark,
-            Background::Light => Self::Light,
-        }
-    }
+/// Whether a background is light, by the variable that some terminals set, such as `15;0`: the last
+/// number is that of the background among the sixteen colours.
+fn is_light(variable: &str) -> bool {
+    let background = variable.rsplit(';').next().and_then(|colour| colour.parse().ok());
+    background.is_some_and(|colour: u8| matches!(colour, 7 | 9..=15))
 }
 
 impl Theme {
-    /// As chosen, and whether the terminal is to be asked for its background.
-    pub(crate) fn of_terminal(choice: ThemeChoice) -> (Self, bool) {
+    /// The theme of a choice, by what the environment says of the terminal.
+    pub(crate) fn of_terminal(choice: ThemeChoice) -> Self {
         Self::of(choice, |name| env::var(name).ok().filter(|value| !value.is_empty()))
     }
 
-    fn of(choice: ThemeChoice, variable: impl Fn(&str) -> Option<String>) -> (Self, bool) {
+    fn of(choice: ThemeChoice, variable: impl Fn(&str) -> Option<String>) -> Self {
         let terminal = variable("TERM").unwrap_or_default();
         let true_colour = variable("COLORTERM").is_some_and(|value| value == "truecolor" || value == "24bit");
-        let background = variable("COLORFGBG").and_then(|text| Background::of_variable(&text));
-        let (colours, is_asked) = match (variable("NO_COLOR"), choice) {
-            (Some(_), _) => (Colours::None, false),
-            (None, ThemeChoice::Dark) => (Colours::Dark, false),
-            (None, ThemeChoice::Light) => (Colours::Light, false),
+        let colours = match (variable("NO_COLOR"), choice) {
+            (Some(_), _) => Colours::None,
+            (None, ThemeChoice::Dark) => Colours::Dark,
+            (None, ThemeChoice::Light) => Colours::Light,
             (None, ThemeChoice::Auto) if true_colour => {
-                (background.map_or(Colours::Dark, Colours::on), background.is_none())
+                if variable("COLORFGBG").is_some_and(|text| is_light(&text)) {
+                    Colours::Light
+                } else {
+                    Colours::Dark
+                }
             }
-            (None, ThemeChoice::Auto | ThemeChoice::Sixteen) => (Colours::Sixteen, false),
+            (None, ThemeChoice::Auto | ThemeChoice::Sixteen) => Colours::Sixteen,
         };
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().find_map(variable);
         let other_locale = locale.is_some_and(|locale| !locale.to_lowercase().replace('-', "").contains("utf8"));
         // a console without a desktop has few signs in its font
         let ascii = other_locale || terminal == "linux" || terminal.starts_with("vt");
-        (Self { colours, ascii }, is_asked)
-    }
-
-    /// The terminal has said how light it is.
-    pub(crate) fn on(self, background: Background) -> Self {
-        Self { colours: Colours::on(background), ..self }
+        Self { colours, ascii }
     }
 
     fn colour(self, (dark, light, nearest): Hue) -> Style {
@@ -216,29 +210,30 @@ fn ascii(sign: char) -> char {
 mod tests {
     use super::*;
 
-    fn theme(choice: ThemeChoice, variables: &[(&str, &str)]) -> (Theme, bool) {
+    fn theme(choice: ThemeChoice, variables: &[(&str, &str)]) -> Theme {
         Theme::of(choice, |name| variables.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value).to_owned()))
     }
 
     #[test]
     fn the_environment_says_what_a_terminal_shows() {
         let true_colour = ("COLORTERM", "truecolor");
-        for (variables, colours, ascii, is_asked) in [
-            (&[("TERM", "xterm-256color"), true_colour, ("LANG", "de_AT.UTF-8")][..], Colours::Dark, false, true),
-            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "0;15")], Colours::Light, false, false),
-            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "15;0")], Colours::Dark, false, false),
-            (&[("TERM", "xterm"), ("LC_ALL", "C"), ("LANG", "de_AT.UTF-8")], Colours::Sixteen, true, false),
+        for (variables, colours, ascii) in [
+            (&[("TERM", "xterm-256color"), true_colour, ("LANG", "de_AT.UTF-8")][..], Colours::Dark, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "0;15")], Colours::Light, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "0;default;15")], Colours::Light, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "15;0")], Colours::Dark, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "0;8")], Colours::Dark, false),
+            (&[("TERM", "xterm"), true_colour, ("COLORFGBG", "default;default")], Colours::Dark, false),
+            (&[("TERM", "xterm"), ("LC_ALL", "C"), ("LANG", "de_AT.UTF-8")], Colours::Sixteen, true),
             (
                 &[("TERM", "xterm"), ("NO_COLOR", "1"), ("COLORTERM", "24bit"), ("LC_CTYPE", "C.utf8")],
                 Colours::None,
                 false,
-                false,
             ),
-            (&[("TERM", "linux"), ("LANG", "en_US.UTF-8")], Colours::Sixteen, true, false),
-            (&[("TERM", "xterm")], Colours::Sixteen, false, false),
+            (&[("TERM", "linux"), ("LANG", "en_US.UTF-8")], Colours::Sixteen, true),
+            (&[("TERM", "xterm")], Colours::Sixteen, false),
         ] {
-            let expected = (Theme { colours, ascii }, is_asked);
-            assert_eq!(theme(ThemeChoice::Auto, variables), expected, "{variables:?}");
+            assert_eq!(theme(ThemeChoice::Auto, variables), Theme { colours, ascii }, "{variables:?}");
         }
     }
 
@@ -250,8 +245,8 @@ mod tests {
             (ThemeChoice::Sixteen, Colours::Sixteen),
         ] {
             let asked = [("TERM", "xterm"), ("COLORTERM", "truecolor"), ("COLORFGBG", "15;0")];
-            assert_eq!(theme(choice, &asked), (Theme { colours, ascii: false }, false));
-            assert_eq!(theme(choice, &[("NO_COLOR", "1")]).0.colours, Colours::None);
+            assert_eq!(theme(choice, &asked), Theme { colours, ascii: false });
+            assert_eq!(theme(choice, &[("NO_COLOR", "1")]).colours, Colours::None);
         }
     }
 

@@ -27,26 +27,6 @@ impl ShownUnit {
     }
 }
 
-/// The units that are shown first.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum FirstUnits {
-    /// Those of data sheets: deg/s, mg
-    #[default]
-    Datasheet,
-    /// rad/s, m/s²
-    Si,
-}
-
-impl FirstUnits {
-    /// Steps to them, of every sensor.
-    pub(crate) fn steps(self) -> usize {
-        match self {
-            Self::Datasheet => 0,
-            Self::Si => 3,
-        }
-    }
-}
-
 /// Places among the conventions of N, B and K. Deviations are in the unit of B.
 type Together = [usize; 3];
 
@@ -91,15 +71,6 @@ mod tests {
                 let all: BTreeSet<_> = conventions(sensor, term).iter().map(|known| shown_unit(*known)).collect();
                 assert_eq!(seen, all, "{sensor:?} {term:?}");
                 assert_eq!(convention(sensor, term, turns), convention(sensor, term, 0));
-            }
-        }
-    }
-
-    #[test]
-    fn the_units_of_the_si_are_first_where_they_are_asked_for() {
-        for sensor in [Sensor::Gyroscope, Sensor::Accelerometer, Sensor::Magnetometer] {
-            for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
-                assert_eq!(convention(sensor, term, FirstUnits::Si.steps()), conventions(sensor, term)[0]);
             }
         }
     }

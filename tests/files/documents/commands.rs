@@ -16,7 +16,7 @@ use super::{
     captures,
     shown::{Document, documents},
 };
-use crate::support::{Lines, run, vn100, workspace};
+use crate::support::{Lines, run, workspace};
 
 /// What is not run, and why. The targets that cargo is told of exist all the same.
 const NOT_RUN: &[(&str, &str)] = &[
@@ -106,6 +106,10 @@ fn runnable(line: &str) -> String {
     let line = line.split_once(" #").map_or(&*line, |(command, _)| command);
     let word = |word| STANDS_FOR.iter().find(|(name, _)| *name == word).map_or(word, |(_, here)| *here);
     let mut words: Vec<&str> = line.split_whitespace().map(word).collect();
+    // the only likely port is an emulated sensor
+    if words.starts_with(&["vn100", "attach"]) && words.get(2).is_none_or(|word| word.starts_with('-')) {
+        words.insert(2, "sim");
+    }
     let is_live = words.starts_with(&["vn100", "attach"])
         || words.starts_with(&["vn100", "record"])
         || words.starts_with(&["vn100", "sim"]) && words.contains(&"--link");
@@ -129,7 +133,7 @@ fn run_line(line: &str, folder: &Path, programs: &Path) -> Output {
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     let mut shell = Command::new("sh");
     shell.arg("-c").current_dir(folder).env_remove("RUST_BACKTRACE");
-    shell.env("PATH", path).env("XDG_CONFIG_HOME", programs.join("settings"));
+    shell.env("PATH", path);
     if words.starts_with(&["vn100", "replay"]) && words.contains(&"--serve=:0") {
         return interrupted_at_its_end(shell.arg(format!("exec {line}")));
     }
@@ -145,8 +149,7 @@ fn interrupted_at_its_end(command: &mut Command) -> Output {
     replay.wait_with_output().unwrap()
 }
 
-/// A folder of programs, before those of the system, and of settings: the only likely port is an
-/// emulated sensor.
+/// A folder of programs, before those of the system.
 fn programs() -> TempDir {
     use std::os::unix::fs::{PermissionsExt, symlink};
     let folder = tempfile::tempdir().unwrap();
@@ -157,9 +160,6 @@ fn programs() -> TempDir {
         fs::write(&path, script).unwrap();
         fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
     }
-    let settings = folder.path().join("settings/vn100");
-    fs::create_dir_all(&settings).unwrap();
-    fs::write(settings.join("vn100.toml"), "port = \"sim\"\n").unwrap();
     folder
 }
 
@@ -244,17 +244,4 @@ fn the_service_resumes_its_recording_and_gives_up_a_lost_sensor() {
     for service in services {
         assert!(service.contains(" --resume ") && service.contains(" --give-up "), "{service}");
     }
-}
-
-#[test]
-fn the_settings_of_the_live_view_are_taken() {
-    let blocks = documents().into_iter().flat_map(|document| document.blocks());
-    let settings: Vec<String> =
-        blocks.filter(|block| block.language == "toml").map(|block| block.lines.join("\n")).collect();
-    let [settings] = &settings[..] else { panic!("{settings:?}") };
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("vn100.toml"), settings).unwrap();
-    // a wrong setting in a file that is named is a wrong command line
-    let output = run(vn100().args(["attach", "sim", "-d", "1s", "--config", "vn100.toml"]).current_dir(folder.path()));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -74,8 +74,7 @@ fn page() -> SocketAddr {
     static PAGE: OnceLock<Server> = OnceLock::new();
     let start = || {
         let spec = ServeSpec {
-            listener: Some(TcpListener::bind("127.0.0.1:0").unwrap()),
-            metrics_file: None,
+            listener: TcpListener::bind("127.0.0.1:0").unwrap(),
             host_names: vec!["bench".into()],
             host_advice: "",
             sources: Vec::new(),
@@ -86,7 +85,7 @@ fn page() -> SocketAddr {
         };
         Server::start(spec).unwrap()
     };
-    PAGE.get_or_init(start).address().unwrap()
+    PAGE.get_or_init(start).address()
 }
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {

@@ -27,15 +27,6 @@ pub enum Deviation {
 }
 
 impl Deviation {
-    /// The other of the two deviations.
-    #[must_use]
-    pub const fn other(self) -> Self {
-        match self {
-            Self::Allan => Self::Hadamard,
-            Self::Hadamard => Self::Allan,
-        }
-    }
-
     pub(crate) const fn order(self) -> usize {
         match self {
             Self::Allan => 2,

@@ -9,7 +9,6 @@ mod fit;
 mod gauss_markov;
 mod joint;
 mod least_half_width;
-mod least_squares;
 mod level_likelihood;
 mod model;
 mod noise_fit;
@@ -33,7 +32,6 @@ pub use curve_reading::{
 pub use gauss_markov::GaussMarkovFit;
 use joint::{Component, Phase, Phases, of_each};
 pub use least_half_width::least_half_width;
-pub(crate) use least_squares::NonNegative;
 use model::Model;
 pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit};
 pub use parameter::{PROVED_P, Parameter, Status};

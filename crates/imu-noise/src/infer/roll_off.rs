@@ -2,8 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use super::least_squares::NonNegative;
 use super::narrow_bands::NarrowBand;
-use super::noise_model::NonNegative;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
 

@@ -1,8 +1,6 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{
-    ChannelAccumulator, ChannelSignal, OctaveSum, Octaves, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap,
-};
+use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap};
 use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::{Channel, Quantity};
 
@@ -17,9 +15,6 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
-    /// The octaves of the deviation that the settings do not select; `None` where they are not
-    /// kept.
-    other: Option<Octaves>,
     /// Whether the regression line is removed.
     detrend: bool,
     /// Rows per sample of the channel.
@@ -44,9 +39,6 @@ impl ChannelState {
         let accumulator = if detrend { accumulator.keeping_slope() } else { accumulator };
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
-            other: settings
-                .other_deviation
-                .then(|| Octaves::new(settings.estimator, settings.deviation.other()).starting_at(start.places)),
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             detrend,
             stride: 1,
@@ -67,7 +59,6 @@ impl ChannelState {
         self.stride = stride;
         let first = self.place.div_ceil(stride);
         self.accumulator = self.accumulator.clone().starting_at(first);
-        self.other = self.other.take().map(|other| other.starting_at(first));
         // a piece does not know how many of the samples before it were those of this channel
         self.signal = self.signal.clone().counting_missing().starting_at(first, first);
         if let Some(missing) = self.break_before {
@@ -92,13 +83,6 @@ impl ChannelState {
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
             self.signal.gap(missing.map(|_| samples));
-            self.gap_of_other(missing.map(|_| samples));
-        }
-    }
-
-    fn gap_of_other(&mut self, missing: Option<u64>) {
-        if let Some(other) = &mut self.other {
-            other.gap(missing);
         }
     }
 
@@ -127,8 +111,6 @@ impl ChannelState {
         }
         self.accumulator.append(&next.accumulator)?;
         self.signal.append(&next.signal)?;
-        // these octaves are for a screen, which shows an undivided record
-        self.other = None;
         self.place = next.place;
         self.restarted |= next.restarted;
         if let Some((ours, theirs)) = self.unwrap.as_mut().zip(next.unwrap.as_ref()) {
@@ -152,24 +134,18 @@ impl ChannelState {
     }
 
     fn push_samples(&mut self, mut counts: &mut [i32]) {
-        let Self { accumulator, other, signal, unwrap, restarted, .. } = self;
+        let Self { accumulator, signal, unwrap, restarted, .. } = self;
         loop {
             let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));
             let (continuous, rest) = counts.split_at_mut(together);
             accumulator.push(continuous);
             signal.push(continuous);
-            if let Some(other) = other {
-                other.push(continuous);
-            }
             if rest.is_empty() {
                 return;
             }
             *restarted = true;
             accumulator.gap(Some(0));
             signal.gap(Some(0));
-            if let Some(other) = other {
-                other.gap(Some(0));
-            }
             counts = rest;
         }
     }
@@ -199,7 +175,6 @@ impl ChannelState {
             slope_counts,
             signal: Some(self.signal.clone()),
             octaves: sums,
-            other_octaves: self.other.as_ref().map_or_else(Vec::new, |other| other.sums().collect()),
             points: Vec::new(),
             stride: self.stride,
             printed_step_counts,
@@ -249,8 +224,6 @@ impl ChannelState {
     ) -> Result<Self, BadEncoding> {
         let state = Self {
             accumulator: Encoded::decode(input)?,
-            // these octaves are for a screen
-            other: None,
             detrend: settings.detrend == Some(Detrend::Line),
             signal: ChannelSignal::decode(plan, input)?,
             stride: Encoded::decode(input)?,

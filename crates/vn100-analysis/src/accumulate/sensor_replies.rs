@@ -128,7 +128,6 @@ impl SensorReplies {
                     moments: moments.clone(),
                     histogram: histogram.clone(),
                     octaves: Vec::new(),
-                    other_octaves: Vec::new(),
                     points: Vec::new(),
                     noise_types: Vec::new(),
                     slope_counts: None,

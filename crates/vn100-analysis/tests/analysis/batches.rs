@@ -94,29 +94,6 @@ fn a_sensor_that_only_answers_is_told_how_to_send() {
 }
 
 #[test]
-fn the_other_deviation_is_that_of_a_record_which_asks_for_it() {
-    let lines: Vec<Line> =
-        (0..3000).map(|index| if index % 97 == 5 { Bad } else { Good(index * 7919 % 1013 * 31 % 101) }).collect();
-    for (asked, other) in [(Deviation::Allan, Deviation::Hadamard), (Deviation::Hadamard, Deviation::Allan)] {
-        let kept = Settings { deviation: asked, other_deviation: true, ..Settings::default() };
-        let (kept, without) =
-            (analysed(&lines, 7, kept), analysed(&lines, 7, Settings { deviation: asked, ..Settings::default() }));
-        let itself = analysed(&lines, 50, Settings { deviation: other, ..Settings::default() });
-        for ((kept, itself), without) in kept.channels.iter().zip(&itself.channels).zip(&without.channels) {
-            assert!(kept.other_octaves.len() > 5);
-            assert_eq!(kept.other_octaves, itself.octaves);
-            assert_eq!(kept.octaves, without.octaves);
-            assert!(without.other_octaves.is_empty());
-        }
-        let assessed = Assessment::new(&kept, 0.95);
-        let octaves = &assessed.channels[9].other_octaves;
-        assert_eq!(octaves.len(), kept.channels[9].other_octaves.len());
-        let edf = |index: usize| octaves[index].relative.map(|relative| relative.edf);
-        assert!(edf(0) > edf(4) && edf(4).is_some(), "{octaves:?}");
-    }
-}
-
-#[test]
 fn bad_lines_between_good_ones_are_missing_samples() {
     // those before the first and behind the last good line are nobody's samples
     let snapshot = analysed(&[Bad, Good(1), Bad, Bad, Good(2), Good(3), Bad], 10, Settings::default());

@@ -17,11 +17,10 @@ pub(crate) struct CommandHelp {
 type ExitStatus = (u8, &'static str);
 
 /// Of every page.
-pub(crate) const ENVIRONMENT: [(&str, &str); 4] = [
+pub(crate) const ENVIRONMENT: [(&str, &str); 3] = [
     ("NO_COLOR", "no colours where it is set and not empty"),
     ("TERM", "no colours where it is \"dumb\""),
     ("COLORFGBG", "the background of the terminal, for the theme of the live view"),
-    ("XDG_CONFIG_HOME", "the folder of settings [~/.config]"),
 ];
 
 const GOOD: ExitStatus = (0, "success");
@@ -37,8 +36,6 @@ const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
 const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
 const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
 const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
-const METRICS: (&str, &str) = ("*.prom", "metrics (--metrics-file)");
-const SETTINGS: (&str, &str) = ("vn100/vn100.toml", "settings of the user (--config)");
 const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
 
 const PROGRAM: CommandHelp = CommandHelp {
@@ -69,7 +66,7 @@ const COMMANDS: [CommandHelp; 16] = [
             ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, CONDITIONS, DATASHEET, SETTINGS, METRICS],
+        files: &[RECORDING, CONDITIONS, DATASHEET],
         see_also: &["record", "replay", "configure", "ports", "plan"],
     },
     CommandHelp {
@@ -117,7 +114,7 @@ const COMMANDS: [CommandHelp; 16] = [
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET, SETTINGS, METRICS],
+        files: &[RECORDING, SIDECAR, DATASHEET],
         see_also: &["report", "compare", "explain"],
     },
     CommandHelp {

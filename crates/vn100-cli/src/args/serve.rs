@@ -2,7 +2,7 @@
 
 use std::{
     net::{IpAddr, Ipv4Addr, SocketAddr},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 const DEFAULT_PORT: u16 = 8100;
@@ -26,11 +26,6 @@ pub(crate) struct ServeArgs {
     /// this machine
     #[arg(long, value_name = "NAME", requires = "serve")]
     pub(crate) serve_host: Vec<String>,
-
-    /// Write the metrics of the page to this file every 15 s, for the textfile collector of
-    /// Prometheus' node_exporter; the name ends in .prom, and the file is replaced
-    #[arg(long, value_name = "FILE", value_parser = metrics_file)]
-    pub(crate) metrics_file: Option<PathBuf>,
 }
 
 impl ServeArgs {
@@ -46,15 +41,8 @@ impl ServeArgs {
 
     /// Whether the measurement is watched from elsewhere.
     pub(crate) fn is_asked(&self) -> bool {
-        self.serve.is_some() || self.metrics_file.is_some()
+        self.serve.is_some()
     }
-}
-
-/// No other file is replaced by mistake.
-fn metrics_file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let is_metrics = path.extension().is_some_and(|end| end == "prom");
-    is_metrics.then_some(path).ok_or_else(|| "its name has to end in .prom".into())
 }
 
 /// An address, a port, or both.

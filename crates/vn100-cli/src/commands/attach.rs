@@ -40,12 +40,6 @@ use crate::{
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Completion> {
-    let port = if args.sources.is_empty() { args.view.config().port() } else { None };
-    if let Some(port) = port {
-        let Ok(source) = port.parse();
-        report(&format!("no SOURCE given: using {port}, the port of the settings"));
-        args.sources.push(source);
-    }
     if args.sources.is_empty() {
         match only_likely(&list_ports()) {
             Ok(port) => {
@@ -84,11 +78,7 @@ async fn attach_all(
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up)?;
-    let mut settings = Settings {
-        recent: messages.is_some() || watched.is_some(),
-        other_deviation: messages.is_some(),
-        ..args.measure.settings()
-    };
+    let mut settings = Settings { recent: messages.is_some() || watched.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = vn100_view::FIRST_LOOKS;
     } else if format.lines().is_none() {
@@ -127,8 +117,7 @@ async fn attach_all(
         .collect::<Result<_>>()?;
     if let Some(watched) = watched {
         let sessions = prepared.iter().map(|prepared| &prepared.session);
-        let status = job.status.clone();
-        let say = Box::new(move |text: String| status.report(&text));
+        let say = |text: String| job.status.report(&text);
         let asked = measure_options(&job.args.measure, None);
         server = Some(watched.asked(&asked).show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }

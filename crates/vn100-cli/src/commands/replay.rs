@@ -93,9 +93,8 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let messages = (vn100_view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
     let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
-    let has_view = messages.is_some();
     let session = |input| {
-        let settings = Settings { recent: true, other_deviation: has_view, ..files.settings() };
+        let settings = Settings { recent: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
     };
     let page = watched.as_ref().and_then(Watched::url);
@@ -106,8 +105,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let server = match watched {
         Some(watched) => {
             let asked = measure_options(&files.measure, files.taus.as_ref());
-            let view = messages.clone();
-            let say = Box::new(move |text| said(view.as_ref(), text));
+            let say = |text| said(messages.as_ref(), text);
             Some(watched.asked(&asked).show(&sessions, &goals, &files.settings(), &evaluation, say)?)
         }
         None => None,

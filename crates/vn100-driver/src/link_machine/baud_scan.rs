@@ -2,16 +2,12 @@
 
 use std::{collections::VecDeque, io, time::Duration};
 
-use vn100_protocol::{Register, SensorCommand};
-
 use super::{PortAction, link_context::LinkContext};
-use crate::{link::LinkState, link_error::LinkError};
-
-/// The question: every firmware answers a read of register 1.
-const QUESTION: SensorCommand = SensorCommand::ReadRegister(Register::MODEL);
-
-/// Length of the question on the line, `$VNRRG,01*72\r\n`.
-pub(crate) const QUESTION_BYTES: u64 = 14;
+use crate::{
+    link::LinkState,
+    link_error::LinkError,
+    question::{QUESTION, without_echoes},
+};
 
 /// How long to listen before asking: more than three periods of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
@@ -311,9 +307,4 @@ impl BaudScan {
         }
         Ok(())
     }
-}
-
-/// The number of bytes that are not part of these copies of the question.
-const fn without_echoes(bytes: u64, echoes: u64) -> u64 {
-    bytes.saturating_sub(echoes * QUESTION_BYTES)
 }

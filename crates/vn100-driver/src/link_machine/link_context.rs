@@ -6,10 +6,11 @@ use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
 use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
-use super::{LinkOutput, OpenPort, PortAction, other_device::OtherDevice, requests::Requests};
+use super::{LinkOutput, OpenPort, PortAction, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
+    other_device::OtherDevice,
     output_plan::Change,
 };
 
@@ -314,7 +315,8 @@ impl PendingInputs {
 mod tests {
     use bytes::Bytes;
 
-    use super::{super::other_device::OtherOutput, *};
+    use super::*;
+    use crate::other_device::OtherOutput;
 
     fn chunk(text: &'static str) -> StreamInput {
         Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()

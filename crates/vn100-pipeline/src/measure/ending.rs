@@ -6,7 +6,7 @@ use tokio::time::Instant;
 use vn100_analysis::{Analysis, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
-use super::{MeasurementEnd, Measuring};
+use super::Measuring;
 use crate::{
     channels::Channels,
     end_reason::{EndReason, Shortfall},
@@ -72,7 +72,7 @@ impl Measuring {
         }
     }
 
-    /// A paced replay has reached its end, from which it can still seek back.
+    /// A paced replay has reached its end, and stays there until it is stopped.
     pub(super) fn stand_at_end(&mut self, channels: &Channels) {
         if let Some(pace) = &mut self.pace {
             pace.end();
@@ -81,7 +81,7 @@ impl Measuring {
         self.publish(channels);
     }
 
-    pub(super) async fn finish(mut self, channels: &Channels) -> MeasurementEnd {
+    pub(super) async fn finish(mut self, channels: &Channels) -> Ending {
         // where the rate becomes known only now, the pending rows complete seconds, too
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
@@ -107,6 +107,6 @@ impl Measuring {
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
         let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
-        MeasurementEnd::Ended(Ending { snapshot, analysis, reason, report, excluded, shortfall })
+        Ending { snapshot, analysis, reason, report, excluded, shortfall }
     }
 }

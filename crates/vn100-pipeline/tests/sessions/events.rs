@@ -232,7 +232,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     assert_eq!(after, Duration::from_secs(7));
     events.send(rows(8)).await.unwrap();
     // of a playback; there is none
-    for command in [Command::TogglePause, Command::Step, Command::Faster, Command::Slower, Command::GoTo(0.0)] {
+    for command in [Command::TogglePause, Command::Faster, Command::Slower] {
         session.commands.send(command).await.unwrap();
     }
     events.send(end()).await.unwrap();

@@ -1,5 +1,4 @@
-//! Sessions of captures: as fast as the machine can, every second, and at a pace with places to go
-//! to. Time is virtual.
+//! Sessions of captures: as fast as the machine can, every second, and at a pace. Time is virtual.
 
 use std::{
     fs,
@@ -173,7 +172,7 @@ async fn a_stop_ends_a_capture_with_what_came() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_paced_replay_is_paused_stepped_and_resumed() {
+async fn a_paced_replay_is_paused_and_resumed() {
     let file = capture(SAMPLES);
     let mut session = paced(&file, Speed::Times(1.0));
     until(&mut session, |playback, _| playback.samples >= 20).await;
@@ -181,19 +180,13 @@ async fn a_paced_replay_is_paused_stepped_and_resumed() {
     let paused = until(&mut session, |playback, _| playback.paused).await;
     time::sleep(Duration::from_secs(60)).await;
     assert_eq!(session.state.borrow().playback.unwrap().samples, paused.samples);
-    command(&session, Command::Step).await;
-    until(&mut session, |playback, _| playback.samples >= paused.samples + 40).await;
-    time::sleep(Duration::from_secs(60)).await;
-    let stepped = session.state.borrow().playback.unwrap();
-    assert_eq!((stepped.samples, stepped.paused), (paused.samples + 40, true));
-    assert_eq!(session.state.borrow().snapshot.timing.samples, stepped.samples);
     command(&session, Command::Faster).await;
     command(&session, Command::Faster).await;
     command(&session, Command::Slower).await;
     until(&mut session, |playback, _| playback.speed == Speed::Times(2.0)).await;
     command(&session, Command::TogglePause).await;
     let began = time::Instant::now();
-    until(&mut session, |playback, _| playback.samples >= stepped.samples + 400).await;
+    until(&mut session, |playback, _| playback.samples >= paused.samples + 400).await;
     // 400 samples at 40 Hz and twice the speed
     assert!((4.9..5.3).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
     command(&session, Command::Stop).await;
@@ -203,7 +196,7 @@ async fn a_paced_replay_is_paused_stepped_and_resumed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
+async fn at_its_end_a_replay_stays_until_it_is_stopped() {
     let file = capture(SAMPLES);
     let mut session = paced(&file, Speed::Max);
     counted(&mut session).await;
@@ -212,7 +205,6 @@ async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
     assert!(matches!(session.state.borrow().stage, Stage::Measuring));
     for (refused, why) in [
         (Command::TogglePause, CommandRefusal::AtEnd),
-        (Command::Step, CommandRefusal::AtEnd),
         (Command::EndWarmUp, CommandRefusal::Over),
         (Command::StartOver, CommandRefusal::Over),
     ] {
@@ -221,7 +213,6 @@ async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
         assert!(matches!(event, SessionEvent::Refused(refusal) if refusal == why), "{event:?}");
     }
     command(&session, Command::Slower).await;
-    command(&session, Command::GoTo(1.0)).await;
     let slower = until(&mut session, |playback, _| playback.speed == Speed::Times(1000.0)).await;
     assert!(slower.at_end && !slower.paused);
     command(&session, Command::Stop).await;
@@ -299,131 +290,6 @@ async fn a_recording_whose_rate_changes_is_read_to_its_end() {
     let change = result.snapshot.rate_change.unwrap();
     assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
-}
-
-#[tokio::test(start_paused = true)]
-async fn it_goes_to_a_place_before_or_behind() {
-    let file = capture(SAMPLES);
-    let mut session = paced(&file, Speed::Times(1.0));
-    counted(&mut session).await;
-    command(&session, Command::TogglePause).await;
-    let paused = until(&mut session, |playback, _| playback.paused).await;
-    assert!(paused.samples < 600);
-    command(&session, Command::GoTo(0.75)).await;
-    until(&mut session, |playback, state| playback.samples == 600 && state.snapshot.timing.samples == 600).await;
-    command(&session, Command::GoTo(0.25)).await;
-    let back =
-        until(&mut session, |playback, state| playback.samples == 200 && state.snapshot.timing.samples == 200).await;
-    assert!(back.paused && back.total == Some(SAMPLES));
-    command(&session, Command::GoTo(2.0)).await;
-    until(&mut session, |playback, _| playback.samples == SAMPLES && playback.at_end).await;
-    command(&session, Command::GoTo(-1.0)).await;
-    let begin = until(&mut session, |playback, _| playback.samples == 0).await;
-    assert!(begin.paused && !begin.at_end);
-    command(&session, Command::Stop).await;
-    let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::Stopped) && result.snapshot.timing.samples == 0);
-}
-
-#[tokio::test(start_paused = true)]
-async fn steps_in_quick_succession_add_up() {
-    let file = capture(SAMPLES);
-    let mut session = paced(&file, Speed::Times(1.0));
-    counted(&mut session).await;
-    command(&session, Command::TogglePause).await;
-    command(&session, Command::GoTo(0.25)).await;
-    until(&mut session, |playback, _| playback.samples == 200).await;
-    for _ in 0..5 {
-        command(&session, Command::Seek(0.1)).await;
-    }
-    until(&mut session, |playback, _| playback.samples == 600).await;
-    for _ in 0..3 {
-        command(&session, Command::Seek(-0.1)).await;
-    }
-    until(&mut session, |playback, _| playback.samples == 360).await;
-    time::sleep(Duration::from_secs(5)).await;
-    assert_eq!(session.state.borrow().playback.unwrap().samples, 360);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_part_is_measured_alone() {
-    let file = capture(SAMPLES);
-    let mut session = paced(&file, Speed::Max);
-    counted(&mut session).await;
-    until(&mut session, |playback, _| playback.at_end).await;
-    // the ends in either order; each part unlike the one before
-    for (from, to, excluded) in [(0.25, 0.5, 200), (0.75, 0.5, 400), (0.75, 0.25, 200)] {
-        command(&session, Command::Select(from, to)).await;
-        let end = (from.max(to) * SAMPLES as f64) as u64;
-        let part = |playback: Playback, state: &SourceState| {
-            let timing = &state.snapshot.timing;
-            playback.samples == end && (timing.samples, timing.excluded) == (end - excluded, excluded)
-        };
-        assert!(until(&mut session, part).await.paused);
-    }
-    // as the options of a whole replay would
-    let duration = Some(Duration::from_secs(15));
-    let settings = Settings { skip: Duration::from_secs(5), duration, ..Settings::default() };
-    let whole = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) }).result.await.unwrap().snapshot;
-    let selected = session.state.borrow().snapshot.clone();
-    assert_eq!(whole.timing, selected.timing);
-    let moments = |snapshot: &vn100_analysis::Snapshot| {
-        snapshot.channels.iter().map(|channel| channel.moments.clone()).collect::<Vec<_>>()
-    };
-    assert_eq!(moments(&whole), moments(&selected));
-    command(&session, Command::Select(0.0, 1.0)).await;
-    until(&mut session, |_, state| state.snapshot.timing.samples == SAMPLES).await;
-    command(&session, Command::Stop).await;
-    session.result.await.unwrap();
-}
-
-#[tokio::test(start_paused = true)]
-async fn from_its_end_it_goes_back_and_pauses() {
-    let file = capture(SAMPLES);
-    let mut session = paced(&file, Speed::Max);
-    counted(&mut session).await;
-    until(&mut session, |playback, _| playback.at_end).await;
-    command(&session, Command::GoTo(0.5)).await;
-    let back =
-        until(&mut session, |playback, state| state.snapshot.timing.samples == 400 && playback.samples == 400).await;
-    assert!(back.paused && !back.at_end && back.speed == Speed::Max);
-    command(&session, Command::TogglePause).await;
-    until(&mut session, |playback, _| playback.at_end).await;
-}
-
-#[tokio::test(start_paused = true)]
-async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier_one() {
-    let file = capture(SAMPLES);
-    let mut session = paced(&file, Speed::Times(1.0));
-    counted(&mut session).await;
-    command(&session, Command::TogglePause).await;
-    command(&session, Command::GoTo(0.25)).await;
-    until(&mut session, |_, state| state.snapshot.timing.samples == 200).await;
-    command(&session, Command::EndWarmUp).await;
-    let five = Duration::from_secs(5);
-    let ended = session.events.recv().await.unwrap();
-    assert!(matches!(ended, SessionEvent::WarmUpEnded { excluded, .. } if excluded == five), "{ended:?}");
-    command(&session, Command::GoTo(0.75)).await;
-    until(&mut session, |_, state| state.snapshot.timing.samples == 400).await;
-    command(&session, Command::GoTo(0.5)).await;
-    let still = session.events.recv().await.unwrap();
-    assert!(matches!(still, SessionEvent::StillExcluded { first } if first == five), "{still:?}");
-    let is_carried = |_: Playback, state: &SourceState| {
-        (state.snapshot.timing.samples, state.snapshot.timing.excluded) == (200, 200)
-    };
-    until(&mut session, is_carried).await;
-    command(&session, Command::StartOver).await;
-    let over = session.events.recv().await.unwrap();
-    assert!(matches!(over, SessionEvent::StartedOver { after } if after == 2 * five), "{over:?}");
-    command(&session, Command::GoTo(0.75)).await;
-    until(&mut session, |playback, state| playback.samples == 600 && state.snapshot.timing.samples == 200).await;
-    command(&session, Command::GoTo(0.1)).await;
-    let no_longer = session.events.recv().await.unwrap();
-    assert!(matches!(no_longer, SessionEvent::NoLongerExcluded { until } if until == 2 * five), "{no_longer:?}");
-    until(&mut session, |_, state| state.snapshot.timing.samples == 80).await;
-    command(&session, Command::Stop).await;
-    let result = session.result.await.unwrap();
-    assert_eq!((result.excluded, result.snapshot.timing.excluded), (Duration::ZERO, 0));
 }
 
 #[tokio::test(start_paused = true)]

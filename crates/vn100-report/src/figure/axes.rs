@@ -1,6 +1,7 @@
 //! Scales, their ticks and labels, and the frame that they make around a plot.
 
 use super::drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke};
+use crate::numbers::superscript;
 
 /// The range of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,17 +129,6 @@ fn power_of_ten(digit: i32, decade: i32, plain: bool) -> String {
     }
     let power = format!("10{}", superscript(decade));
     if digit == 1 { power } else { format!("{digit}·{power}") }
-}
-
-pub(crate) fn superscript(number: i32) -> String {
-    let raised = |c: char| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-    };
-    number.to_string().chars().map(raised).collect()
 }
 
 /// An axis of a figure.

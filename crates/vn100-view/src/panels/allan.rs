@@ -28,7 +28,7 @@ use crate::{
         sheet::SHEET,
         warnings::shortened,
     },
-    scene::{Regions, Scene, framed},
+    scene::{Scene, framed},
     source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
@@ -38,7 +38,7 @@ use crate::{
 const SHORT_NAME: usize = 12;
 
 /// Draws it; alone on the screen with a line of what is known of the noise.
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions, alone: bool) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: bool) {
     let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
     let plot = AllanPlot::new(scene.state, source, &group);
@@ -54,7 +54,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions:
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
     frame.render_widget(Paragraph::new(legend_line(scene.theme, source, &plot, legend.width)), legend);
     frame.render_widget(Paragraph::new(read_out), below);
-    draw_chart(frame, chart, scene, &plot, regions);
+    draw_chart(frame, chart, scene, &plot);
 }
 
 /// Which sign is which axis, and when the next point comes; in fewer words where room is short.
@@ -84,7 +84,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
-    if let Some(next) = next_octave(&source.snapshot, plot.deviation).filter(|_| !over) {
+    if let Some(next) = next_octave(&source.snapshot).filter(|_| !over) {
         let (tau, when) = (tau(next.tau_s), next.when());
         let when = if whole { when } else { when.replace(" without a gap", " gapless") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));
@@ -128,7 +128,7 @@ fn noise_name(alpha: i8) -> &'static str {
     }
 }
 
-fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot, regions: &mut Regions) {
+fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot) {
     let (state, theme) = (scene.state, scene.theme);
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
@@ -139,15 +139,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     else {
         return;
     };
-    let x = x.zoomed(state.zoom, cursor_tau);
-    let seen = |curve: &&AllanCurve| -> Vec<_> {
-        curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect()
-    };
-    let shown = AllanPlot {
-        curves: plot.curves.iter().map(|curve| AllanCurve { points: seen(&curve), ..curve.clone() }).collect(),
-        ..plot.clone()
-    };
-    let Some(y) = LogAxis::over(shown.deviations()) else {
+    let Some(y) = LogAxis::over(plot.deviations()) else {
         let text = " No deviation: the values are constant.";
         frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
         return;
@@ -158,31 +150,27 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
         return;
     }
     let axes = ChartAxes { x, y, chart };
-    regions.chart = chart;
-    let first = plot.curves.first().map_or(&[][..], |curve| &curve.points);
-    regions.octaves =
-        first.iter().enumerate().filter_map(|(place, point)| Some((axes.column(point.tau_s)?, place))).collect();
     draw_grid(frame.buffer_mut(), axes, bottom.y, theme, "τ (s)");
     draw_cursor(frame.buffer_mut(), axes, cursor_tau);
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);
     frame.render_widget(
         canvas.paint(|context| {
-            for line in shown.lines() {
+            for line in plot.lines() {
                 let points: Vec<_> = dense(&line.points).into_iter().filter(|p| axes.within(*p)).collect();
                 let of = |curve: &&AllanCurve| curve.reference.as_ref().is_some_and(|own| std::ptr::eq(own, line));
-                let axis = shown.curves.iter().find(of).map(|curve| theme.axis(curve.axis));
+                let axis = plot.curves.iter().find(of).map(|curve| theme.axis(curve.axis));
                 context.draw(&Points { coords: &points, color: Theme::colour_of(axis.unwrap_or(theme.faint())) });
             }
             context.layer();
-            for curve in &shown.curves {
+            for curve in &plot.curves {
                 draw_curve(context, axes, curve, Theme::colour_of(theme.axis(curve.axis)));
                 context.layer();
             }
         }),
         chart,
     );
-    draw_points(frame.buffer_mut(), axes, &shown.curves, theme, cursor_tau);
-    draw_letters(frame.buffer_mut(), axes, &shown, theme);
+    draw_points(frame.buffer_mut(), axes, &plot.curves, theme, cursor_tau);
+    draw_letters(frame.buffer_mut(), axes, plot, theme);
 }
 
 fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAxes, curve: &AllanCurve, color: Color) {

@@ -20,14 +20,14 @@ use vn100_report::{
 };
 
 use crate::{
-    scene::{Regions, Scene, framed},
+    scene::{Scene, framed},
     source::SourceView,
     state::Panel,
     theme::Theme,
     units::ShownUnit,
 };
 
-pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
+pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let inner = framed(frame, area, scene, Panel::Statistics, "Statistics".into());
     let chosen = scene.state.channel(source);
@@ -46,7 +46,6 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     polled.sort_by_key(|place| !matches!(source.values[*place].quantity, Quantity::Temperature | Quantity::Pressure));
     let placed: Vec<(usize, usize)> =
         axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
-    regions.channels = placed.iter().enumerate().map(|(row, (place, _))| (inner.y + 1 + row as u16, *place)).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.values[place];
         let unit = ShownUnit::of(channel, scene.state.units);
@@ -82,7 +81,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     frame.render_widget(Table::new(rows, widths).column_spacing(1).header(header), inner);
 }
 
-/// Slots of the whole history, halved by each step of the zoom.
+/// Slots of the whole history.
 const MOST_SLOTS: usize = 480;
 
 /// The least columns of the signal, with the frame.
@@ -122,8 +121,8 @@ fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usiz
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
-    let slots = MOST_SLOTS >> scene.state.history_zoom;
-    let Some(mut history) = source.history(place, dots, slots).filter(|history| !history.columns.is_empty()) else {
+    let Some(mut history) = source.history(place, dots, MOST_SLOTS).filter(|history| !history.columns.is_empty())
+    else {
         return;
     };
     history.columns.iter_mut().flatten().for_each(|column| {

@@ -8,7 +8,7 @@ use vn100_report::units::{ChannelValues, Point};
 use crate::{
     panels::{model_line::ModelLine, sheet},
     source::{ChannelGroup, SourceView},
-    state::{ShownAxes, ShownPlot, ViewState},
+    state::{ShownAxes, ViewState},
     units::ShownUnit,
 };
 
@@ -43,22 +43,15 @@ impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
         let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
         let factor = unit.factor;
-        let is_other = state.plot == ShownPlot::OtherDeviation;
-        let measured = source.snapshot.deviation;
-        let deviation = if is_other { measured.other() } else { measured };
+        let deviation = source.snapshot.deviation;
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.is_shown(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
-            let points = if is_other { &channel.other_deviations } else { &channel.deviations };
-            let points = points.iter().map(|point| point.times(factor)).collect();
-            // the fit is to what was asked for
-            let alone = state.axes != ShownAxes::All && !is_other;
+            let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
+            let alone = state.axes != ShownAxes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
-            let reference = source
-                .reference
-                .as_ref()
-                .filter(|reference| !state.is_without_reference && reference.deviation == deviation);
+            let reference = source.reference.as_ref().filter(|reference| reference.deviation == deviation);
             let reference = reference.and_then(|reference| reference.curve(channel)).map(|points| ModelLine {
                 term: Some(REFERENCE),
                 points: points.iter().map(|(tau_s, deviation)| (*tau_s, deviation * factor)).collect(),
@@ -69,9 +62,7 @@ impl AllanPlot {
         let mut taus: Vec<f64> = plot.taus().collect();
         taus.sort_by(f64::total_cmp);
         taus.dedup();
-        if !is_other {
-            plot.sheet = sheet::line(source, group, &taus, factor);
-        }
+        plot.sheet = sheet::line(source, group, &taus, factor);
         plot
     }
 
@@ -172,13 +163,6 @@ impl LogAxis {
         (0.0..=1.0).contains(&part).then_some(part)
     }
 
-    /// A part of the axis, half as wide for each `zoom`, around a value and within the whole.
-    pub(crate) fn zoomed(self, zoom: u8, around: f64) -> Self {
-        let width = (self.high - self.low) / f64::from(1_u32 << zoom.min(16));
-        let low = (around.log10() - width / 2.0).clamp(self.low, self.high - width);
-        Self { low, high: low + width }
-    }
-
     /// The decades within, every second or third where there are more than `most`; with few decades
     /// twos and fives too.
     pub(crate) fn ticks(self, most: usize) -> Vec<GridLine> {
@@ -241,16 +225,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_axis_holds_all_it_was_made_of(values in prop::collection::vec(1e-12_f64..1e12, 1..30), zoom in 0_u8..5) {
+        fn an_axis_holds_all_it_was_made_of(values in prop::collection::vec(1e-12_f64..1e12, 1..30)) {
             let axis = LogAxis::over(values.iter().copied()).unwrap();
             prop_assert!(values.iter().all(|value| axis.part(*value).is_some()));
             for tick in axis.ticks(6) {
                 prop_assert!((axis.low..=axis.high).contains(&tick.at));
             }
             prop_assert!(axis.ticks(6).len() <= 6);
-            let zoomed = axis.zoomed(zoom, values[0]);
-            prop_assert!(zoomed.part(values[0]).is_some());
-            prop_assert!(zoomed.low >= axis.low - 1e-9 && zoomed.high <= axis.high + 1e-9);
         }
     }
 }

@@ -41,8 +41,7 @@ enum Detail {
     All,
 }
 
-/// Draws it; gives the place of the progress bar, empty without one.
-pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -> Rect {
+pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (source, width) = (scene.source, usize::from(area.width));
     let mut lines = vec![
         first(scene, width),
@@ -51,12 +50,9 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -
     ];
     lines.extend(goal_lines(scene, area.width));
     frame.render_widget(Paragraph::new(lines), area);
-    match source.playback {
-        Some(playback) => {
-            let bar = Rect::new(area.x, area.bottom() - 1, area.width, 1);
-            draw_progress(frame, bar, scene, playback)
-        }
-        None => Rect::default(),
+    if let Some(playback) = source.playback {
+        let bar = Rect::new(area.x, area.bottom() - 1, area.width, 1);
+        draw_progress(frame, bar, scene, playback);
     }
 }
 
@@ -264,7 +260,7 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     parts.line()
 }
 
-fn draw_progress(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, playback: Playback) -> Rect {
+fn draw_progress(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, playback: Playback) {
     let theme = scene.theme;
     let speed = match playback.speed {
         Speed::Times(times) => format!("{times}x"),
@@ -287,11 +283,4 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, playback: 
         Span::styled("┈".repeat(usize::from(bar.width).saturating_sub(filled)), theme.faint()),
     ]);
     frame.render_widget(Paragraph::new(line), area);
-    let ends = [(scene.state.selection.from, "("), (scene.state.selection.to, ")")];
-    for (part, sign) in ends {
-        let Some(part) = part.filter(|_| bar.width > 0) else { continue };
-        let column = bar.x + (part * f64::from(bar.width - 1)).round() as u16;
-        frame.render_widget(Span::styled(sign, theme.chosen()), Rect { x: column, width: 1, ..bar });
-    }
-    bar
 }

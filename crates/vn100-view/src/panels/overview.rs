@@ -1,5 +1,4 @@
-//! All sources in a table: one row each, sorted as chosen, and what is to be known of the chosen
-//! one below.
+//! All sources in a list, one row each.
 
 use imu_noise::Term;
 use ratatui::{
@@ -11,10 +10,7 @@ use ratatui::{
 };
 use vn100_analysis::{Severity, sensor_of};
 use vn100_protocol::Quantity;
-use vn100_report::{
-    names::names_of,
-    numbers::plain::{clock, digits, grouped},
-};
+use vn100_report::numbers::plain::{digits, grouped};
 
 use crate::{
     panels::{
@@ -22,13 +18,12 @@ use crate::{
         warnings::shortened,
     },
     scene::Scene,
-    sorted_by::{lost, worst_white},
     source::{SourcePhase, SourceView},
     state::ViewState,
     units::{convention, shown_unit},
 };
 
-/// Columns of the table, from the left.
+/// Columns of the list, from the left.
 struct Columns {
     name: usize,
     state: usize,
@@ -55,30 +50,24 @@ impl Columns {
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let Scene { state, sources, theme, .. } = scene;
-    let order = state.sorted_by.order(sources);
     let frozen = if state.frozen { ", FROZEN, still measuring" } else { "" };
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
-    let details = details(scene, usize::from(inner.width));
-    let [head, table, below] =
-        Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(details.len() as u16 + 1)])
-            .areas(inner);
-    let rows = usize::from(table.height).max(1);
-    let chosen = order.iter().position(|place| *place == state.source).unwrap_or(0);
+    let [head, list] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inner);
+    let rows = usize::from(list.height).max(1);
     // the chosen one stays in sight, as far down as it is
-    let first = (chosen + 1).saturating_sub(rows).min(sources.len().saturating_sub(rows));
+    let first = (state.source + 1).saturating_sub(rows).min(sources.len().saturating_sub(rows));
     let last = (first + rows).min(sources.len());
     let more = match (first, sources.len() - last) {
         (0, 0) => String::new(),
         (above, under) => format!(", rows {}-{last}, {above} above, {under} below", first + 1),
     };
-    let title = format!(" {} sources by {}{more}{frozen} ", sources.len(), state.sorted_by.name());
+    let title = format!(" {} sources{more}{frozen} ", sources.len());
     frame.render_widget(block.title(title), area);
     let columns = Columns::of(usize::from(inner.width), sources);
     frame.render_widget(Line::styled(theme.spelled(header(state, &columns)), theme.faint()), head);
-    let lines: Vec<Line<'_>> = order[first..last].iter().map(|place| row(scene, *place, &columns)).collect();
-    frame.render_widget(Paragraph::new(lines), table);
-    frame.render_widget(Paragraph::new(details), Rect { y: below.y + 1, height: below.height - 1, ..below });
+    let lines: Vec<Line<'_>> = (first..last).map(|place| row(scene, place, &columns)).collect();
+    frame.render_widget(Paragraph::new(lines), list);
 }
 
 /// Names of ports differ at their ends.
@@ -116,7 +105,7 @@ fn row(scene: Scene<'_>, place: usize, columns: &Columns) -> Line<'static> {
     };
     let chosen = if place == state.source { theme.chosen() } else { Style::new() };
     let name = shortened_before(&source.name, columns.name);
-    // its baud rate stands among the details
+    // its baud rate stands in its head
     let word =
         word.split(|sign: char| sign.is_ascii_digit()).next().unwrap_or_default().trim_end().trim_end_matches(" at");
     let lost = lost(source);
@@ -153,40 +142,13 @@ fn finding(scene: Scene<'_>, source: &SourceView) -> Option<(String, Style)> {
     Some((theme.spelled(format!("! {}", warning.title())), style))
 }
 
-/// The chosen source in some lines.
-fn details(scene: Scene<'_>, width: usize) -> Vec<Line<'static>> {
-    let (source, theme) = (scene.source, scene.theme);
-    let timing = &source.snapshot.timing;
-    let measured = source.snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
-    let measured = measured.map_or(String::new(), |hz| format!(", {hz:.3} Hz measured"));
-    let head = format!(
-        " {} {} {}: {} samples in {}{measured}",
-        scene.state.source + 1,
-        source.name,
-        link_word(source, theme).0,
-        grouped(timing.samples),
-        clock(std::time::Duration::try_from_secs_f64(timing.duration_s()).unwrap_or_default()),
-    );
-    let axes = |quantity: Quantity| {
-        let unit = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units))?;
-        let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
-        let white = axes.filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White));
-        let values: Vec<String> =
-            white.map(|white| white.value.map_or("-".into(), |value| digits(value * unit.factor, 2))).collect();
-        let text = || format!("{} N {} {}", names_of(quantity).short, values.join(" "), shown_unit(unit));
-        (!values.is_empty()).then(|| theme.spelled(text()))
-    };
-    let noise: Vec<String> = [Quantity::AngularRate, Quantity::Acceleration].into_iter().filter_map(axes).collect();
-    let goals = if source.goals.is_none() {
-        Vec::new()
-    } else {
-        source.goals.texts(&source.snapshot, &source.assessment, source.now)
-    };
-    let (text, style) = finding(scene, source).unwrap_or_default();
-    let whole: Vec<String> = textwrap::wrap(&format!(" {text}"), width.max(1)).into_iter().map(Into::into).collect();
-    let lines = [head, format!(" {}", noise.join("   "))]
-        .into_iter()
-        .chain(goals.into_iter().map(|goal| format!(" goal: {goal}")));
-    let lines = lines.map(|text| Line::raw(shortened(&theme.spelled(text), width)));
-    lines.chain(whole.into_iter().take(2).map(|text| Line::styled(text, style))).collect()
+fn lost(source: &SourceView) -> u64 {
+    let tally = &source.snapshot.link.tally;
+    tally.rejected.total() + tally.damaged_packets + source.snapshot.timing.missing
+}
+
+/// N of the noisiest axis, in SI units.
+fn worst_white(source: &SourceView, quantity: Quantity) -> Option<f64> {
+    let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
+    axes.filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White)?.value).reduce(f64::max)
 }

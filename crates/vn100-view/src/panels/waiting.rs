@@ -16,13 +16,8 @@ use crate::{
 
 pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
-    let selection = scene.state.selection;
-    let reads_part = selection.from.is_some() && selection.to.is_some();
     let warm_up = warm_up(&source.snapshot);
     let (what, why) = match (&source.phase, &source.link, &warm_up) {
-        (SourcePhase::Measuring, None, _) if reads_part => {
-            (format!("Reading the part of {} between ( and ).", source.name), vec!["0 chooses the whole again."])
-        }
         (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(passed)) => {
             (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now."])
         }

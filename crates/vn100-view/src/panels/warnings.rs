@@ -43,7 +43,8 @@ impl TopLines {
         });
         let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
         let warnings = warnings.map(|warning| (theme.spelled(warning.title()), of_severity(theme, warning.severity)));
-        let notices = scene.state.notices(source);
+        let is_note = |warning: &&Warning| warning.severity == Severity::Note;
+        let notices: Vec<&Warning> = source.warnings.iter().filter(is_note).collect();
         Self {
             faults: faults.collect(),
             warnings: warnings.collect(),
@@ -79,14 +80,7 @@ impl TopLines {
         }
         lines.extend(self.notices.map(|text| Line::styled(text, theme.faint())));
         if lines.is_empty() {
-            let samples = source.snapshot.timing.samples > 0;
-            let notes = source.warnings.len();
-            let text = match (samples, notes) {
-                (false, _) => " no warnings yet".into(),
-                (true, 0) => " no warnings".into(),
-                (true, 1) => " no warnings; 1 note: press !".into(),
-                (true, notes) => format!(" no warnings; {notes} notes: press !"),
-            };
+            let text = if source.snapshot.timing.samples > 0 { " no warnings" } else { " no warnings yet" };
             lines.push(Line::styled(text, theme.faint()));
         }
         frame.render_widget(Paragraph::new(lines), area);
@@ -94,7 +88,7 @@ impl TopLines {
 }
 
 fn notice_line(notices: &[&Warning], width: usize) -> String {
-    const KEYS: &str = "   ! reads, c hides";
+    const KEYS: &str = "   ! reads";
     let names = names(notices.iter().map(|notice| notice.kind.name()));
     shortened(&format!("  note: {names}"), width.saturating_sub(KEYS.len())) + KEYS
 }

@@ -84,7 +84,7 @@ pub(crate) fn damaged() -> SourceView {
 }
 
 fn settings() -> Settings {
-    Settings { rate_hz: Some(40.0), recent: true, other_deviation: true, ..Settings::default() }
+    Settings { rate_hz: Some(40.0), recent: true, ..Settings::default() }
 }
 
 fn source(mut snapshot: Snapshot) -> SourceView {

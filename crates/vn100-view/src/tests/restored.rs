@@ -26,7 +26,7 @@ fn modes(line: &File) -> String {
 #[test]
 #[ignore = "panics; it is run by another test"]
 fn panics_with_the_terminal_in_hand() {
-    let mut screen = Screen::take(false).unwrap();
+    let mut screen = Screen::take().unwrap();
     screen.draw(|frame| frame.render_widget("a view", frame.area())).unwrap();
     let other_thread = thread::spawn(|| panic!("a fault elsewhere"));
     assert!(other_thread.join().is_err());

@@ -1,16 +1,8 @@
-//! The stills in `stills/`: screens of two hours of an emulated sensor, replayed. They are drawn
-//! anew with `VN100_WRITE_STILLS=1 cargo test -p vn100-cli stills`; otherwise those kept must be
-//! what is drawn.
+//! The picture of the README in `stills/`: a measurement of an emulated sensor, replayed. It is drawn
+//! again with `VN100_WRITE_STILLS=1 cargo test -p vn100-view stills`; otherwise the picture kept must be
+//! the one that is drawn.
 
-use std::{
-    env,
-    fmt::Write,
-    fs,
-    io::Cursor,
-    path::Path,
-    sync::{Arc, OnceLock},
-    time::Duration,
-};
+use std::{env, fmt::Write, fs, io::Cursor, path::Path, sync::Arc, time::Duration};
 
 use ratatui::{
     buffer::{Buffer, Cell},
@@ -28,33 +20,15 @@ use vn100_sim::{Generator, Message, Profile, write_capture};
 use super::{drawn, nothing, one};
 use crate::{
     source::{SourcePhase, SourceView},
-    state::{Panel, ShownAxes, ViewState},
+    state::{ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
 
 const RATE_HZ: u32 = 40;
 const SAMPLES: u64 = 2 * 3600 * RATE_HZ as u64;
 
-/// Room that a still may take where it is kept.
-const MOST_BYTES: usize = 60_000;
-
 /// Columns and rows of a character, in pixels.
 const CELL: (f64, f64) = (8.4, 17.0);
-
-#[test]
-fn every_panel() {
-    check("all-panels", &ViewState { axes: ShownAxes::One(1), ..one() }, (120, 40));
-}
-
-#[test]
-fn the_curves_of_all_axes() {
-    check("allan", &ViewState { expanded: true, ..one() }, (100, 30));
-}
-
-#[test]
-fn a_small_terminal() {
-    check("warnings-80x24", &ViewState { panel: Panel::Warnings, ..one() }, (80, 24));
-}
 
 /// Two hours in a few seconds: the first picture of the README.
 #[test]
@@ -63,17 +37,12 @@ fn a_measurement_from_its_beginning() {
     let frames = MINUTES.map(|minutes| {
         let source = replayed((minutes * 60.0 * f64::from(RATE_HZ)) as u64);
         let state = ViewState { axes: ShownAxes::One(1), ..one() };
-        drawn(&state, &[source], THEME, (120, 34)).0
+        drawn(&state, &[source], THEME, (120, 34))
     });
     compare("live", &animated(&frames), 500_000);
 }
 
 const THEME: Theme = Theme { colours: Colours::Dark, ascii: false };
-
-fn check(name: &str, state: &ViewState, size: (u16, u16)) {
-    let (buffer, _) = drawn(state, &[emulated()], THEME, size);
-    compare(name, &picture(&buffer), MOST_BYTES);
-}
 
 /// Keeps the picture where that is asked for, or compares it with the one kept.
 fn compare(name: &str, svg: &str, most_bytes: usize) {
@@ -85,19 +54,12 @@ fn compare(name: &str, svg: &str, most_bytes: usize) {
     assert!(fs::read_to_string(&file).unwrap_or_default() == svg, "{name} is not what is drawn");
 }
 
-/// A replay that has come to its end.
-fn emulated() -> SourceView {
-    static MADE: OnceLock<SourceView> = OnceLock::new();
-    MADE.get_or_init(|| replayed(SAMPLES)).clone()
-}
-
 /// A replay that has come so far.
 fn replayed(samples: u64) -> SourceView {
     let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
     let mut capture = Vec::new();
     write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), samples).unwrap();
-    let settings =
-        Settings { rate_hz: Some(RATE_HZ.into()), recent: true, other_deviation: true, ..Settings::default() };
+    let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let snapshot = runtime.block_on(async {
         let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
@@ -138,10 +100,6 @@ fn animated(frames: &[Buffer]) -> String {
         })
         .collect();
     document(&area, &rule, &frames)
-}
-
-fn picture(buffer: &Buffer) -> String {
-    document(&buffer.area, "", &rows(buffer))
 }
 
 fn document(area: &Rect, rule: &str, content: &str) -> String {

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Status, Term,
-    least_squares::dot,
     level_likelihood::{LevelLikelihood, ShortOctaves},
     model::Model,
     parameter::{PRESENT, ramp},
@@ -12,6 +11,7 @@ use super::{
 };
 use crate::accumulate::record::Octave;
 use crate::infer::chi_squared;
+use crate::infer::least_squares::dot;
 use crate::infer::level_series::LevelSeries;
 use crate::infer::roll_off::RollOff;
 

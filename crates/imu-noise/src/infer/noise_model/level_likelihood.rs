@@ -9,8 +9,8 @@
 
 use core::f64::consts::FRAC_1_SQRT_2;
 
-use super::least_squares::{NonNegative, dot};
 use crate::infer::chi_squared;
+use crate::infer::least_squares::{NonNegative, dot};
 use crate::infer::level_noise::{flicker_variance, walk_variance};
 use crate::infer::level_series::LevelSeries;
 

@@ -6,10 +6,10 @@ use std::{array, sync::Arc};
 use super::{
     covariance::Covariance,
     joint::{Component, JointMeans, MOST_COMPONENTS},
-    least_squares::dot,
     slope::Slope,
 };
 use crate::accumulate::record::{Octave, RecordShape};
+use crate::infer::least_squares::dot;
 use crate::infer::power_law::expected_variance;
 
 /// Components whose squared amplitudes are the parameters of the fit, and the statistics they

@@ -2,11 +2,8 @@
 
 use core::{cell::RefCell, ops::Range};
 
-use super::{
-    covariance::Covariance,
-    least_squares::{AT_ONCE, Cholesky, NonNegative, dot},
-    model::Model,
-};
+use super::{covariance::Covariance, model::Model};
+use crate::infer::least_squares::{AT_ONCE, Cholesky, NonNegative, dot};
 
 /// At most. Weights follow the fitted model: those from the data favour what is too low.
 const ROUNDS: usize = 12;

@@ -3,8 +3,9 @@
 
 use core::f64::consts::PI;
 
-use super::{covariance::Covariance, joint::MOST_COMPONENTS, least_squares::dot, term::Term};
+use super::{covariance::Covariance, joint::MOST_COMPONENTS, term::Term};
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
+use crate::infer::least_squares::dot;
 
 /// Places in the record at which the covariance of a difference with the slope is taken.
 const PLACES: usize = 16;
