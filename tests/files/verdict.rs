@@ -184,9 +184,6 @@ fn a_moved_sensor_is_not_compared_and_every_output_says_why() {
     let moved = scaled(&file, [90.0, 1.0, 1.0]);
     let (document, exit) = replay(&moved, &RATE);
     assert_eq!((exit, &channel(&document, "gyro_y")["verdict"]), (0, &Value::Null), "nothing was asked for");
-    for (name, parameter) in [("gyro_x", "bias_instability"), ("accel_x", "rate_random_walk")] {
-        assert_eq!(channel(&document, name)["noise"][parameter]["status"], "not-measurable");
-    }
     assert_eq!(channel(&document, "gyro_x")["grade"]["reason"], "the sensor was moved");
     let why = "sensor moved: standard deviation of gyro_x 0.0";
     let warning = document["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "not-stationary");
@@ -199,6 +196,44 @@ fn a_moved_sensor_is_not_compared_and_every_output_says_why() {
         [&format!("! not-stationary (problem): {why}"), &format!("nothing is compared, {why}"), "describe the motion"]
     {
         assert!(text.contains(told), "{told} is not in {text}");
+    }
+}
+
+#[test]
+fn no_face_gives_a_parameter_of_a_moved_sensor() {
+    let folder = tempfile::tempdir().unwrap();
+    let moved = scaled(&capture(folder.path(), "told.txt", "VNIMU", "2min", &register_85(4)), [90.0, 1.0, 1.0]);
+    let withheld = |parameter: &Value, at: &str| {
+        assert_eq!(parameter["status"], "moved", "{at}");
+        assert!(["value", "lower", "upper"].iter().all(|end| parameter[*end].is_null()), "{at}: {parameter}");
+    };
+    let goals = ["--until", "gyro N ±90%", "--until", "accel_z N ±90%"];
+    let (document, exit) = replay(&moved, &[&RATE[..], &goals].concat());
+    assert_eq!(exit, 4, "no goal is met by the motion");
+    for name in ["gyro_x", "gyro_y", "accel_z", "mag_x"] {
+        let noise = &channel(&document, name)["noise"];
+        let of_long_taus = ["bias_instability", "rate_random_walk", "curve_minimum"];
+        for parameter in ["white"].iter().chain(of_long_taus.iter().filter(|_| name != "mag_x")) {
+            withheld(&noise[parameter], &format!("{parameter} of {name}"));
+        }
+        withheld(&noise["white"]["budget"]["aliasing"]["unaliased"], name);
+        assert!(noise["fit"].is_null() && noise["correlations"].as_array().unwrap().is_empty(), "{name}");
+        let points = channel(&document, name)["allan"]["points"].as_array().unwrap();
+        assert!(points.iter().all(|point| point["fitted"].is_null() && point["deviation"].is_f64()), "{name}");
+    }
+    let page = folder.path().join("r.html");
+    let report = vn100().args(["report", "--export", "csv", "-o"]).arg(&page).arg(&moved).args(RATE).output().unwrap();
+    assert!(report.status.success());
+    let table = fs::read_to_string(folder.path().join("r.parameters.csv")).unwrap();
+    let is_fitted =
+        |row: &&str| ["white", "bias_instability", "rate_random_walk"].contains(&row.split(',').nth(1).unwrap());
+    let rows: Vec<&str> = table.lines().filter(is_fitted).collect();
+    assert!(rows.len() > 20 && rows.iter().all(|row| row.contains(",moved,,,,")), "{table}");
+    assert_eq!(fs::read_to_string(folder.path().join("r.fit.csv")).unwrap().lines().count(), 1);
+    let archive = vn100().args(["archive", "-q"]).arg(&moved).args(RATE).output().unwrap();
+    let archive: Value = serde_json::from_slice(&archive.stdout).unwrap();
+    for row in archive["recordings"][0]["channels"].as_array().unwrap() {
+        row["noise"].as_array().unwrap().iter().for_each(|parameter| withheld(parameter, "the archive"));
     }
 }
 

@@ -145,6 +145,11 @@ pub(crate) const fn code_of_status(status: Status) -> Code {
         Status::NotMeasurable => {
             of("not-measurable", "not measurable", "the message does not carry it, however long the record")
         }
+        Status::Moved => of(
+            "moved",
+            "sensor moved",
+            "the sensor was moved, and what its deviation shows is the motion; a record at rest shows the parameter",
+        ),
         Status::ModelRejected => of(
             "model-rejected",
             "model rejected",

@@ -203,8 +203,8 @@ impl ChannelNoise {
         match self.long_taus {
             _ if term == Term::White => self.fit.parameter(term).map(|white| self.white_budget.widened(white)),
             _ if term == Term::Quantization => self.fit.parameter(term),
-            LongTauValidity::Sensor => self.fit.parameter(term),
-            LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Motion => {
+            LongTauValidity::Sensor | LongTauValidity::Motion => self.fit.parameter(term),
+            LongTauValidity::Compensated | LongTauValidity::LooksCompensated => {
                 Some(Parameter::without_value(Status::NotMeasurable))
             }
             LongTauValidity::Surroundings => None,
@@ -252,9 +252,13 @@ impl ChannelNoise {
         estimated.into_iter().for_each(|term| self.fit.not_proved(term));
     }
 
-    /// A message that lacks the bias lacks it all the same.
+    /// Withholds everything that describes the motion. A message that lacks the bias lacks it all
+    /// the same.
     pub(super) fn was_moved(&mut self) {
+        self.fit.withhold(Status::Moved);
         self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.white_budget.sampling = None;
+        self.rounded_away = &[];
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
         }

@@ -251,9 +251,7 @@ fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
         LongTauValidity::Surroundings => {
             Some("Only N is the sensor's: at long tau the ambient magnetic field dominates the curve.")
         }
-        LongTauValidity::Motion => {
-            Some("The sensor was moved: B, K and R are not measurable, and N is that of the motion.")
-        }
+        LongTauValidity::Motion => Some("The sensor was moved: N, B, K and R are not given."),
     }
 }
 

@@ -30,7 +30,7 @@ class Parameter:
     ``upper`` is the bound. Nothing is ever guessed: see ``status``.
     """
 
-    status: Literal["estimated", "bounded", "not-observable", "not-measurable", "model-rejected"]
+    status: Literal["estimated", "bounded", "not-observable", "not-measurable", "moved", "model-rejected"]
     value: float | None
     lower: float | None
     upper: float | None

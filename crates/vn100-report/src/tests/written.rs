@@ -4,7 +4,10 @@ use serde_json::Value;
 use vn100_analysis::protocol::stream::{BagReport, StampSource};
 
 use super::fixture::at_rest;
-use crate::{Asked, Completion, Document, Evaluation, KalibrYaml, Measured, Record, lot_table, summary::Summary};
+use crate::{
+    Asked, Completion, Document, Evaluation, KalibrYaml, Measured, MeasuredSource, MetricsForm, Record, lot_table,
+    metrics_text, summary::Summary,
+};
 
 fn document(measured: &Measured) -> Value {
     serde_json::to_value(Document::new(measured, true, ToString::to_string)).unwrap()
@@ -51,6 +54,21 @@ fn the_table_of_a_lot_has_a_column_for_each_of_its_cells() {
     let (header, row) = table.split_once('\n').unwrap();
     assert!(header.contains(",confidence,error,verdict,warnings,gyro_x N status,"), "{header}");
     assert_eq!(header.split(',').count(), row.trim_end().split(',').count());
+}
+
+#[test]
+fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
+    let metrics = |vibrations: &[(f64, f64)]| {
+        let Measured { facts, snapshot, assessment, .. } = at_rest(4096, vibrations);
+        let source =
+            MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age: None };
+        metrics_text(&[source], MetricsForm::Prometheus)
+    };
+    let (rest, moved) = (metrics(&[]), metrics(&[(1.0, 5000.0)]));
+    for name in ["vn100_white_noise{", "vn100_bias_instability{", "vn100_rate_random_walk{"] {
+        assert!(rest.contains(name) && !moved.contains(name), "{name} in {moved}");
+    }
+    assert!(moved.contains("vn100_channel_std{"), "{moved}");
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! What a data sheet says of a record: verdicts and grades.
 
-use imu_noise::{Claim, Grade, Sensor, Status, Term, Verdict};
+use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    Assessment, Datasheet, DatasheetFigure, Detrend, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
-    WindowFrom, not_passed,
+    Assessment, Datasheet, DatasheetFigure, Detrend, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
+    UnmetGoal, WindowFrom, not_passed,
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -219,6 +219,14 @@ fn nothing_is_judged_in_motion() {
     let (snapshot, assessment) = Simulated { level: moving, samples: 2000, ..Simulated::default() }.record();
     assert_eq!(assessment.motion.as_ref().map(|motion| motion.axes.len()), Some(6));
     assert!(all.verdicts(&snapshot, &assessment).channels.iter().all(Vec::is_empty));
+    for noise in assessment.channels.iter().filter_map(|channel| channel.noise.as_ref()) {
+        let unaliased = noise.unaliased_white();
+        let known = Term::ALL.into_iter().filter_map(|term| noise.parameter(term)).chain(unaliased);
+        known.chain(noise.curve_minimum()).for_each(|found| assert_eq!(found, Parameter::without_value(Status::Moved)));
+        assert!(noise.fit.quality.is_none() && noise.white_budget.sampling.is_none());
+    }
+    let goals: Vec<Goal> = ["gyro N ±99%", "accel_x N ±99%"].map(|goal| goal.parse().unwrap()).into();
+    assert_eq!(UnmetGoal::of(&goals, &snapshot, &assessment).len(), 2);
 }
 
 #[test]
