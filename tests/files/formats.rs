@@ -402,12 +402,20 @@ fn a_recording_that_was_cut_gives_what_it_holds() {
     assert!((1150..=1200).contains(&samples), "{samples}");
     assert_eq!(document["link"]["bytes"], samples * 122, "whole lines only");
     assert_eq!(document["source"]["recorded"]["complete"], false);
-    for (arguments, expected) in
-        [(&["replay", "--full"][..], "cut there"), (&["replay"], "CHECK    the recording was cut: its file has no end")]
-    {
-        let text = String::from_utf8(vn100().args(arguments).arg(&path).output().unwrap().stdout).unwrap();
-        assert!(text.contains(expected), "{text}");
-    }
+    let said = "the recording was cut: its file has no end";
+    let warnings = document["warnings"].as_array().unwrap();
+    let cut: Vec<&Value> = warnings.iter().filter(|warning| warning["kind"] == "recording-cut").collect();
+    assert!(cut.len() == 1 && cut[0]["severity"] == "caution", "{warnings:?}");
+    assert!(cut[0]["text"].as_str().unwrap().starts_with(said), "{cut:?}");
+    let text = String::from_utf8(vn100().arg("replay").arg(&path).output().unwrap().stdout).unwrap();
+    assert!(text.contains(&format!("CHECK    {said}")), "{text}");
+    let page = folder.path().join("r.html");
+    let report = vn100().args(["report", "--export", "csv", "-o"]).arg(&page).arg(&path).output().unwrap();
+    assert!(report.status.success() && fs::read_to_string(&page).unwrap().contains(said));
+    let table = fs::read_to_string(folder.path().join("r.warnings.csv")).unwrap();
+    assert!(table.contains(&format!("recording-cut,caution,,{said},")), "{table}");
+    fs::write(&path, &whole).unwrap();
+    assert!(!warned(&replay(&path, &[]).0, "recording-cut"));
 }
 
 #[test]

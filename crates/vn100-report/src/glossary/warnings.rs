@@ -49,6 +49,12 @@ const fn words(kind: WarningKind) -> Words {
             "Free the disk or record elsewhere, and leave the file in its place.",
             &[],
         ),
+        Kind::RecordingCut => (
+            "The file of the recording has no end: it was cut, as by a loss of power, or its copy is not whole.",
+            "What was recorded before the cut is measured in full; the rest is missing, and long averaging times with it.",
+            "Copy the file again if the original is whole. Measure again if the record is too short.",
+            &[],
+        ),
         Kind::EndedEarly => (
             "The measurement ended before the data time asked for had passed, or because the sensor was lost for good.",
             "The record is shorter than planned: long averaging times are missing, and the intervals are wider.",
