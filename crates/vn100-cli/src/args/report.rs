@@ -6,9 +6,8 @@ use std::{
 };
 
 use clap::ValueEnum;
-use vn100_report::{RosFrame, Stamps};
 
-use super::{FileArgs, choices::one_of, duration::length};
+use super::{FileArgs, duration::length};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReportArgs {
@@ -42,14 +41,6 @@ pub(crate) struct ReportArgs {
     /// spectrum-accel [default: all]
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,
-
-    /// Axes of the export mcap
-    #[arg(long, help_heading = "Exports", value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
-    pub(crate) ros_frame: RosFrame,
-
-    /// Times of the messages of the export mcap
-    #[arg(long, help_heading = "Exports", value_parser = one_of(&STAMPS), default_value = "fitted")]
-    pub(crate) stamps: Stamps,
 
     /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
     /// does
@@ -131,16 +122,4 @@ pub(crate) enum ExportForm {
     Svg,
     /// Each figure as PNG, in a folder
     Png,
-    /// The samples as ROS 2 messages: Imu, MagneticField, Temperature and FluidPressure
-    Mcap,
 }
-
-const ROS_FRAMES: [(&str, &str, RosFrame); 2] = [
-    ("ned", "The sensor's own: forwards, right, down, against north, east, down", RosFrame::Ned),
-    ("enu", "As ROS assumes them: forwards, left, up, against east, north, up", RosFrame::Enu),
-];
-
-const STAMPS: [(&str, &str, Stamps); 2] = [
-    ("fitted", "On the even grid of the measured rate, where no sample is missing", Stamps::Fitted),
-    ("arrival", "When each line arrived", Stamps::Arrival),
-];

@@ -5,18 +5,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Error, Result, anyhow, bail};
+use anyhow::{Error, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tokio::runtime::Builder;
-use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, Event};
 use vn100_report::{
-    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record, Ros2Messages,
+    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record,
     figure::{Figure, Figures},
     json_line, lot_table, printable,
 };
 
-use super::{PROGRAM, print_written};
+use super::print_written;
 use vn100_words::remedy_words;
 
 use crate::{
@@ -59,9 +56,6 @@ impl<'a> Exports<'a> {
         }
         if exports.forms.contains(&ExportForm::Lot) {
             output.check(&output.beside(LOT), files)?;
-        }
-        if args.export.contains(&ExportForm::Mcap) && files.iter().any(|file| file == Path::new("-")) {
-            bail!("--export mcap reads the capture again: give a file instead of standard input");
         }
         Ok(exports)
     }
@@ -130,15 +124,6 @@ impl<'a> Exports<'a> {
             ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
             // one file of all captures
             ExportForm::Lot => Ok(()),
-            ExportForm::Mcap => {
-                let files = &self.args.files;
-                let input = self.inputs.get(index).context("no such capture")?;
-                let path = path(MCAP);
-                let progress = progress(&path, record.measured.snapshot.timing.samples, files);
-                self.output.write(&path, |file| write_samples(file, input, self.args, record, &progress))?;
-                progress.finish_and_clear();
-                print_written(&path)
-            }
         }
     }
 
@@ -187,7 +172,6 @@ const KALIBR: &str = ".imu.yaml";
 const SVG: &str = ".svg-figures";
 const PNG: &str = ".png-figures";
 const LOT: &str = ".lot.csv";
-const MCAP: &str = ".ros2.mcap";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
     match form {
@@ -196,7 +180,6 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
         ExportForm::Kalibr => vec![KALIBR],
         ExportForm::Svg => vec![SVG],
         ExportForm::Png => vec![PNG],
-        ExportForm::Mcap => vec![MCAP],
         ExportForm::Lot => Vec::new(),
     }
 }
@@ -209,31 +192,6 @@ fn progress(path: &Path, parts: u64, files: &FileArgs) -> ProgressBar {
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let name = path.file_name().map_or_else(String::new, |name| printable(&name.to_string_lossy()));
     ProgressBar::with_draw_target(Some(parts), target).with_style(style).with_prefix(name)
-}
-
-/// Reads the capture again, with the time base that is now known.
-fn write_samples(
-    out: impl Write,
-    input: &FileStream,
-    args: &ReportArgs,
-    record: &Record<'_>,
-    progress: &ProgressBar,
-) -> Result<()> {
-    let mut messages = Ros2Messages::new(out, record, PROGRAM.name, args.ros_frame, args.stamps)?;
-    let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;
-    runtime.block_on(async {
-        let capture = Capture::open(&input.path, &input.options)?;
-        let mut events = capture.read(args.files.measure.read_options(), CancellationToken::new())?;
-        while let Some(event) = events.recv().await {
-            if let Event::Batch(batch) = event {
-                messages.push(&batch)?;
-                progress.inc(batch.rows().count() as u64);
-            }
-        }
-        anyhow::Ok(())
-    })?;
-    messages.finish()?;
-    Ok(())
 }
 
 fn not_written(path: &Path, error: &KalibrError) -> Error {
