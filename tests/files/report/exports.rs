@@ -12,7 +12,7 @@ use crate::support::real_captures;
 fn exports_are_read_by_others() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "a.vnymr", &[]);
-    let forms = "csv,json,svg,png";
+    let forms = "csv,json,svg";
     let (page, _) = report(&folder, &[&capture], &["--export", forms]);
     let beside = |ending: &str| {
         let mut name = page.with_extension("").into_os_string();
@@ -51,10 +51,7 @@ fn exports_are_read_by_others() {
 
     let svg = fs::read_to_string(beside(".svg-figures").join("allan-gyro_y.svg")).unwrap();
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && svg.ends_with("</svg>"));
-    let png = fs::read(beside(".png-figures").join("allan-gyro_y.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 10_000);
-    let figures = |ending: &str| fs::read_dir(beside(ending)).unwrap().count();
-    assert!(figures(".svg-figures") >= 24 + 12 + 3 && figures(".svg-figures") == figures(".png-figures"));
+    assert!(fs::read_dir(beside(".svg-figures")).unwrap().count() >= 24 + 12 + 3);
 }
 
 /// The values of imu.yaml, which are all that Kalibr reads of it.

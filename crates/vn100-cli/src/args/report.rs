@@ -37,7 +37,7 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports")]
     pub(crate) filter_models: bool,
 
-    /// Figures of the exports svg and png, by kind, channel or name: allan, graphical, gyro_y,
+    /// Figures of the export svg, by kind, channel or name: allan, graphical, gyro_y,
     /// spectrum-accel [default: all]
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,
@@ -50,13 +50,6 @@ pub(crate) struct ReportArgs {
     /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
     #[arg(long, help_heading = "Exports")]
     pub(crate) require_estimated: bool,
-}
-
-impl ExportForm {
-    /// A folder of figures.
-    pub(crate) const fn is_figures(self) -> bool {
-        matches!(self, Self::Svg | Self::Png)
-    }
 }
 
 impl ReportArgs {
@@ -73,9 +66,8 @@ impl ReportArgs {
     pub(super) fn refused(&self) -> Option<String> {
         let output = self.output();
         let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
-        let has_figures = self.export.iter().any(|form| form.is_figures());
-        if !self.figures.is_empty() && !has_figures {
-            return Some("--figures selects what --export svg or png writes: add one of them".into());
+        if !self.figures.is_empty() && !self.export.contains(&ExportForm::Svg) {
+            return Some("--figures selects what --export svg writes: add it".into());
         }
         if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
             return self.files.refused_taus();
@@ -120,6 +112,4 @@ pub(crate) enum ExportForm {
     Kalibr,
     /// Each figure as SVG, in a folder
     Svg,
-    /// Each figure as PNG, in a folder
-    Png,
 }
