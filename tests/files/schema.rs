@@ -37,7 +37,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
             assert_eq!(schema::errors(document, &mut seen), Vec::<String>::new());
         }
     };
-    see(&[&imu], &["--filter-models", "--quantization"]);
+    see(&[&imu], &["--quantization"]);
     let mut logs: Vec<_> =
         fs::read_dir(workspace().join("replay-logs")).unwrap().map(|entry| entry.unwrap().path()).collect();
     logs.retain(|path| path.is_file() && path.extension().is_some_and(|end| end != "md"));

@@ -23,7 +23,7 @@ use vn100_protocol::Channel;
 pub use axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade, Withheld};
+pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub use rest::Motion;
 pub(crate) use rounding::is_rounded_away;

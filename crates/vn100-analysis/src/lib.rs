@@ -45,8 +45,8 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    DetectableRrw, Disturbed, FilterModels, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard,
-    RateShare, WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
+    DetectableRrw, Disturbed, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare,
+    WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{

@@ -24,7 +24,7 @@ impl MeasureOptions {
     }
 }
 
-pub(crate) fn flag(set: bool) -> Option<String> {
+fn flag(set: bool) -> Option<String> {
     set.then(String::new)
 }
 

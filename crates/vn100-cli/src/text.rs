@@ -24,7 +24,7 @@ pub(crate) use summary::summary;
 use vn100_words::remedy_words;
 
 pub(crate) use noise::parameter_name;
-use noise::{write_filter_models, write_noise, write_verdicts};
+use noise::{write_noise, write_verdicts};
 use statistics::{write_detectable, write_deviations, write_distribution, write_parts, write_statistics};
 
 /// Columns a line may take; what every terminal has.
@@ -73,7 +73,7 @@ pub(crate) fn head(measured: &Measured) -> String {
 }
 
 fn write_result(out: &mut String, measured: &Measured, sections: &[Section]) -> fmt::Result {
-    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
+    let Measured { snapshot, assessment, verdicts, .. } = measured;
     write_source(out, measured)?;
     let channels = channel_values(snapshot, assessment);
     for section in sections {
@@ -89,7 +89,6 @@ fn write_result(out: &mut String, measured: &Measured, sections: &[Section]) -> 
             Section::Deviations => write_deviations(out, snapshot, &channels, assessment.confidence)?,
             Section::Noise => {
                 write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
-                write_filter_models(out, &channels, filter_models)?;
             }
             Section::Verdicts => write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?,
         }

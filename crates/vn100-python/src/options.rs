@@ -28,7 +28,6 @@ pub(crate) struct ReplayOptions {
     pub(crate) settings: Settings,
     pub(crate) read: ReadOptions,
     pub(crate) capture: CaptureOptions,
-    pub(crate) filter_models: bool,
 }
 
 /// Options of how a capture is read; the others concern what is measured.
@@ -70,7 +69,7 @@ impl ReplayOptions {
     }
 
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let Self { settings, read, capture, filter_models } = self;
+        let Self { settings, read, capture } = self;
         match name {
             "rate" => settings.rate_hz = Some(rate(value.extract()?)?),
             "estimator" => settings.estimator = estimator(&value.extract::<String>()?)?,
@@ -98,7 +97,6 @@ impl ReplayOptions {
                 capture.columns = Some(columns.parse().map_err(|error| PyValueError::new_err(format!("{error}")))?);
             }
             "topic" => capture.topic = Some(value.extract()?),
-            "filter_models" => *filter_models = value.extract()?,
             _ => return Err(PyTypeError::new_err("there is no such option")),
         }
         Ok(())

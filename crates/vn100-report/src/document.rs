@@ -294,7 +294,7 @@ fn link(snapshot: &Snapshot) -> Link {
 }
 
 fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool) -> Channel {
-    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
+    let Measured { snapshot, assessment, verdicts, .. } = measured;
     let skipped_s = snapshot.skipped.as_secs_f64();
     let noise = values.noise.as_ref();
     let signal_at_end = values.signal.as_ref().filter(|_| ended);
@@ -328,10 +328,7 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
             slope_s: values.slope_s,
             points: values.deviations,
         },
-        noise: noise.map(|noise| {
-            let models = filter_models.get(place).and_then(Option::as_ref);
-            NoiseDocument::new(noise, assessment.samples, snapshot.timing.rate_hz, models)
-        }),
+        noise: noise.map(|noise| NoiseDocument::new(noise, assessment.samples, snapshot.timing.rate_hz)),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(&signal.disturbed, skipped_s)),
         spectrum: signal_at_end.map(SpectrumDocument::new),
         blocks: signal_at_end.map(|signal| signal.blocks.clone()),

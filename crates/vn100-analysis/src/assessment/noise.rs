@@ -3,9 +3,8 @@
 use std::sync::OnceLock;
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
-    OverBound, PROVED_P, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum,
-    over_bound, white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
+    RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
 };
 use noise_comparison::holm;
 use vn100_protocol::Channel;
@@ -399,45 +398,6 @@ impl Made {
         let octaves = shape.octaves();
         let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
         (self.model.of_length(longest, shape.samples), shape.samples as f64 * shape.interval_s)
-    }
-}
-
-/// Noise models of one axis for a filter, in the unit of its channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterModels {
-    /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not
-    /// show the sensor, and where the model cannot be fitted.
-    pub gauss_markov: Option<GaussMarkovFit>,
-    /// The smallest white noise and random walk that together lie above the upper bounds of all
-    /// octaves that have one.
-    pub over_bound: Option<OverBound>,
-}
-
-impl FilterModels {
-    /// For each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is of the
-    /// same snapshot at the level `confidence`. Takes some tenths of a second per axis.
-    #[must_use]
-    pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
-        (snapshot.assessed(assessed))
-            .map(|(channel, results, assessed)| {
-                let noise = assessed.noise.as_ref()?;
-                let curve = OctaveVariances::new(channel, results, snapshot.shape_of(results));
-                let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
-                    // octaves that vibration disturbs are not part of the fit
-                    let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
-                    let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
-                    let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);
-                    model.fit_gauss_markov(&curve.variances[skip..], confidence)
-                });
-                let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
-                    (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
-                        .filter_map(|((octave, variance), assessed)| {
-                            Some((curve.tau_s(octave), variance.sqrt() * assessed.relative?.upper))
-                        })
-                        .unzip();
-                Some(Self { gauss_markov: gauss_markov.flatten(), over_bound: over_bound(&tau_s, &bounds) })
-            })
-            .collect()
     }
 }
 

@@ -33,10 +33,6 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports", value_name = "FORM", value_enum, value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
-    /// Also give the models for filters, in the export as JSON
-    #[arg(long, help_heading = "Exports")]
-    pub(crate) filter_models: bool,
-
     /// Figures of the export svg, by kind, channel or name: allan, graphical, gyro_y,
     /// spectrum-accel [default: all]
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]

@@ -8,11 +8,6 @@ use clap::{ColorChoice, ValueEnum};
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct ResultArgs {
-    /// Also fit models for Kalman filters: a first-order Gauss-Markov process, and a conservative
-    /// N and K that bound the whole Allan curve
-    #[arg(long)]
-    pub(crate) filter_models: bool,
-
     /// Print every section as tables, instead of the summary
     #[arg(long, conflicts_with = "show")]
     pub(crate) full: bool,

@@ -1,16 +1,16 @@
 //! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use
-//! below the interval; the models for filters, where asked for; and what the measurement says of
+//! below the interval; and what the measurement says of
 //! the data sheet.
 
 use std::fmt::{self, Write};
 
 use imu_noise::{
-    Claim, Convention, Deviation, FitQuality, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict,
-    conventions, temperature_conventions,
+    Claim, Convention, Deviation, FitQuality, Parameter, Sensor, Sides, Term, Verdict, conventions,
+    temperature_conventions,
 };
 use vn100_analysis::{
-    Assessment, AxisTemperature, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion,
-    Remedy, StreamUnknown, Verdicts, letter,
+    Assessment, AxisTemperature, ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Motion, Remedy,
+    StreamUnknown, Verdicts, letter,
 };
 use vn100_report::{
     names::{
@@ -255,62 +255,6 @@ fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
     }
 }
 
-/// One table for each sensor, its axes side by side, in the units of the channels.
-pub(super) fn write_filter_models(
-    out: &mut String,
-    channels: &[ChannelValues],
-    models: &[Option<FilterModels>],
-) -> fmt::Result {
-    let axes: Vec<AxisModels<'_>> =
-        channels.iter().zip(models).filter_map(|(channel, models)| Some((channel, models.as_ref()?))).collect();
-    for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
-        let Some(noise) = group[0].0.noise.as_ref() else { continue };
-        let unit = |term| si_unit(noise.sensor, term);
-        writeln!(out, "\n{}: models for Kalman filters", names_of(group[0].0.quantity).title)?;
-        row(out, "", group, |(channel, _)| channel.name.clone())?;
-        writeln!(out, "white noise + first-order Gauss-Markov")?;
-        write_fitted(out, &format!("  N {}", unit(Term::White)), group, |fit| fit.white)?;
-        write_fitted(out, &format!("  sigma {}", group[0].0.unit), group, |fit| fit.sigma)?;
-        write_fitted(out, "  correlation time s", group, |fit| fit.correlation_time_s)?;
-        writeln!(out, "conservative bound of the whole curve")?;
-        row(out, &format!("  N {}", unit(Term::White)), group, bound(|bound| bound.white))?;
-        row(out, &format!("  K {}", unit(Term::RateRandomWalk)), group, bound(|bound| bound.rate_random_walk))?;
-    }
-    Ok(())
-}
-
-type AxisModels<'a> = (&'a ChannelValues, &'a FilterModels);
-
-/// A parameter, and below it the interval where an axis has one.
-fn write_fitted(
-    out: &mut String,
-    label: &str,
-    group: &[AxisModels<'_>],
-    of: fn(&GaussMarkovFit) -> Parameter,
-) -> fmt::Result {
-    let fitted = |(_, models): &AxisModels<'_>| models.gauss_markov.as_ref().map(of);
-    let fitted: Vec<Option<Parameter>> = group.iter().map(fitted).collect();
-    row(out, label, &fitted, |parameter| value_or_bound(*parameter))?;
-    write_interval(out, &fitted)
-}
-
-fn value_or_bound(parameter: Option<Parameter>) -> String {
-    match parameter {
-        Some(Parameter { value: Some(value), .. }) => four_digits(value),
-        Some(Parameter { upper: Some(upper), .. }) => format!("<= {}", four_digits(upper)),
-        Some(Parameter { lower: Some(lower), .. }) => format!(">= {}", four_digits(lower)),
-        Some(_) => "not observable".into(),
-        None => "-".into(),
-    }
-}
-
-fn bound(of: fn(&OverBound) -> f64) -> impl Fn(&AxisModels<'_>) -> String {
-    // one of the two alone may lie above all: the other is nothing, not a small number
-    let written = |value: f64| if value == 0.0 { "0".into() } else { four_digits(value) };
-    move |(_, models)| models.over_bound.as_ref().map(of).map_or("-".into(), written)
-}
-
-/// Every figure of the data sheet beside each axis, or why there is none; nothing without a sheet.
 pub(super) fn write_verdicts(
     out: &mut String,
     channels: &[ChannelValues],
@@ -370,20 +314,4 @@ fn write_grades(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     let graded: Vec<String> = merged.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect();
     let text = format!("{}: {}", grade_scheme(), graded.join("; "));
     writeln!(out, "{}", fill(&text, "", "  "))
-}
-
-#[cfg(test)]
-mod tests {
-    use imu_noise::Status;
-
-    use super::*;
-
-    #[test]
-    fn what_lies_at_an_end_is_a_bound() {
-        let nothing = Parameter::without_value(Status::Bounded);
-        assert_eq!(value_or_bound(Some(Parameter { lower: Some(900.0), ..nothing })), ">= 900.0");
-        assert_eq!(value_or_bound(Some(Parameter { upper: Some(1.5), ..nothing })), "<= 1.500");
-        assert_eq!(value_or_bound(Some(Parameter::without_value(Status::NotObservable))), "not observable");
-        assert_eq!(value_or_bound(None), "-");
-    }
 }

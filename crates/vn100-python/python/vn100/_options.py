@@ -23,7 +23,6 @@ class ReplayOptions(ReadingOptions, total=False):
     deviation: Literal["allan", "hadamard"] | None
     duration: float | None
     estimator: Literal["strided", "full", "plain"] | None
-    filter_models: bool | None
     quantization: bool | None
     rate: float | None
     skip: float | None

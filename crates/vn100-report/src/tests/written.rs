@@ -113,7 +113,7 @@ fn a_parameter_that_must_pass_and_does_is_not_reported() {
     let measured = at_rest(32_768, &[]);
     for (figure, unmet) in [("gyro B", 0), ("accel B", 1)] {
         let asked = Asked { fail_on: vec![figure.parse().unwrap()], typical_is_limit: false };
-        let complete = Evaluation::new(None, asked, false).unwrap().complete(measured.clone());
+        let complete = Evaluation::new(None, asked).unwrap().complete(measured.clone());
         assert_eq!(complete.unmet.len(), unmet, "{:?}", complete.unmet);
         let expected = if unmet == 0 { Completion::Complete } else { Completion::NotMet };
         assert_eq!(complete.completion, expected);
