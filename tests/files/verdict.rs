@@ -137,11 +137,6 @@ fn the_built_in_densities_are_given_as_both_readings() {
     assert!(said.contains("--fail-on \"gyro N\" needs a limit") && !said.contains("\"gyro B\" needs"), "{said}");
     let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro N", "--typical-is-limit"]);
     assert!(exit == 4 && said.contains("gyro_x is undecidable") && said.contains("one-sided or two-sided"), "{said}");
-    let text = vn100().args(["replay", "--full"]).arg(&file).args(RATE).output().unwrap().stdout;
-    let text = String::from_utf8(text).unwrap();
-    let verdicts = text.split_once("data sheet: VectorNav VN-100 (nominal").unwrap().1;
-    assert!(verdicts.lines().all(|line| line.chars().count() <= 80), "{verdicts}");
-    assert!(verdicts.contains("gyro_x   N  undecidable"), "{verdicts}");
     let summary = vn100().arg("replay").arg(&file).args(RATE).output().unwrap().stdout;
     let summary = String::from_utf8(summary).unwrap();
     assert!(summary.contains("] undecidable: the sheet's density may be one-sided"), "{summary}");
@@ -190,13 +185,8 @@ fn a_moved_sensor_is_not_compared_and_every_output_says_why() {
     assert!(warning.unwrap()["text"].as_str().unwrap().starts_with(why));
     let (exit, said) = ended(&moved, &["--rate", "40", "--fail-on", "accel N"]);
     assert!(exit == 4 && said.contains(&format!("accel N does not pass: {why}")), "{said}");
-    let text = vn100().args(["replay", "--full"]).arg(&moved).args(RATE).output().unwrap().stdout;
-    let text = String::from_utf8(text).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    for told in
-        [&format!("! not-stationary (problem): {why}"), &format!("nothing is compared, {why}"), "describe the motion"]
-    {
-        assert!(text.contains(told), "{told} is not in {text}");
-    }
+    let text = vn100().arg("replay").arg(&moved).args(RATE).output().unwrap().stdout;
+    assert!(String::from_utf8(text).unwrap().contains(&format!("MOVED    {why}")));
 }
 
 #[test]

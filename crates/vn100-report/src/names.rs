@@ -310,8 +310,7 @@ fn why(verdict: &FigureVerdict) -> &'static str {
 
 /// The unit in which a parameter of a sensor is usually given, and how many of these units are one
 /// SI unit.
-#[must_use]
-pub fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
+fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
         (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
