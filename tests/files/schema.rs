@@ -51,7 +51,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
     let row = |index: u32| format!("{:.2},{},{}\n", 0.01 * f64::from(index), index * 7919 % 101, index * 7919 % 89);
     let rows: String = (0..400).map(row).collect();
     fs::write(&table, format!("t,gyro_x,gyro_y\n{rows}4.00,,3\n4.01,1\n")).unwrap();
-    see(&[&table], &["--detrend", "linear"]);
+    see(&[&table], &[]);
     let answers = capture(folder.path(), "b.vnymr", &["--duration", "60s"]);
     let mut lines = fs::read_to_string(&answers).unwrap();
     for body in

@@ -119,6 +119,6 @@ pub use infer::slow_cycle::SlowCycle;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
 pub use infer::temperature::{
-    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
+    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
 };
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};

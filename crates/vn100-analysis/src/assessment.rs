@@ -10,7 +10,7 @@ mod rest;
 mod rounding;
 mod stationary;
 mod stream;
-pub(crate) mod temperature;
+mod temperature;
 mod units;
 mod white_budget;
 
@@ -213,8 +213,7 @@ fn noise_of(
     // where the averaging is known, so is what it makes of neighbouring samples
     let is_known = onboard.is_some_and(|onboard| onboard.window_known());
     let shown = signal.and_then(|signal| signal.roll_off(bands)).filter(|shown| shown.is_proved || !is_known);
-    let removed = results.removed_temperature.is_some();
-    let level = signal.filter(|_| !removed).and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
+    let level = signal.and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
     let evidence = ChannelCurve {
         bands,
         cycle,

@@ -15,7 +15,7 @@ use pyo3::{
     types::PyDict,
 };
 use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::{Detrend, Settings};
+use vn100_analysis::Settings;
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
 use vn100_pipeline::ReplaySpec;
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
@@ -80,10 +80,6 @@ impl ReplayOptions {
                 Duration::ZERO => return Err(PyValueError::new_err("0 s contains no sample")),
                 duration => settings.duration = Some(duration),
             },
-            "detrend" => {
-                let all = [("linear", Detrend::Line), ("temperature", Detrend::Temperature)];
-                settings.detrend = Some(one_of(&value.extract::<String>()?, &all)?);
-            }
             "quantization" => settings.quantization = value.extract()?,
             "window" => settings.window = Some(window(value.extract()?)?),
             "compensated" => settings.compensated = Some(is_compensated(value)?),

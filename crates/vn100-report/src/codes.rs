@@ -115,7 +115,7 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
         Verdict::Consistent => of(
             "consistent",
             "undecidable",
-            "the interval agrees with the figure, or its value does, and no longer record decides: that needs what is unknown, the averaging window, the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided",
+            "the interval agrees with the figure, or its value does, and no longer record decides: that needs what is unknown, the averaging window, the sample rate, or whether the density is one-sided or two-sided",
         ),
         Verdict::Undecided => of(
             "undecided",

@@ -13,7 +13,6 @@ use super::{
     ChannelAssessment, OctaveVariances, axis_temperature::AxisTemperature, onboard::Onboard, white_budget::WhiteBudget,
 };
 use crate::{
-    detrend::Detrend,
     in_parallel::in_parallel,
     sensor::sensor_of,
     snapshot::{RateFrom, Snapshot},
@@ -153,9 +152,7 @@ impl ChannelNoise {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                // a line that was taken out is no ramp to be found
-                let slope_unit_s = curve.slope_unit_s.filter(|_| snapshot.detrended != Some(Detrend::Line));
-                let whole = model.fit(&ChannelCurve { slope_unit_s, ..evidence }, confidence);
+                let whole = model.fit(&ChannelCurve { slope_unit_s: curve.slope_unit_s, ..evidence }, confidence);
                 let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
                 let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {

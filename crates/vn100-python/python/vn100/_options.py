@@ -19,7 +19,6 @@ class ReplayOptions(ReadingOptions, total=False):
 
     compensated: bool | Literal["yes", "no"] | None
     confidence: float | None
-    detrend: Literal["linear", "temperature"] | None
     deviation: Literal["allan", "hadamard"] | None
     duration: float | None
     estimator: Literal["strided", "full", "plain"] | None

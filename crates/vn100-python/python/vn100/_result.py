@@ -276,7 +276,7 @@ def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **optio
     Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
     ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds, both
     from the first sample, so that ``duration`` includes what ``skip`` excludes),
-    ``detrend``, ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
+    ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
     ``accept_unchecked``, ``measure``. A given ``rate`` is taken even
     where the times of a capture show another, but not for ``BINARY`` packets, whose rate
     is that of the clock in them. A capture with several streams gives a list of

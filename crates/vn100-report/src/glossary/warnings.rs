@@ -252,8 +252,8 @@ const fn words(kind: WarningKind) -> Words {
         Kind::FollowsTemperature => (
             "The bias follows the temperature of the sensor significantly.",
             "Part of the deviation at long averaging times is temperature, not noise.",
-            "Record at a constant temperature, or remove the dependence ({}).",
-            &[Remedy::RemoveTemperature],
+            "Record at a constant temperature.",
+            &[],
         ),
         Kind::QuantisationFloor => (
             "From sample to sample the noise is less than half a step of the values.",

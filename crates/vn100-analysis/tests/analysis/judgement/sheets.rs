@@ -2,8 +2,8 @@
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    Assessment, Datasheet, DatasheetFigure, Detrend, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
-    UnmetGoal, WindowFrom, not_passed,
+    Assessment, Datasheet, DatasheetFigure, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal,
+    WindowFrom, not_passed,
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -55,9 +55,6 @@ fn verdicts_count_what_the_stream_makes_of_white_noise() {
     assert_eq!((no_decimation.0, no_decimation.1), (Verdict::Pass, None));
     let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
     assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
-    // a line that was taken out is no matter to white noise
-    let detrended = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings { detrend: Some(Detrend::Line), ..given }));
-    assert_eq!((detrended.0, detrended.1), (Verdict::Pass, None));
 }
 
 #[test]
@@ -105,9 +102,6 @@ fn bias_instability_is_judged_whatever_the_window_and_the_rate() {
     assert_eq!(verdicts(all(), Vec::new(), given.clone()), [passed; 3]);
     let assumed = (Verdict::Consistent, Some(StreamUnknown::Rate));
     assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], Settings::default()), [passed, passed, assumed]);
-    let detrended = Settings { detrend: Some(Detrend::Line), ..given };
-    let removed = (Verdict::Consistent, Some(StreamUnknown::LineRemoved));
-    assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], detrended), [removed; 3]);
 }
 
 #[test]
