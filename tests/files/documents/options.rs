@@ -43,7 +43,8 @@ fn every_option_that_a_document_names_exists() {
     let helps = helps();
     assert!(helps.len() >= 16, "{:?}", helps.keys());
     let (mut found, mut missing) = (0, Vec::new());
-    for document in documents() {
+    // the changelog names options that are gone, too
+    for document in documents().into_iter().filter(|document| document.name != "CHANGELOG.md") {
         for span in document.spans() {
             let is_before = |word: &&str| *word == "vn100" || is_variable(word);
             let mut words = span.split_whitespace().skip_while(is_before).peekable();
