@@ -1,5 +1,5 @@
 """Compares `vn100 replay` with allantools, on any capture of whole $VNYMR lines: every octave of every channel, and with all overlaps
-the averaging factors 1, 2, 4, 10, 20, 40 ... and every one of a short record too.
+the averaging factors 1, 2, 4, 10, 20, 40 ... too.
 
     python3 -m venv .venv && .venv/bin/pip install allantools==2024.6
     cargo build --release
@@ -19,7 +19,6 @@ RATE_HZ = 40.0
 PEERS = {
     ("full", "allan", "octave"): allantools.oadev,
     ("full", "allan", "decade"): allantools.oadev,
-    ("full", "allan", "all"): allantools.oadev,
     ("full", "hadamard", "octave"): allantools.ohdev,
     ("full", "hadamard", "decade"): allantools.ohdev,
     ("plain", "allan", None): allantools.adev,

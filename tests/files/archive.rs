@@ -212,13 +212,13 @@ fn exports_beside_the_captures_are_skipped_and_counted() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("in")).unwrap();
     capture(&folder.path().join("in"), "a.mcap", &["--message", "VNIMU", "--duration", "30s"]);
-    let forms = ["--export", "csv,json,mcap,lot", "--force", "-q"];
+    let forms = ["--export", "csv,json,lot", "--force", "-q"];
     let report = vn100().current_dir(folder.path().join("in")).args(["report", "a.mcap"]).args(forms).output().unwrap();
     assert!(report.status.success(), "{report:?}");
     let table = ["-o", "in/all.csv"];
     let (_, exit, said) = run(folder.path(), &table);
     assert_eq!(exit, 0, "{said}");
-    assert!(said.contains("12 files are exports, no captures, as in/a.allan.csv: skipped"), "{said}");
+    assert!(said.contains("11 files are exports, no captures, as in/a.allan.csv: skipped"), "{said}");
     let first = fs::read_to_string(folder.path().join("in/all.csv")).unwrap();
     assert!(first.lines().skip(1).all(|row| row.starts_with("in/a.mcap,")), "{first}");
     let (_, exit, said) = run(folder.path(), &table);

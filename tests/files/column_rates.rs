@@ -95,8 +95,6 @@ fn streams_of_a_table_are_reported_and_compared_and_chosen() {
     let compared = vn100().arg("compare").args([&path, &path]).output().unwrap();
     let text = String::from_utf8(compared.stdout).unwrap();
     assert!(text.contains("\n4 runs, 95 % confidence\n") && text.contains("\n  run 2  log.csv mag: CSV"), "{text}");
-    let text = vn100().args(["replay", "--full"]).arg(&path).output().unwrap().stdout;
-    assert!(String::from_utf8(text).unwrap().contains("\n  other rows 6000, of other streams\n"));
     // a table on standard input is read once: all of it, unless a stream is named
     let bytes = fs::read(&path).unwrap();
     let all = document(&with_stdin(vn100().args(["replay", "-", "--json"]), &bytes));

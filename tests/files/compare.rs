@@ -325,7 +325,6 @@ fn one_capture_and_options_of_one_capture_are_no_comparison() {
     };
     assert_eq!(exit(&[], &files[..1]), Some(2));
     assert_eq!(exit(&["--ndjson"], &files), Some(2));
-    assert_eq!(exit(&["--filter-models"], &files), Some(2));
 }
 
 fn plan(options: &[&str]) -> Value {

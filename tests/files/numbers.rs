@@ -113,13 +113,10 @@ fn a_window_longer_than_the_interval_is_told_from_a_filter_of_the_bias() {
         ));
     }
     fs::write(&path, capture).unwrap();
-    let (document, _) = replay(&path, &["--rate", "200", "--filter-models"]);
+    let (document, _) = replay(&path, &["--rate", "200"]);
     for name in ["gyro_x", "gyro_y", "gyro_z"] {
         assert!(holds(parameter(&document, name, "white"), density), "{}", parameter(&document, name, "white"));
         assert_eq!(parameter(&document, name, "rate_random_walk")["status"], "bounded", "{name}");
-        let process = &parameter(&document, name, "filter_models")["gauss_markov"];
-        let over = process["white"]["value"].as_f64().unwrap() / density;
-        assert!((0.95..1.05).contains(&over), "{process}");
     }
     assert!(!warned(&document, "compensated-stream"), "{}", document["warnings"]);
 }
@@ -262,21 +259,6 @@ fn what_is_read_by_rule_has_its_letter_and_its_unit() {
     let classical = &channel(&document, "gyro_x")["noise"]["classical"];
     let units = ["white_unit", "bias_instability_unit", "rate_random_walk_unit"].map(|name| &classical[name]);
     assert_eq!(units, ["rad/s/sqrt(Hz)", "rad/s", "rad/s/sqrt(s)"]);
-    let text = |options: &[&str]| {
-        let output = vn100().args(["replay", "--full", "--rate", "40"]).args(options).arg(&path).output().unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        text.split_whitespace().collect::<Vec<_>>().join(" ")
-    };
-    let allan = text(&[]);
-    let by_rule = allan.split("graphical method").nth(2).unwrap();
-    for part in ["N, slope -1/2 at 1 s rad/s/sqrt(Hz)", "B, minimum / 0.664 rad/s", " deg/h ", "K, slope +1/2 at 3 s"] {
-        assert!(by_rule.contains(part), "{part}: {by_rule}");
-    }
-    let hadamard = text(&["--deviation", "hadamard"]);
-    assert!(
-        !hadamard.contains("slope -1/2 at 1 s") && hadamard.contains("No values by the graphical method"),
-        "{hadamard}"
-    );
 }
 
 #[test]
@@ -290,25 +272,6 @@ fn a_figure_that_the_message_does_not_carry_ends_the_measurement_with_the_reason
         assert_eq!(output.status.code(), Some(4), "{stderr}");
         assert_eq!(stderr.matches("gyro B is not measurable in VNYMR").count(), 1, "{stderr}");
     }
-}
-
-#[test]
-fn filters_get_their_models_on_request() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "1h"]);
-    let (document, _) = replay(&path, &["--rate", "40", "--filter-models"]);
-    let models = &channel(&document, "gyro_x")["noise"]["filter_models"];
-    assert!(models["gauss_markov"]["sigma"]["upper"].is_number(), "{models}");
-    let [white, walk] = ["white", "rate_random_walk"].map(|field| models["over_bound"][field].as_f64().unwrap());
-    for point in channel(&document, "gyro_x")["allan"]["points"].as_array().unwrap() {
-        let tau_s = point["tau_s"].as_f64().unwrap();
-        if point["edf"].as_f64().is_some_and(|edf| edf >= 2.0) {
-            let bound = (white * white / tau_s + walk * walk * tau_s / 3.0).sqrt();
-            assert!(bound >= 0.999_999 * point["upper"].as_f64().unwrap(), "{point}");
-        }
-    }
-    let (document, _) = replay(&path, &["--rate", "40"]);
-    assert_eq!(channel(&document, "gyro_x")["noise"].get("filter_models"), None);
 }
 
 #[test]

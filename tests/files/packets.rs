@@ -205,9 +205,6 @@ fn what_is_lost_is_counted_exactly() {
     assert_eq!(timing(&document, "missing"), 4000 - samples);
     assert_eq!(timing(&document, "rate_hz"), 400.0);
     assert_eq!((&document["link"]["skipped_bytes"], &document["link"]["damaged_packets"]), (&44.into(), &1.into()));
-    for (options, expected) in [(&[][..], "packets rejected: checksum mismatch"), (&["--full"], "1 damaged packet")] {
-        let output = vn100().arg("replay").args(options).arg(&file).output().unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        assert!(text.contains(expected), "{text}");
-    }
+    let text = String::from_utf8(vn100().arg("replay").arg(&file).output().unwrap().stdout).unwrap();
+    assert!(text.contains("packets rejected: checksum mismatch"), "{text}");
 }

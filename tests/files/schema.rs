@@ -37,7 +37,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
             assert_eq!(schema::errors(document, &mut seen), Vec::<String>::new());
         }
     };
-    see(&[&imu], &["--filter-models", "--quantization"]);
+    see(&[&imu], &["--quantization"]);
     let mut logs: Vec<_> =
         fs::read_dir(workspace().join("replay-logs")).unwrap().map(|entry| entry.unwrap().path()).collect();
     logs.retain(|path| path.is_file() && path.extension().is_some_and(|end| end != "md"));
@@ -51,7 +51,7 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
     let row = |index: u32| format!("{:.2},{},{}\n", 0.01 * f64::from(index), index * 7919 % 101, index * 7919 % 89);
     let rows: String = (0..400).map(row).collect();
     fs::write(&table, format!("t,gyro_x,gyro_y\n{rows}4.00,,3\n4.01,1\n")).unwrap();
-    see(&[&table], &["--detrend", "linear"]);
+    see(&[&table], &[]);
     let answers = capture(folder.path(), "b.vnymr", &["--duration", "60s"]);
     let mut lines = fs::read_to_string(&answers).unwrap();
     for body in

@@ -111,20 +111,6 @@ fn a_moved_sensor_has_means_and_no_noise() {
 }
 
 #[test]
-fn sections_are_printed_instead_of_the_summary() {
-    let log = replay_log("clean-minute.vnymr");
-    let deviations = summary(&log, &["--show", "deviations,warnings"]);
-    assert!(deviations.contains("tau (s)") && deviations.contains("\n! rate-assumed (caution): "), "{deviations}");
-    assert!(!deviations.contains("Angle Random Walk") && !deviations.contains("kurtosis"), "{deviations}");
-    let full = summary(&log, &["--full"]);
-    for part in ["tau (s)", "! rate-assumed", "kurtosis", "Gyroscope: noise parameters", "data sheet: "] {
-        assert!(full.contains(part), "no {part} in\n{full}");
-    }
-    let unknown = vn100().args(["replay", "x", "--show", "tables"]).output().unwrap();
-    assert!(unknown.status.code() == Some(2) && String::from_utf8_lossy(&unknown.stderr).contains("deviations"));
-}
-
-#[test]
 fn colours_are_for_terminals_or_on_request() {
     let log = replay_log("clean-minute.vnymr");
     let plain = summary(&log, &[]);

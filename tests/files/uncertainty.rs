@@ -1,15 +1,10 @@
-//! What is said of the uncertainty of a result, the same in documents, tables, text and page.
+//! What is said of the uncertainty of a result, the same in documents, tables and page.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use serde_json::Value;
 
 use crate::support::{capture, channel, replay, vn100};
-
-fn text(file: &Path, options: &[&str]) -> String {
-    let output = vn100().args(["replay", "--full"]).arg(file).args(options).output().unwrap();
-    String::from_utf8(output.stdout).unwrap()
-}
 
 #[test]
 fn no_deviation_has_an_interval_below_two_degrees_of_freedom() {
@@ -40,7 +35,6 @@ fn no_deviation_has_an_interval_below_two_degrees_of_freedom() {
     let empty = table.lines().skip(1).filter(|row| row.split(',').skip(5).take(3).all(str::is_empty)).count();
     let partly = table.lines().skip(1).filter(|row| row.split(',').skip(5).take(3).any(str::is_empty)).count();
     assert_eq!((empty, partly), (without, without));
-    assert!(text(&file, &["--rate", "40"]).contains("n/a"));
 }
 
 #[test]
@@ -57,12 +51,6 @@ fn p_stands_beside_each_estimated_slow_term_and_the_minimum_beside_b() {
     let minimum = &noise["curve_minimum"];
     let ratio = minimum["value"].as_f64().unwrap() / bias["value"].as_f64().unwrap();
     assert!((0.66..0.9).contains(&ratio), "{ratio}");
-    let text = text(&file, &options);
-    for row in
-        ["\n  p without it", "\nminimum of the curve", "\n  uncertainty of N, %", "\n    scale factor: not verified"]
-    {
-        assert!(text.contains(row), "{row:?} is not in {text}");
-    }
     let page = folder.path().join("a.html");
     let output = vn100().arg("report").arg(&file).args(options).args(["--export", "csv", "-o"]).arg(&page).output();
     assert!(output.unwrap().status.success());

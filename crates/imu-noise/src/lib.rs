@@ -108,9 +108,9 @@ pub use infer::level_series::LevelSeries;
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, GaussMarkovProcess, NoiseFit,
-    NoiseModel, NotRead, OverBound, PROVED_P, Parameter, SlopeLine, Status, Term, Terms, Wanted, classical_reading,
-    curve_minimum, least_half_width, over_bound, visible_random_walk, white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
+    PROVED_P, Parameter, SlopeLine, Status, Term, Terms, Wanted, classical_reading, curve_minimum, least_half_width,
+    visible_random_walk, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
@@ -119,6 +119,6 @@ pub use infer::slow_cycle::SlowCycle;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
 pub use infer::temperature::{
-    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
+    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
 };
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};

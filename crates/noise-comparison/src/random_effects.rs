@@ -118,7 +118,7 @@ impl RecordEvidence {
                 let found = parameter.p.map_or(0.0, |p| -normal_quantile(p.clamp(1e-9, 0.5)));
                 Some(Self::Bound { log_upper: log(parameter.upper)?, found, reach: found + z })
             }
-            Status::NotObservable | Status::NotMeasurable | Status::ModelRejected => None,
+            Status::NotObservable | Status::NotMeasurable | Status::Moved | Status::ModelRejected => None,
         }
     }
 

@@ -10,7 +10,7 @@ mod rest;
 mod rounding;
 mod stationary;
 mod stream;
-pub(crate) mod temperature;
+mod temperature;
 mod units;
 mod white_budget;
 
@@ -23,7 +23,7 @@ use vn100_protocol::Channel;
 pub use axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
 pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade, Withheld};
+pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub use rest::Motion;
 pub(crate) use rounding::is_rounded_away;
@@ -207,8 +207,7 @@ fn noise_of(
     // where the averaging is known, so is what it makes of neighbouring samples
     let is_known = onboard.is_some_and(|onboard| onboard.window_known());
     let shown = signal.and_then(|signal| signal.roll_off(bands)).filter(|shown| shown.is_proved || !is_known);
-    let removed = results.removed_temperature.is_some();
-    let level = signal.filter(|_| !removed).and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
+    let level = signal.and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
     let evidence = ChannelCurve {
         bands,
         cycle,

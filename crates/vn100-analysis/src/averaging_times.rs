@@ -15,10 +15,6 @@ pub enum AveragingTimes {
     Octave,
     /// m = 1, 2, 4, 10, 20, 40, 100 … samples, as in Stable32 and allantools.
     Decade,
-    /// Every m up to 1024, and above that 128 in each octave, evenly spaced: neighbours are then at
-    /// most 0.8 % apart and share nearly all of their samples. Of these averaging times a long
-    /// record of n samples has 1024 + 128 · log2(n/2048), and not n/2.
-    All,
     /// These averaging times in seconds, each above 0.
     List(Vec<f64>),
 }
@@ -27,7 +23,7 @@ pub enum AveragingTimes {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum AveragingTimesError {
     /// The text, or a part between commas, is neither a name nor a number.
-    #[error("{0:?} is no averaging time: octave, decade, all, or seconds with commas between them, as in 0.5,1,10")]
+    #[error("{0:?} is no averaging time: octave, decade, or seconds with commas between them, as in 0.5,1,10")]
     NoNumber(String),
     /// The number is zero, negative, or not finite.
     #[error("an averaging time of {0} s does not exist: give seconds above 0")]
@@ -79,11 +75,6 @@ fn tidy(seconds: f64) -> f64 {
 }
 
 impl AveragingTimes {
-    /// Every m up to this one is given.
-    const ALL_UP_TO: u64 = 1024;
-    /// The number of averaging factors in each octave above that.
-    const IN_AN_OCTAVE: u64 = 128;
-
     /// The averaging factors besides the octaves for a record of this shape, ascending, and the
     /// times that are not a multiple of its sample interval; none of either for the octaves
     /// themselves.
@@ -94,11 +85,6 @@ impl AveragingTimes {
             Self::Decade => {
                 let decades = (0..19).flat_map(|power| [1, 2, 4].map(|m| m * 10_u64.pow(power)));
                 (decades.take_while(has_window).collect(), Vec::new())
-            }
-            Self::All => {
-                let next =
-                    |m: &u64| Some(m + if *m < Self::ALL_UP_TO { 1 } else { (1 << m.ilog2()) / Self::IN_AN_OCTAVE });
-                (std::iter::successors(Some(1), next).take_while(has_window).collect(), Vec::new())
             }
             Self::List(times) => {
                 let missing = self.no_multiples(shape.interval_s);
@@ -135,7 +121,6 @@ impl FromStr for AveragingTimes {
         match text.trim() {
             "octave" => Ok(Self::Octave),
             "decade" => Ok(Self::Decade),
-            "all" => Ok(Self::All),
             list => {
                 let time = |word: &str| match word.trim().parse::<f64>() {
                     Ok(tau_s) if tau_s > 0.0 && tau_s.is_finite() => Ok(tau_s),
@@ -153,7 +138,6 @@ impl fmt::Display for AveragingTimes {
         match self {
             Self::Octave => f.write_str("octave"),
             Self::Decade => f.write_str("decade"),
-            Self::All => f.write_str("all"),
             Self::List(times) => f.write_str(&times.iter().map(f64::to_string).collect::<Vec<_>>().join(",")),
         }
     }
@@ -164,8 +148,7 @@ impl Encoded for AveragingTimes {
         let (kind, list) = match self {
             Self::Octave => (0, Vec::new()),
             Self::Decade => (1, Vec::new()),
-            Self::All => (2, Vec::new()),
-            Self::List(list) => (3, list.clone()),
+            Self::List(list) => (2, list.clone()),
         };
         out.push(kind);
         list.encode(out);
@@ -173,11 +156,8 @@ impl Encoded for AveragingTimes {
 
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let (kind, list) = (u8::decode(input)?, Vec::<f64>::decode(input)?);
-        check((kind == 3 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
-        [Self::Octave, Self::Decade, Self::All, Self::List(list)]
-            .into_iter()
-            .nth(kind.into())
-            .ok_or(BadEncoding::Contradictory)
+        check((kind == 2 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
+        [Self::Octave, Self::Decade, Self::List(list)].into_iter().nth(kind.into()).ok_or(BadEncoding::Contradictory)
     }
 }
 
@@ -201,19 +181,10 @@ mod tests {
     fn names_stand_for_the_factors_of_the_tables() {
         assert_eq!(factors("octave", 1000, 1.0), []);
         assert_eq!(factors("decade", 1000, 1.0), [1, 2, 4, 10, 20, 40, 100, 200, 400]);
-        assert_eq!(factors("all", 1001, 1.0), (1..=500).collect::<Vec<_>>());
         assert_eq!(factors("decade", 1, 1.0), []);
         assert_eq!(factors("10, 0.025 ,1,1", 10_000, 0.025), [1, 40, 400]);
         // 0.33 s at 300 Hz is 99 samples but for the last bit
         assert_eq!(factors("0.33", 1000, 1.0 / 300.0), [99]);
-    }
-
-    #[test]
-    fn all_is_bounded_and_hardly_thinned() {
-        let all = factors("all", 10_000_000, 0.025);
-        assert!(all.len() < 3000, "{}", all.len());
-        assert!(all.windows(2).all(|pair| pair[1] - pair[0] <= (pair[0] / 128).max(1)));
-        assert!(all.contains(&1024) && all.contains(&(1 << 22)) && *all.last().unwrap() > 4_950_000);
     }
 
     #[test]
@@ -237,7 +208,7 @@ mod tests {
             AveragingTimes::decode(&mut ByteReader::new(&bytes)).ok()
         };
         let list = AveragingTimes::List(vec![0.5, 10.0]);
-        for times in [AveragingTimes::Octave, AveragingTimes::Decade, AveragingTimes::All, list] {
+        for times in [AveragingTimes::Octave, AveragingTimes::Decade, list] {
             assert_eq!(decoded(&times), Some(times));
         }
         for tau_s in [0.0, -1.0, f64::NAN] {
@@ -247,7 +218,7 @@ mod tests {
 
     #[test]
     fn texts_are_read_as_they_are_printed() {
-        for text in ["octave", "decade", "all", "0.5,1,10"] {
+        for text in ["octave", "decade", "0.5,1,10"] {
             assert_eq!(text.parse::<AveragingTimes>().unwrap().to_string(), text);
         }
         for (text, expected) in

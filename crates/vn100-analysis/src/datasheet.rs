@@ -6,7 +6,6 @@ use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Sides, StreamFactor, Ter
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
-    detrend::Detrend,
     noise_figure::NoiseFigure,
     snapshot::{RateFrom, Snapshot},
 };
@@ -112,8 +111,6 @@ pub enum StreamUnknown {
     Window,
     /// The sample rate is assumed.
     Rate,
-    /// A spectral peak was removed, and an unknown share of the parameter with it.
-    LineRemoved,
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
@@ -127,8 +124,7 @@ impl Datasheet {
     /// White noise is compared with the figure multiplied by the effect of averaging and decimation
     /// on board; where that effect is not known, it neither passes nor fails. B does not depend on
     /// it. All figures but B and the minimum of the curve, which do not depend on the time scale,
-    /// need a sample rate that is not assumed; all but white noise need a record from which no
-    /// spectral peak was removed. Where the sensor was moved, no channel has verdicts.
+    /// need a sample rate that is not assumed. Where the sensor was moved, no channel has verdicts.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
         let of_channel = |channel: &ChannelAssessment| {
@@ -206,11 +202,10 @@ impl Datasheet {
 fn unknown(term: Term, is_settled: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
     let window = (!is_settled).then_some(StreamUnknown::Window);
     let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
-    let line = (snapshot.detrended == Some(Detrend::Line)).then_some(StreamUnknown::LineRemoved);
     match term {
         Term::White => window.or(rate),
-        Term::BiasInstability => line,
-        Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate.or(line),
+        Term::BiasInstability => None,
+        Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate,
     }
 }
 

@@ -18,7 +18,6 @@ mod assessment;
 mod averaging_times;
 mod comparison;
 mod datasheet;
-mod detrend;
 mod goal;
 mod goal_check;
 mod in_parallel;
@@ -45,8 +44,8 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    DetectableRrw, Disturbed, FilterModels, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard,
-    RateShare, WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
+    DetectableRrw, Disturbed, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare,
+    WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
@@ -57,7 +56,6 @@ pub use comparison::{
 pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
 };
-pub use detrend::Detrend;
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
@@ -69,7 +67,7 @@ pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensat
 pub use settings::{DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, FalseReport, MissingFrom, Outages, PlaceMark, RateChange, RateFrom, RegisterChannel,
-    RemovedTemperature, Snapshot, Timing,
+    Snapshot, Timing,
 };
 pub use source_facts::{
     EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,

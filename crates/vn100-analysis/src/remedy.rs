@@ -34,8 +34,6 @@ pub enum Remedy {
     MeasureLive,
     /// Poll the temperature of a live sensor between its sentences.
     ReadTemperature,
-    /// Remove the contribution of the temperature.
-    RemoveTemperature,
     /// Record the live sensor, with its temperature and the conditions.
     Record,
     /// Plan how long a record must be.
@@ -77,7 +75,6 @@ impl fmt::Display for Remedy {
             Self::Configure(setting) | Self::MeasureWith(setting) => setting.fmt(f),
             Self::MeasureLive => f.write_str("a live measurement"),
             Self::ReadTemperature => f.write_str("the option for the temperature"),
-            Self::RemoveTemperature => f.write_str("the removal of what follows the temperature"),
             Self::Record => f.write_str("a recording"),
             Self::Plan => f.write_str("a plan"),
             Self::ExportKalibr => f.write_str("the export for Kalibr"),

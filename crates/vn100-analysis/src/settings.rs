@@ -5,7 +5,7 @@ use std::time::Duration;
 use imu_noise::{Deviation, Estimator};
 use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
-use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, detrend::Detrend, goal::Goal};
+use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, goal::Goal};
 
 /// The default output rate of the sensor in hertz, which is assumed where the rate is not known.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
@@ -26,8 +26,6 @@ pub struct Settings {
     pub skip: Duration,
     /// Data time from the first sample at which the measurement ends; `None` for no end.
     pub duration: Option<Duration>,
-    /// What is removed from each channel before its deviation is computed; `None` for nothing.
-    pub detrend: Option<Detrend>,
     /// Whether quantisation noise is fitted in addition to the other terms.
     pub quantization: bool,
     /// The averaging window of gyroscope and accelerometer in refreshes, for a stream that does not
@@ -57,7 +55,6 @@ impl Default for Settings {
             averaging_times: AveragingTimes::Octave,
             skip: Duration::ZERO,
             duration: None,
-            detrend: None,
             quantization: false,
             window: None,
             compensated: None,
@@ -73,16 +70,13 @@ impl Settings {
     /// The settings on which the sums of a finished record depend: without goals, and without what
     /// is kept for screens.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let Self {
-            rate_hz, estimator, deviation, averaging_times, skip, duration, detrend, quantization, window, ..
-        } = self;
+        let Self { rate_hz, estimator, deviation, averaging_times, skip, duration, quantization, window, .. } = self;
         rate_hz.encode(out);
         estimator.encode(out);
         deviation.encode(out);
         averaging_times.encode(out);
         skip.encode(out);
         duration.encode(out);
-        detrend.encode(out);
         quantization.encode(out);
         window.encode(out);
         self.compensated.encode(out);
@@ -97,7 +91,6 @@ impl Settings {
             averaging_times: Encoded::decode(input)?,
             skip: Encoded::decode(input)?,
             duration: Encoded::decode(input)?,
-            detrend: Encoded::decode(input)?,
             quantization: Encoded::decode(input)?,
             window: Encoded::decode(input)?,
             compensated: Encoded::decode(input)?,

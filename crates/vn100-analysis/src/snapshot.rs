@@ -2,9 +2,7 @@
 
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
-use imu_noise::{
-    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, TemperatureRemoval,
-};
+use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape};
 use imu_timebase::{Refusal, TimebaseSummary};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
@@ -15,7 +13,6 @@ use crate::{
         temperature_record::TemperatureRecord,
     },
     averaging_times::MissingTime,
-    detrend::Detrend,
     warning::Warning,
 };
 
@@ -68,8 +65,6 @@ pub struct Snapshot {
     pub skipped: Duration,
     /// Which deviation the octaves are of.
     pub deviation: Deviation,
-    /// What was removed from each channel before its deviation was computed; `None` for nothing.
-    pub detrended: Option<Detrend>,
     /// Sums of the axes against the temperature of the sensor; `None` where the record contains no
     /// temperature.
     pub temperature: Option<TemperatureRecord>,
@@ -380,36 +375,6 @@ pub struct ChannelSnapshot {
     /// The step of the last digit that the sensor printed at any time, in counts, of an increment
     /// divided by the sample interval; 1 where all digits of the layout were printed.
     pub printed_step_counts: f64,
-    /// The contribution of the temperature to the channel; `None` where it was not removed.
-    pub removed_temperature: Option<RemovedTemperature>,
-}
-
-/// The contribution of the temperature to a channel, and the octaves before its removal.
-#[derive(Debug, Clone)]
-pub struct RemovedTemperature {
-    /// What was removed.
-    pub removal: TemperatureRemoval,
-    /// The octaves as measured, with the contribution in them.
-    pub octaves: Vec<OctaveSum>,
-}
-
-impl RemovedTemperature {
-    pub(crate) fn new(removal: TemperatureRemoval, measured: &[OctaveSum]) -> Self {
-        Self { removal, octaves: measured.to_vec() }
-    }
-
-    /// The given sums of the channel without the contribution of the temperature.
-    pub(crate) fn without(&self, sums: &[OctaveSum]) -> Vec<OctaveSum> {
-        let of_block = self.octaves.iter().find(|sum| sum.m == self.removal.block_length());
-        let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
-        let without = |sum: &OctaveSum| {
-            let variance = sum
-                .variance_counts2()
-                .map(|variance| self.removal.variance_without(sum.deviation, sum.m, variance, of_block));
-            variance.map_or(*sum, |variance| sum.with_variance_counts2(variance))
-        };
-        sums.iter().map(without).collect()
-    }
 }
 
 impl ChannelSnapshot {

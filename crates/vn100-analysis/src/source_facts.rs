@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use vn100_protocol::stream::{BagReport, CsvReport};
 
+use crate::warning::{Warning, WarningKind};
+
 /// What is known of a source besides its samples: a session fills in the facts, reports and faces
 /// read them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -113,6 +115,18 @@ pub struct RecordingEndFacts {
     pub complete: bool,
     /// Why the recording ended, as it says itself.
     pub reason: Option<String>,
+}
+
+impl RecordingEndFacts {
+    /// The warning of a recording that was cut, as by a loss of power, or where a copy of the file
+    /// is not whole; `None` for one that was finished.
+    #[must_use]
+    pub fn warning(&self) -> Option<Warning> {
+        let details =
+            "What was recorded before the cut is measured in full. Copy the file again where the original is whole.";
+        let headline = "the recording was cut: its file has no end";
+        (!self.complete).then(|| Warning::new(WarningKind::RecordingCut, Vec::new(), headline, details))
+    }
 }
 
 /// A live link at one moment.

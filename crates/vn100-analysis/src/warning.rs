@@ -11,6 +11,8 @@ use crate::remedy::{RemedyWords, Text};
 pub enum WarningKind {
     /// The recording made during the measurement is not complete.
     RecordingFailed,
+    /// The recording that was replayed was cut: its file has no end.
+    RecordingCut,
     /// The measurement ended before all that was asked for was measured.
     EndedEarly,
     /// Bytes arrive, but no sample of a message that is measured.
@@ -98,8 +100,9 @@ pub enum WarningKind {
 
 impl WarningKind {
     /// All kinds.
-    pub const ALL: [Self; 42] = [
+    pub const ALL: [Self; 43] = [
         Self::RecordingFailed,
+        Self::RecordingCut,
         Self::EndedEarly,
         Self::NoValidLines,
         Self::OtherMessages,
@@ -148,6 +151,7 @@ impl WarningKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::RecordingFailed => "recording-failed",
+            Self::RecordingCut => "recording-cut",
             Self::EndedEarly => "ended-early",
             Self::NoValidLines => "no-valid-lines",
             Self::OtherMessages => "other-messages",
@@ -210,7 +214,8 @@ impl WarningKind {
             | Self::FullRange
             | Self::UnreadValues
             | Self::UnitDoubtful => Severity::Problem,
-            Self::OtherMessages
+            Self::RecordingCut
+            | Self::OtherMessages
             | Self::DeviceErrors
             | Self::CompensationUnknown
             | Self::RateAssumed

@@ -30,7 +30,7 @@ pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorA
 pub(crate) use measure::MeasureArgs;
 pub(crate) use plan::{Fixed, PlanArgs};
 pub(crate) use report::{ExportForm, ReportArgs, is_page};
-pub(crate) use result::{Ndjson, OutputFormat, ResultArgs, Section};
+pub(crate) use result::{Ndjson, OutputFormat, ResultArgs};
 pub(crate) use serve::ServeArgs;
 pub(crate) use sim::{CaptureMessage, SimArgs};
 use view::ViewArgs;

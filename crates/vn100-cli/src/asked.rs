@@ -3,7 +3,6 @@
 use std::{path::Path, time::Duration};
 
 use vn100_analysis::AveragingTimes;
-use vn100_report::temperature::detrend_name;
 
 use crate::args::MeasureArgs;
 
@@ -24,7 +23,7 @@ impl MeasureOptions {
     }
 }
 
-pub(crate) fn flag(set: bool) -> Option<String> {
+fn flag(set: bool) -> Option<String> {
     set.then(String::new)
 }
 
@@ -44,7 +43,6 @@ pub(crate) fn measure_options(measure: &MeasureArgs, taus: Option<&AveragingTime
     for goal in &measure.until {
         asked.add("until", Some(format!("\"{goal}\"")));
     }
-    asked.add("detrend", measure.detrend.map(|detrend| detrend_name(detrend).into()));
     asked.add("quantization", flag(measure.quantization));
     asked.add("confidence", measure.confidence.map(|level| level.to_string()));
     for figure in &measure.fail_on {

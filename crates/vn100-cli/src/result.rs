@@ -183,15 +183,8 @@ impl ResultWriter {
                 let summary = text::summary(measured, is_coloured(*color));
                 print_prepared(&format!("{separator}{summary}"))?;
             }
-            OutputFormat::Sections(sections) if has_text => {
-                print(&text::result(measured, sections))?;
-            }
             OutputFormat::Head if has_text => print(&text::head(measured))?,
-            OutputFormat::Summary(_)
-            | OutputFormat::Sections(_)
-            | OutputFormat::Head
-            | OutputFormat::Ndjson(_)
-            | OutputFormat::Samples => {}
+            OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
         }
         self.is_begun = true;
         Ok(())
@@ -213,9 +206,7 @@ impl ResultWriter {
             OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
             OutputFormat::Ndjson(_) => print_json_line(&document())?,
             OutputFormat::Samples => {}
-            OutputFormat::Summary(_) | OutputFormat::Sections(_) | OutputFormat::Head => {
-                print(&text::text(|out| text::write_pool(out, pool)))?
-            }
+            OutputFormat::Summary(_) | OutputFormat::Head => print(&text::text(|out| text::write_pool(out, pool)))?,
         }
         Ok(())
     }

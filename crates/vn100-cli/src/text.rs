@@ -1,31 +1,24 @@
-//! A result as text for people: a summary, or sections of everything that is known.
+//! A result as text for people: a summary, or the head of a recording.
 
-mod noise;
 mod pool;
-mod statistics;
 mod summary;
 
 use std::fmt::{self, Write};
 
+use imu_noise::{Sensor, Term};
 use vn100_analysis::timebase::{Arrivals, TimebaseSummary};
 use vn100_analysis::{Snapshot, SourceFacts};
 use vn100_protocol::stream::{AbsentValues, BagReport, CsvReport};
 use vn100_report::{
     Measured, RecordingDocument, code_of_missing, code_of_rate,
-    names::{damaged_packets, echoes, rejected_lines},
+    names::{ParameterNames, damaged_packets, echoes, parameter_names, rejected_lines},
     numbers::plain::{counted, ppm, short},
     printable,
-    units::channel_values,
 };
 
-use crate::args::Section;
 pub(crate) use pool::write_pool;
 pub(crate) use summary::summary;
 use vn100_words::remedy_words;
-
-pub(crate) use noise::parameter_name;
-use noise::{write_filter_models, write_noise, write_verdicts};
-use statistics::{write_detectable, write_deviations, write_distribution, write_parts, write_statistics};
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;
@@ -50,6 +43,13 @@ pub(crate) fn fill(text: &str, first_indent: &str, indent: &str) -> String {
     textwrap::fill(text, options.word_splitter(textwrap::WordSplitter::NoHyphenation))
 }
 
+/// Name, short name and symbol: `Angle Random Walk (ARW) N`.
+pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
+    let ParameterNames { name, short, symbol, .. } = parameter_names(sensor, term);
+    let short = if short.is_empty() { String::new() } else { format!(" ({short})") };
+    format!("{name}{short} {symbol}")
+}
+
 /// A row of a table with an axis in each column.
 fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
     let mut line = format!("{label:<LABEL$}");
@@ -59,42 +59,12 @@ fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> Strin
     writeln!(out, "{}", line.trim_end())
 }
 
-/// The source, and these sections. Ends with a line feed.
-pub(crate) fn result(measured: &Measured, sections: &[Section]) -> String {
-    text(|out| write_result(out, measured, sections))
-}
-
 /// The source, and its warnings. Ends with a line feed.
 pub(crate) fn head(measured: &Measured) -> String {
     text(|out| {
         write_source(out, measured)?;
         write_warnings(out, measured)
     })
-}
-
-fn write_result(out: &mut String, measured: &Measured, sections: &[Section]) -> fmt::Result {
-    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
-    write_source(out, measured)?;
-    let channels = channel_values(snapshot, assessment);
-    for section in sections {
-        match section {
-            Section::Warnings => write_warnings(out, measured)?,
-            _ if channels.is_empty() => {}
-            Section::Statistics => write_statistics(out, snapshot, &channels)?,
-            Section::Distribution => {
-                write_distribution(out, &channels)?;
-                write_parts(out, &channels)?;
-                write_detectable(out, &channels)?;
-            }
-            Section::Deviations => write_deviations(out, snapshot, &channels, assessment.confidence)?,
-            Section::Noise => {
-                write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
-                write_filter_models(out, &channels, filter_models)?;
-            }
-            Section::Verdicts => write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?,
-        }
-    }
-    writeln!(out)
 }
 
 fn write_source(out: &mut String, measured: &Measured) -> fmt::Result {

@@ -56,10 +56,10 @@ pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
 }
 
 /// What completes every result, as asked for.
-pub(crate) fn evaluation(args: &MeasureArgs, filter_models: bool) -> Result<Evaluation> {
+pub(crate) fn evaluation(args: &MeasureArgs) -> Result<Evaluation> {
     let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
     let asked = Asked { fail_on: args.fail_on.clone(), typical_is_limit: args.typical_is_limit };
-    let evaluation = Evaluation::new(datasheet, asked, filter_models).context("the built-in data sheet")?;
+    let evaluation = Evaluation::new(datasheet, asked).context("the built-in data sheet")?;
     for (figure, sheet) in evaluation.not_deciding() {
         report(&format!(
             "--fail-on \"{figure}\" needs a limit, but {sheet} gives only a typical figure; --typical-is-limit treats it as a limit"

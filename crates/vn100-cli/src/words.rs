@@ -93,7 +93,6 @@ mod tests {
             ("", Remedy::MeasureWith(window), ""),
             ("", Remedy::MeasureLive, " PORT"),
             ("", Remedy::ReadTemperature, " PORT"),
-            ("replay x", Remedy::RemoveTemperature, ""),
             ("", Remedy::Record, ""),
             ("", Remedy::Plan, ""),
             ("report x -o y", Remedy::ExportKalibr, ""),

@@ -8,7 +8,7 @@ use vn100_analysis::protocol::{
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
 use vn100_analysis::timebase::Arrivals;
-use vn100_analysis::{Detrend, MissingFrom, RateFrom, Snapshot};
+use vn100_analysis::{MissingFrom, RateFrom, Snapshot};
 use vn100_report::{
     Record, RecordingDocument,
     names::echoes,
@@ -414,16 +414,6 @@ pub(crate) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
                 }
                 Estimator::Full => "all overlaps (OADEV)",
                 Estimator::Plain => "no overlap (ADEV)",
-            },
-        ),
-        fact(
-            "Detrended",
-            match snapshot.detrended {
-                None => "no",
-                Some(Detrend::Line) => "a regression line was removed from each channel",
-                Some(Detrend::Temperature) => {
-                    "significant temperature dependence was removed from gyroscopes and accelerometers"
-                }
             },
         ),
         fact(

@@ -214,9 +214,7 @@ pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
         LongTauValidity::Surroundings => {
             Some("Only the white noise is the sensor's: at long averaging times the ambient field dominates.")
         }
-        LongTauValidity::Motion => {
-            Some("B, K and R are not given, and N is that of the motion, because the sensor was moved.")
-        }
+        LongTauValidity::Motion => Some("N, B, K and R are not given, because the sensor was moved."),
     }
 }
 

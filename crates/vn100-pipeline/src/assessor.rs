@@ -79,7 +79,7 @@ mod tests {
         let channels = VNIMU.channels.len();
         let noise = |_| {
             *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (*state >> 20) as i32
+            (*state >> 24) as i32
         };
         let counts = (0..channels).map(noise).collect();
         analysis.absorb(&Batch { layout: Some(Arc::new(VNIMU.clone())), counts, ..Batch::default() });

@@ -360,11 +360,15 @@ impl Measuring {
 
     fn publish(&mut self, channels: &Channels) {
         self.has_changed = false;
-        let snapshot = Arc::new(self.analysis.snapshot());
+        let mut snapshot = self.analysis.snapshot();
+        if self.end.is_some() {
+            let facts = channels.state.borrow().facts_at(true);
+            snapshot.warnings.extend(facts.recording.and_then(|recording| recording.end?.warning()));
+        }
         if let Some(pace) = &mut self.pace {
             pace.set_rate(snapshot.timing.rate_hz, Instant::now());
         }
-        self.show(snapshot, channels);
+        self.show(Arc::new(snapshot), channels);
     }
 
     fn show(&self, snapshot: Arc<Snapshot>, channels: &Channels) {

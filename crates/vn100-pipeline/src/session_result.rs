@@ -42,7 +42,7 @@ pub struct SessionResult {
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { snapshot, analysis, reason, report, excluded, shortfall } = ending;
+    let Ending { mut snapshot, analysis, reason, report, excluded, shortfall } = ending;
     let (csv, bag) = match report {
         Some(FileReport::Csv(csv)) => (Some(csv), None),
         Some(FileReport::Bag(bag)) => (None, Some(bag)),
@@ -54,6 +54,11 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     let recording = (facts.recording.clone())
         .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
         .or_else(|| csv.as_ref().and_then(start_of_rows));
+    drop(state);
+    if let Some(cut) = recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()) {
+        Arc::make_mut(&mut snapshot).warnings.push(cut);
+        channels.state.send_modify(|state| state.snapshot = Arc::clone(&snapshot));
+    }
     SessionResult {
         facts: SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts },
         shortfall,

@@ -11,9 +11,9 @@ use vn100_report::{Asked, Completion, Document, Evaluation, Measured};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
-/// What completes every result: the built-in data sheet, and models for filters if asked for.
-pub(crate) fn evaluation(filter_models: bool) -> PyResult<Evaluation> {
-    Evaluation::new(None, Asked::default(), filter_models)
+/// What completes every result: the built-in data sheet.
+pub(crate) fn evaluation() -> PyResult<Evaluation> {
+    Evaluation::new(None, Asked::default())
         .map_err(|error| PyRuntimeError::new_err(format!("the built-in data sheet: {error}")))
 }
 

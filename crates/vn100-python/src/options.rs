@@ -15,7 +15,7 @@ use pyo3::{
     types::PyDict,
 };
 use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::{Detrend, Settings};
+use vn100_analysis::Settings;
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
 use vn100_pipeline::ReplaySpec;
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
@@ -28,7 +28,6 @@ pub(crate) struct ReplayOptions {
     pub(crate) settings: Settings,
     pub(crate) read: ReadOptions,
     pub(crate) capture: CaptureOptions,
-    pub(crate) filter_models: bool,
 }
 
 /// Options of how a capture is read; the others concern what is measured.
@@ -70,7 +69,7 @@ impl ReplayOptions {
     }
 
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let Self { settings, read, capture, filter_models } = self;
+        let Self { settings, read, capture } = self;
         match name {
             "rate" => settings.rate_hz = Some(rate(value.extract()?)?),
             "estimator" => settings.estimator = estimator(&value.extract::<String>()?)?,
@@ -81,10 +80,6 @@ impl ReplayOptions {
                 Duration::ZERO => return Err(PyValueError::new_err("0 s contains no sample")),
                 duration => settings.duration = Some(duration),
             },
-            "detrend" => {
-                let all = [("linear", Detrend::Line), ("temperature", Detrend::Temperature)];
-                settings.detrend = Some(one_of(&value.extract::<String>()?, &all)?);
-            }
             "quantization" => settings.quantization = value.extract()?,
             "window" => settings.window = Some(window(value.extract()?)?),
             "compensated" => settings.compensated = Some(is_compensated(value)?),
@@ -98,7 +93,6 @@ impl ReplayOptions {
                 capture.columns = Some(columns.parse().map_err(|error| PyValueError::new_err(format!("{error}")))?);
             }
             "topic" => capture.topic = Some(value.extract()?),
-            "filter_models" => *filter_models = value.extract()?,
             _ => return Err(PyTypeError::new_err("there is no such option")),
         }
         Ok(())

@@ -30,7 +30,7 @@ pub(crate) fn replay(
 ) -> PyResult<Vec<String>> {
     let mut given = ReplayOptions::of(py, options)?;
     let path = given.join(py, path, parts)?;
-    let evaluation = measured::evaluation(given.filter_models)?;
+    let evaluation = measured::evaluation()?;
     let mut documents = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let is_one_of_several = spec.is_one_of_several;

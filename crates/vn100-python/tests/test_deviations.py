@@ -25,10 +25,10 @@ def compared(name, data, tolerance, **options):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("taus", [None, "octave", "decade", "log10", "all", [0.1, 0.26, 1.0, 3.31, 1e9], 0.5])
+@pytest.mark.parametrize("taus", [None, "octave", "decade", np.arange(1, 350) / 40, [0.1, 0.26, 1.0, 3.31, 1e9], 0.5])
 @pytest.mark.parametrize("data_type", ["phase", "freq"])
 def test_whole_numbers_give_the_same_four_results(name, taus, data_type, noise):
-    data = (np.cumsum(noise) if data_type == "phase" else noise)[: 700 if taus == "all" else None]
+    data = np.cumsum(noise) if data_type == "phase" else noise
     theirs = np.array([taus]) if isinstance(taus, float) else taus
     ours = getattr(vn100, name)(data.astype(float), rate=40.0, data_type=data_type, taus=taus)
     for one, other in zip(ours, getattr(allantools, name)(data.astype(float), 40.0, data_type, theirs), strict=True):
@@ -152,7 +152,7 @@ def test_any_array_of_the_same_numbers_gives_the_same(data):
         ({"rate": "40"}, TypeError, "'40' is no number"),
         ({"rate": None}, TypeError, "None is no number"),
         ({"data_type": "frequency"}, ValueError, "neither 'phase' nor 'freq'"),
-        ({"taus": "octaves"}, ValueError, "none of 'octave'"),
+        ({"taus": "octaves"}, ValueError, "neither 'octave'"),
         ({"taus": [-1.0, 0.0]}, ValueError, "none of the taus"),
         ({"taus": [np.nan]}, ValueError, "none of the taus"),
         ({"taus": [1e30]}, ValueError, "none of the taus"),

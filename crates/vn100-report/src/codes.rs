@@ -115,7 +115,7 @@ pub fn code_of_verdict(verdict: Verdict) -> Code {
         Verdict::Consistent => of(
             "consistent",
             "undecidable",
-            "the interval agrees with the figure, or its value does, and no longer record decides: that needs what is unknown, the averaging window, the sample rate, the share of a removed spectral peak, or whether the density is one-sided or two-sided",
+            "the interval agrees with the figure, or its value does, and no longer record decides: that needs what is unknown, the averaging window, the sample rate, or whether the density is one-sided or two-sided",
         ),
         Verdict::Undecided => of(
             "undecided",
@@ -145,6 +145,11 @@ pub(crate) const fn code_of_status(status: Status) -> Code {
         Status::NotMeasurable => {
             of("not-measurable", "not measurable", "the message does not carry it, however long the record")
         }
+        Status::Moved => of(
+            "moved",
+            "sensor moved",
+            "the sensor was moved, and what its deviation shows is the motion; a record at rest shows the parameter",
+        ),
         Status::ModelRejected => of(
             "model-rejected",
             "model rejected",

@@ -16,12 +16,11 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, Normality, NotJudged};
 use vn100_analysis::protocol::{Quantity, RejectedCounts};
-use vn100_analysis::{Detrend, RemedyWords, Snapshot};
+use vn100_analysis::{RemedyWords, Snapshot};
 
 use crate::{
     codes::{code_of_end, code_of_missing, code_of_rate},
     measured::Measured,
-    temperature::detrend_name,
     units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
 };
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
@@ -177,8 +176,6 @@ struct Curve {
     /// Of a foreign series: what its numbers are taken for.
     #[serde(skip_serializing_if = "Option::is_none")]
     data: Option<&'static str>,
-    /// What was removed before.
-    detrend: Option<&'static str>,
     /// Of the regression line over the record, in the unit per second.
     slope_s: Option<f64>,
     points: Vec<Point>,
@@ -223,17 +220,6 @@ const fn deviation_name(deviation: Deviation) -> &'static str {
     match deviation {
         Deviation::Allan => "allan",
         Deviation::Hadamard => "hadamard",
-    }
-}
-
-/// What was removed from the channel at this place.
-fn detrended(snapshot: &Snapshot, place: usize) -> Option<&'static str> {
-    match snapshot.detrended? {
-        Detrend::Temperature => {
-            let removed = snapshot.channels.get(place).and_then(|results| results.removed_temperature.as_ref());
-            removed.map(|_| detrend_name(Detrend::Temperature))
-        }
-        line @ Detrend::Line => Some(detrend_name(line)),
     }
 }
 
@@ -294,7 +280,7 @@ fn link(snapshot: &Snapshot) -> Link {
 }
 
 fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool) -> Channel {
-    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
+    let Measured { snapshot, assessment, verdicts, .. } = measured;
     let skipped_s = snapshot.skipped.as_secs_f64();
     let noise = values.noise.as_ref();
     let signal_at_end = values.signal.as_ref().filter(|_| ended);
@@ -324,14 +310,10 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
             estimator: estimator_name(snapshot.estimator),
             confidence: Some(assessment.confidence),
             data: (values.quantity == Quantity::Value).then_some("rate"),
-            detrend: detrended(snapshot, place),
             slope_s: values.slope_s,
             points: values.deviations,
         },
-        noise: noise.map(|noise| {
-            let models = filter_models.get(place).and_then(Option::as_ref);
-            NoiseDocument::new(noise, assessment.samples, snapshot.timing.rate_hz, models)
-        }),
+        noise: noise.map(|noise| NoiseDocument::new(noise, assessment.samples, snapshot.timing.rate_hz)),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(&signal.disturbed, skipped_s)),
         spectrum: signal_at_end.map(SpectrumDocument::new),
         blocks: signal_at_end.map(|signal| signal.blocks.clone()),

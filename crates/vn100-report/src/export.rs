@@ -5,6 +5,5 @@ pub(crate) mod kalibr;
 pub(crate) mod lot;
 pub(crate) mod metrics;
 pub(crate) mod own;
-pub(crate) mod ros2;
 pub(crate) mod samples;
 pub(crate) mod tables;

@@ -1,9 +1,5 @@
-//! The figures of a report. Each is drawn once, for the page and for the files beside it, as SVG or
-//! as pixels, and keeps the numbers that it shows.
-//!
-//! SVG and pixels both come from one drawing of lines, areas, symbols and texts. The pixels are
-//! not made from the SVG, because a renderer of SVG with text has 28 packages and uses the fonts of
-//! the machine.
+//! The figures of a report. Each is drawn once, for the page and for the files beside it, as SVG,
+//! and keeps the numbers that it shows.
 
 mod allan;
 mod axes;
@@ -15,11 +11,10 @@ mod labels;
 mod last_minutes;
 mod over_time;
 mod plot;
-mod png;
 mod spectrum;
 mod svg;
+mod text_width;
 
-use thiserror::Error;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{SENSORS, axes_name};
 
@@ -157,20 +152,6 @@ fn shown_with(channel: &ChannelValues, record: &Record<'_>) -> ChannelValues {
     ChannelValues { noise, ..channel.clone() }
 }
 
-/// Why a figure cannot be drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum DrawingError {
-    /// The font that this program was built with is damaged.
-    #[error("the embedded font is damaged")]
-    Font,
-    /// The figure has no area, or too large a one.
-    #[error("a figure without a size cannot be drawn")]
-    Size,
-    /// The pixels cannot be written as PNG.
-    #[error("the pixels cannot be written as PNG")]
-    Png,
-}
-
 /// A figure, with the numbers that it shows.
 #[derive(Debug, Clone)]
 pub struct Figure {
@@ -242,14 +223,5 @@ impl Figure {
     #[must_use]
     pub fn svg_file(&self) -> String {
         svg::file(&self.drawing, &self.id, [&self.title, &self.description])
-    }
-
-    /// The figure as a PNG file.
-    ///
-    /// # Errors
-    /// [`DrawingError`], only where the figure has no size, or this program was built with a
-    /// damaged font.
-    pub fn png_file(&self) -> Result<Vec<u8>, DrawingError> {
-        png::file(&self.drawing)
     }
 }

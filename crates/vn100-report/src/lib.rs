@@ -6,8 +6,8 @@
 //! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
 //! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON;
 //! [`Figures`](figure::Figures) are drawn from a [`Record`], a result in the units of a report;
-//! [`CsvTable`], [`KalibrYaml`] and [`Ros2Messages`] are for other programs. Pure: no file is
-//! opened and no clock is read; what is written goes into a writer of the caller's.
+//! [`CsvTable`] and [`KalibrYaml`] are for other programs. Pure: no file is opened and no clock is
+//! read.
 
 mod codes;
 mod datasheet;
@@ -47,7 +47,6 @@ pub use export::{
     lot::lot_table,
     metrics::{MeasuredSource, MetricsForm, metrics_text},
     own::is_export,
-    ros2::{Ros2Error, Ros2Messages, RosFrame, Stamps},
     samples::SampleTable,
     tables::CsvTable,
 };

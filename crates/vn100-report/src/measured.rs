@@ -1,5 +1,5 @@
-//! The result of the measurement of one source. It is completed with models for filters, verdicts
-//! against a data sheet, and whether the parameters that must pass do, and converted to the units
+//! The result of the measurement of one source. It is completed with verdicts against a data sheet,
+//! and whether the parameters that must pass do, and converted to the units
 //! of a report.
 
 use std::sync::Arc;
@@ -7,8 +7,8 @@ use std::sync::Arc;
 use vn100_analysis::noise::{Claim, Verdict};
 use vn100_analysis::protocol::{BINARY, Quantity, Register};
 use vn100_analysis::{
-    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Remedy, Severity,
-    Snapshot, SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
+    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, NoiseFigure, Remedy, Severity, Snapshot,
+    SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
@@ -27,8 +27,6 @@ pub struct Measured {
     pub snapshot: Arc<Snapshot>,
     /// The assessment of the snapshot.
     pub assessment: Assessment,
-    /// The models for filters, by channel; empty unless the evaluation asks for them.
-    pub filter_models: Vec<Option<FilterModels>>,
     /// The verdicts; `None` without a data sheet for the sensor.
     pub verdicts: Option<Verdicts>,
     /// Goals that were not reached, and parameters that did not pass, in words.
@@ -56,9 +54,8 @@ impl Measured {
     /// The result of a source under way as if it ended now; `assessment` is that of this snapshot.
     #[must_use]
     pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Assessment) -> Self {
-        let (filter_models, unmet) = (Vec::new(), Vec::new());
-        let completion = Completion::Complete;
-        let mut measured = Self { facts, snapshot, assessment, filter_models, verdicts: None, unmet, completion };
+        let (unmet, completion) = (Vec::new(), Completion::Complete);
+        let mut measured = Self { facts, snapshot, assessment, verdicts: None, unmet, completion };
         measured.warn_of_unread();
         measured
     }
@@ -189,10 +186,9 @@ fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
     format!("{name}: the data ended before {goal} was reached: {known}")
 }
 
-/// The data sheet, models and requirements that every result is completed with.
+/// The data sheet and requirements that every result is completed with.
 #[derive(Debug, Clone)]
 pub struct Evaluation {
-    filter_models: bool,
     /// The user's; applies to any sensor.
     datasheet: Option<Datasheet>,
     /// The VN-100's; applies to its messages.
@@ -212,18 +208,17 @@ pub struct Asked {
 impl Evaluation {
     /// Compares with `datasheet`, whatever the sensor is; without one, compares VectorNav sentences
     /// and packets with the data sheet of the VN-100, except those of a sensor that reports another
-    /// model. Adds models for filters, if they are asked for.
+    /// model.
     ///
     /// # Errors
     /// None, unless this program was built with an invalid data sheet.
     pub fn new(
         datasheet: Option<Datasheet>,
         Asked { fail_on, typical_is_limit }: Asked,
-        filter_models: bool,
     ) -> Result<Self, DatasheetError> {
         let judged = |sheet| Datasheet { typical_is_limit, ..sheet };
         let vn100 = judged(vn100_datasheet()?);
-        Ok(Self { filter_models, datasheet: datasheet.map(judged), vn100, fail_on })
+        Ok(Self { datasheet: datasheet.map(judged), vn100, fail_on })
     }
 
     /// The parameters that must pass although the data sheet gives only a typical value, so that no
@@ -244,9 +239,6 @@ impl Evaluation {
     pub fn complete(&self, mut measured: Measured) -> Measured {
         let (snapshot, assessment) = (&measured.snapshot, &measured.assessment);
         measured.verdicts = self.verdicts(snapshot, assessment);
-        if self.filter_models {
-            measured.filter_models = FilterModels::of(snapshot, &assessment.channels, assessment.confidence);
-        }
         // a source that gave nothing has failed worse
         let gave_nothing = measured.completion == Completion::NoData;
         for figure in self.fail_on.iter().filter(|_| !gave_nothing) {
@@ -370,7 +362,7 @@ mod tests {
 
     #[test]
     fn packets_are_compared_unless_the_sensor_says_it_is_another() {
-        let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
         for (model, is_compared) in [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)] {
             let mut snapshot = nothing();
             Arc::make_mut(&mut snapshot).layout = PACKET_MESSAGES[0].layout();
@@ -388,7 +380,7 @@ mod tests {
         assert_eq!(why_absent(&figure, &snapshot, None), "is not in the stream");
         Arc::make_mut(&mut snapshot).layout = Some(Arc::new(VNIMU.clone()));
         assert!(why_absent(&figure, &snapshot, None).starts_with("cannot be compared"));
-        let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
         let verdicts = evaluation.verdicts(&snapshot, &Assessment::new(&snapshot, 0.95));
         assert_eq!(why_absent(&figure, &snapshot, verdicts.as_ref()), "has no such figure in the data sheet");
     }

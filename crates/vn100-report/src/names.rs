@@ -276,8 +276,8 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 }
 
 /// Why a figure that the measurement agrees with does not pass.
-pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, the share of a \
-     removed spectral peak, or whether the density is one-sided or two-sided";
+pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, or \
+     whether the density is one-sided or two-sided";
 
 /// What is unknown that a verdict on this figure needs; `None` where it is the interval.
 #[must_use]
@@ -285,7 +285,6 @@ pub fn undecided_by(verdict: &FigureVerdict) -> Option<&'static str> {
     match verdict.unknown {
         Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
         Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
-        Some(StreamUnknown::LineRemoved) => Some("spectral peaks were removed"),
         None if !verdict.readings.is_empty() => Some("the sheet's density may be one-sided"),
         None => None,
     }
@@ -298,9 +297,6 @@ fn why(verdict: &FigureVerdict) -> &'static str {
         (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match verdict.unknown {
             Some(StreamUnknown::Window) => ": higher than on-board decimation can explain",
             Some(StreamUnknown::Rate) => ": above the figure; not a failure, because the rate is assumed",
-            Some(StreamUnknown::LineRemoved) => {
-                ": above the figure; not a failure, because a spectral peak was removed"
-            }
             None => "",
         },
         (Verdict::Inconclusive, _) => ": the interval spans the figure",
@@ -310,8 +306,7 @@ fn why(verdict: &FigureVerdict) -> &'static str {
 
 /// The unit in which a parameter of a sensor is usually given, and how many of these units are one
 /// SI unit.
-#[must_use]
-pub fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
+fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
         (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",

@@ -1,7 +1,7 @@
 //! The temperature coefficient of the bias, for tables.
 
+use vn100_analysis::AxisTemperature;
 use vn100_analysis::noise::Parameter;
-use vn100_analysis::{AxisTemperature, Detrend};
 
 use crate::{codes::status_of_temperature, numbers::plain::short};
 
@@ -33,17 +33,7 @@ pub fn lag_text(temperature: &AxisTemperature) -> Option<String> {
 /// for a coefficient that is not significant.
 #[must_use]
 pub fn share_text(temperature: &AxisTemperature) -> Option<String> {
-    let removed = if temperature.is_removed { ", removed" } else { "" };
-    (!temperature.deviations.is_empty()).then(|| format!("{:.0}{removed}", 100.0 * temperature.largest_share()))
-}
-
-/// The name of a detrending method, in documents and options.
-#[must_use]
-pub const fn detrend_name(detrend: Detrend) -> &'static str {
-    match detrend {
-        Detrend::Line => "linear",
-        Detrend::Temperature => "temperature",
-    }
+    (!temperature.deviations.is_empty()).then(|| format!("{:.0}", 100.0 * temperature.largest_share()))
 }
 
 #[cfg(test)]
@@ -64,7 +54,6 @@ mod tests {
                 is_polled: false,
                 coefficient: Ok(found),
                 is_proved,
-                is_removed: false,
                 deviations: Vec::new(),
             })
         };

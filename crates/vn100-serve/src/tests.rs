@@ -23,7 +23,7 @@ fn served() -> (Server, watch::Sender<SourceState>) {
         host_names: vec!["bench".into()],
         host_advice: ": name it",
         sources: vec![ServedSource { state, goals: Goals::default() }],
-        evaluation: Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
+        evaluation: Arc::new(Evaluation::new(None, Asked::default()).unwrap()),
         asked: "vn100 watch imu".into(),
         program: Program { name: "vn100 test", commit: None },
         confidence: 0.95,
@@ -112,7 +112,7 @@ fn a_reader_gets_the_page_as_it_changes_and_the_end_of_the_program() {
 /// A runtime without a clock makes the task panic at its first step.
 #[test]
 fn a_server_ends_although_its_drawing_has_panicked() {
-    let evaluation = Arc::new(Evaluation::new(None, Asked::default(), false).unwrap());
+    let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
     let report = ReportSettings {
         asked: String::new(),
         program: Program { name: "vn100 test", commit: None },

@@ -183,7 +183,6 @@ pub fn remedy_words(remedy: &Remedy) -> String {
         Remedy::MeasureWith(what) => format!("vn100 attach {}", setting(what)),
         Remedy::MeasureLive => "`vn100 attach`".into(),
         Remedy::ReadTemperature => "vn100 attach --temperature".into(),
-        Remedy::RemoveTemperature => "--detrend temperature".into(),
         Remedy::Record => "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml".into(),
         Remedy::Plan => "vn100 plan".into(),
         Remedy::ExportKalibr => "--export kalibr".into(),

@@ -12,7 +12,7 @@ use crate::support::real_captures;
 fn exports_are_read_by_others() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "a.vnymr", &[]);
-    let forms = "csv,json,svg,png,mcap";
+    let forms = "csv,json,svg";
     let (page, _) = report(&folder, &[&capture], &["--export", forms]);
     let beside = |ending: &str| {
         let mut name = page.with_extension("").into_os_string();
@@ -51,110 +51,7 @@ fn exports_are_read_by_others() {
 
     let svg = fs::read_to_string(beside(".svg-figures").join("allan-gyro_y.svg")).unwrap();
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && svg.ends_with("</svg>"));
-    let png = fs::read(beside(".png-figures").join("allan-gyro_y.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 10_000);
-    let figures = |ending: &str| fs::read_dir(beside(ending)).unwrap().count();
-    assert!(figures(".svg-figures") >= 24 + 12 + 3 && figures(".svg-figures") == figures(".png-figures"));
-
-    let bytes = fs::read(beside(".ros2.mcap")).unwrap();
-    let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
-    let imu: Vec<_> = messages.iter().filter(|message| message.channel.topic == "/imu/data").collect();
-    assert_eq!((imu.len(), messages.len()), (8 * 60 * 40, 2 * 8 * 60 * 40));
-    let schema = imu[0].channel.schema.as_ref().unwrap();
-    assert_eq!((&*schema.name, &*schema.encoding), ("sensor_msgs/msg/Imu", "ros2msg"));
-    assert_eq!(imu[1].log_time, 25_000_000, "without arrival times, by number and rate");
-    // encapsulation 4, stamp 8, frame 4 + 10, filled to 24; orientation 4, covariance 9, rate 3, covariance 9, acceleration
-    let at = 4 + 24 + (4 + 9 + 3 + 9) * 8;
-    let number = |at: usize| f64::from_le_bytes(imu[0].data[at..at + 8].try_into().unwrap());
-    let up = (0..3).map(|axis| number(at + 8 * axis).powi(2)).sum::<f64>().sqrt();
-    assert!((up - 9.8).abs() < 0.5, "{up} m/s^2");
-}
-
-#[test]
-fn messages_turned_to_east_north_up_have_the_variance_of_the_white_noise() {
-    let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "a.mcap", &["--message", "VNIMU"]);
-    let (page, _) = report(&folder, &[&capture], &["--export", "mcap,json", "--ros-frame", "enu"]);
-    let document: Value = serde_json::from_str(&fs::read_to_string(page.with_extension("json")).unwrap()).unwrap();
-    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
-    let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
-    let of = |topic: &str| messages.iter().filter(|message| message.channel.topic == topic).collect::<Vec<_>>();
-    let imu = of("/imu/data");
-    assert_eq!(imu.len() as u64, document["timing"]["samples"].as_u64().unwrap());
-    for topic in ["/imu/mag", "/imu/temperature", "/imu/pressure"] {
-        assert_eq!(of(topic).len(), imu.len(), "{topic}");
-    }
-    assert_eq!(&imu[0].data[16..26], b"vn100_flu\0");
-    let floats = |message: &mcap::Message<'_>| -> Vec<f64> {
-        message.data[28..].chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap())).collect()
-    };
-    let values = floats(imu[0]);
-    let [orientation_unknown, rate_variances, acceleration, variances] = [4, 16, 25, 28];
-    assert_eq!(values[orientation_unknown], -1.0);
-    assert!((values[acceleration + 2] - 9.8).abs() < 0.2, "level at rest: {values:?}");
-    let channels = document["channels"].as_array().unwrap();
-    for (prefix, at) in [("gyro", rate_variances), ("accel", variances)] {
-        for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
-            let channel = channels.iter().find(|channel| channel["name"] == format!("{prefix}_{letter}")).unwrap();
-            let density = channel["noise"]["white"]["value"].as_f64().unwrap();
-            assert!((values[at + 4 * axis] / (density * density * 40.0) - 1.0).abs() < 1e-12, "{prefix}_{letter}");
-        }
-    }
-    assert!((floats(of("/imu/pressure")[0])[0] - 101_325.0).abs() < 1000.0, "in pascals");
-    let times: Vec<u64> = imu.iter().map(|message| message.log_time).collect();
-    let steps: Vec<u64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    assert!(steps.iter().max().unwrap() - steps.iter().min().unwrap() <= 1, "an even grid");
-    let (page, _) = report(&folder, &[&capture], &["--export", "mcap", "--stamps", "arrival"]);
-    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
-    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-    let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
-    assert!(metadata.metadata["stamps"].starts_with("arrival: "), "{metadata:?}");
-}
-
-/// What a ROS program reads is what the report was made of, and the warm-up before it.
-#[test]
-fn messages_end_where_the_measurement_ended() {
-    let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "a.mcap", &["--message", "VNIMU"]);
-    let options = ["--skip", "1min", "--duration", "3min", "--export", "mcap"];
-    let (page, _) = report(&folder, &[&capture], &options);
-    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
-    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
-    assert_eq!(messages.filter(|message| message.channel.topic == "/imu/data").count(), 3 * 60 * 40);
-}
-
-#[test]
-fn messages_of_packets_without_arrival_times_have_the_time_of_the_sensor() {
-    let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "a.bin", &["--message", "BINARY", "--duration", "1min"]);
-    let mut bytes = fs::read(&capture).unwrap();
-    let packet = bytes.len() / (60 * 40);
-    bytes.drain(packet * 1000..packet * 1400);
-    fs::write(&capture, &bytes).unwrap();
-    let (page, _) = report(&folder, &[&capture], &["--export", "mcap"]);
-    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
-    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
-    let imu = messages.filter(|message| message.channel.topic == "/imu/data");
-    let times: Vec<u64> = imu.map(|message| message.log_time).collect();
-    // to a microsecond by the clock of the emulated sensor
-    let ms = |place: usize| (times[place] as f64 / 1e6).round();
-    assert_eq!((times.len(), ms(999), ms(1000)), (2000, 999.0 * 25.0, 1400.0 * 25.0));
-}
-
-#[test]
-fn messages_have_the_dates_of_a_table() {
-    let folder = TempDir::new().unwrap();
-    let table = folder.path().join("a.csv");
-    let row = |index: u32| {
-        let noise = (index * 7919 % 101) as f64 * 1e-5;
-        format!("{:.3},{noise},{noise},{noise}\n", 1_761_939_167.125 + 0.01 * f64::from(index))
-    };
-    fs::write(&table, "t,gyro_x,gyro_y,gyro_z\n".to_owned() + &(0..2000).map(row).collect::<String>()).unwrap();
-    let (page, _) = report(&folder, &[&table], &["--export", "mcap"]);
-    let bytes = fs::read(page.with_extension("ros2.mcap")).unwrap();
-    let first = mcap::MessageStream::new(&bytes).unwrap().next().unwrap().unwrap();
-    // as written, in doubles to a microsecond
-    assert!(first.log_time.abs_diff(1_761_939_167_125_000_000) < 1000, "{}", first.log_time);
+    assert!(fs::read_dir(beside(".svg-figures")).unwrap().count() >= 24 + 12 + 3);
 }
 
 /// The values of imu.yaml, which are all that Kalibr reads of it.

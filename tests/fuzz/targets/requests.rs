@@ -78,7 +78,7 @@ fn page() -> SocketAddr {
             host_names: vec!["bench".into()],
             host_advice: "",
             sources: Vec::new(),
-            evaluation: Arc::new(Evaluation::new(None, Asked::default(), false).unwrap()),
+            evaluation: Arc::new(Evaluation::new(None, Asked::default()).unwrap()),
             asked: String::new(),
             program: Program { name: "vn100", commit: None },
             confidence: 0.95,

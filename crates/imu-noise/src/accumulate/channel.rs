@@ -38,15 +38,6 @@ impl ChannelAccumulator {
         }
     }
 
-    /// The accumulator with the sums that
-    /// [`OctaveSum::without_slope`](crate::OctaveSum::without_slope) needs. To be called before any
-    /// sample.
-    #[must_use]
-    pub fn keeping_slope(mut self) -> Self {
-        self.octaves = self.octaves.keeping_slope();
-        self
-    }
-
     /// The accumulator with the sums that [`Octaves::sum_at`] needs. To be called before any
     /// sample.
     #[must_use]

@@ -52,9 +52,6 @@ pub struct OctaveSum {
     /// that span 27 bits (±67 rad/s with six decimals) that takes 2^40 samples at m = 2^30, 870
     /// years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of these differences in counts; `None` without [`Octaves::keeping_slope`], and for the
-    /// Hadamard deviation.
-    pub sum: Option<i128>,
     gapped: Gapped,
 }
 
@@ -68,17 +65,6 @@ impl Octaves {
             Estimator::Full => Windows::Full(Overlapping::new(deviation)),
         };
         Self { deviation, windows }
-    }
-
-    /// The accumulator with the sums that [`OctaveSum::without_slope`] needs; each sample then
-    /// costs somewhat more. To be called before any sample.
-    #[must_use]
-    pub fn keeping_slope(mut self) -> Self {
-        match &mut self.windows {
-            Windows::Strided(cascade) => cascade.keep_terms(),
-            Windows::Full(overlapping) => overlapping.keep_terms(),
-        }
-        self
     }
 
     /// The accumulator with the sums that [`sum_at`](Self::sum_at) needs: with [`Estimator::Full`],
@@ -161,9 +147,7 @@ impl Octaves {
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let octave = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.octave(k as usize),
-            Windows::Full(overlapping) => {
-                overlapping.octave(k as usize).map(|(squares, terms)| (squares, Gapped::EMPTY, terms))
-            }
+            Windows::Full(overlapping) => overlapping.octave(k as usize).map(|squares| (squares, Gapped::EMPTY)),
         };
         let octaves = (0..).map_while(move |k| Some(self.of(1 << k, octave(k)?)));
         octaves.filter(|sum| sum.terms > 0)
@@ -175,16 +159,14 @@ impl Octaves {
     #[must_use]
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {
-            Windows::Full(overlapping) => {
-                overlapping.at(m).map(|(squares, sum)| self.of(m, (squares, Gapped::EMPTY, sum)))
-            }
+            Windows::Full(overlapping) => overlapping.at(m).map(|squares| self.of(m, (squares, Gapped::EMPTY))),
             Windows::Strided(_) => None,
         }
     }
 
-    const fn of(&self, m: u64, (squares, gapped, sum): (SquareSum, Gapped, Option<i128>)) -> OctaveSum {
+    const fn of(&self, m: u64, (squares, gapped): (SquareSum, Gapped)) -> OctaveSum {
         let terms = squares.terms + gapped.windows;
-        OctaveSum { deviation: self.deviation, m, terms, sum_squares: squares.sum, sum, gapped }
+        OctaveSum { deviation: self.deviation, m, terms, sum_squares: squares.sum, gapped }
     }
 }
 
@@ -203,7 +185,6 @@ impl OctaveSum {
         let add = |(ours, theirs): (u128, u128)| ours.checked_add(theirs);
         self.terms += other.terms;
         self.sum_squares = self.sum_squares.zip(other.sum_squares).and_then(add);
-        self.sum = self.sum.zip(other.sum).map(|(ours, theirs)| ours + theirs);
         self.gapped.append(&other.gapped);
     }
 
@@ -211,23 +192,6 @@ impl OctaveSum {
     #[must_use]
     pub const fn whole_terms(&self) -> u64 {
         self.terms - self.gapped.windows
-    }
-
-    /// The octave of the same samples without a line of `slope_counts` counts per sample: slope ·
-    /// m² is subtracted from each difference of cluster sums, and the sum of squares is rounded to
-    /// a whole count². Unchanged for the Hadamard deviation; the sum is unknown where the
-    /// differences were not kept.
-    #[must_use]
-    pub fn without_slope(self, slope_counts: f64) -> Self {
-        if self.deviation == Deviation::Hadamard {
-            return self;
-        }
-        let m = self.m as f64;
-        let drift = slope_counts * m * m;
-        let whole = self.whole_terms() as f64;
-        let less = self.sum.map(|sum| drift * (whole * drift - 2.0 * sum as f64));
-        let sum_squares = self.sum_squares.zip(less).map(|(squares, less)| (squares as f64 + less).round() as u128);
-        Self { sum_squares, gapped: self.gapped.without_drift(drift), ..self }
     }
 
     /// The octave with another variance in counts², as after the contribution of the temperature is

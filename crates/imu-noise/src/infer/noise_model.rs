@@ -26,10 +26,7 @@ use crate::accumulate::record::{Octave, RecordShape};
 use boxcar::StreamedWhite;
 pub use boxcar::{BoxcarWindow, white_deficit};
 pub use channel_curve::ChannelCurve;
-pub use curve_reading::{
-    ClassicalReading, NotRead, OverBound, SlopeLine, classical_reading, curve_minimum, over_bound, visible_random_walk,
-};
-pub use gauss_markov::GaussMarkovFit;
+pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum, visible_random_walk};
 use joint::{Component, Phase, Phases, of_each};
 pub use least_half_width::least_half_width;
 use model::Model;

@@ -1,14 +1,14 @@
-//! The temperature coefficient of the bias, and deviations without what the temperature made.
+//! The temperature coefficient of the bias, and the share of the temperature in the deviations.
 
+mod contribution;
 mod noise_mixture;
-mod removal;
 mod series;
 
 use core::fmt;
 
 use crate::accumulate::temperature_blocks::TemperatureBlocks;
+pub use contribution::TemperatureContribution;
 use noise_mixture::{Candidate, NoiseMixture, Regressor};
-pub use removal::TemperatureRemoval;
 use series::BlockSeries;
 
 /// Least range of the temperature for a coefficient, in °C.
@@ -203,10 +203,10 @@ impl TemperatureSearch {
         lags_s.map(|lag_s| self.mixture.regressor(&self.series.lagged_c(lag_s), lag_s, self.reach)).collect()
     }
 
-    /// What removes this much from the axis with this number, see [`TemperatureRemoval`].
+    /// What the temperature contributes with this coefficient to the axis with this number.
     #[must_use]
-    pub fn removal(&self, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<TemperatureRemoval> {
-        TemperatureRemoval::new(&self.series, axis, counts_per_degree, lag_s)
+    pub fn contribution(&self, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<TemperatureContribution> {
+        TemperatureContribution::new(&self.series, axis, counts_per_degree, lag_s)
     }
 }
 

@@ -126,7 +126,7 @@ impl Claim {
     /// for. A bound can keep a claim and never break it.
     #[must_use]
     pub fn judge(&self, parameter: &Parameter, stream: &StreamFactor) -> Verdict {
-        if parameter.status == Status::NotMeasurable {
+        if matches!(parameter.status, Status::NotMeasurable | Status::Moved) {
             return Verdict::NotComparable;
         }
         let (low, high) = self.expected(stream);

@@ -26,4 +26,3 @@ mod stationarity;
 mod synthetic;
 mod unwrap;
 mod warnings;
-mod without_slope;

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel,
-    Octave, Octaves, Parameter, RecordShape, RollOff, SpectrumPlan, Status, Term, Terms,
+    BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octave, Octaves,
+    Parameter, RecordShape, RollOff, SpectrumPlan, Status, Term, Terms,
 };
 
 use crate::oracle;
@@ -35,17 +35,6 @@ fn signal(counts: &[i32]) -> ChannelSignal {
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     signal.push(counts);
     signal
-}
-
-/// The shortest `skipped` octaves have no part.
-fn fit_gauss_markov(values: &[f64], window: Option<BoxcarWindow>, skipped: usize) -> Option<GaussMarkovFit> {
-    let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
-    let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-    sums.push(&counts);
-    let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
-    let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-    let model = NoiseModel::new(&octaves[skipped..], &shape(values.len() as u64), Terms::WHITE, window);
-    model.fit_gauss_markov(&variances[skipped..], 0.95)
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) -> bool {
@@ -270,9 +259,6 @@ fn a_window_longer_than_the_interval_needs_its_own_basis() {
     let white = fit.parameter(Term::White).unwrap();
     assert!(near(white.value.unwrap(), expected, 0.02), "{white:?}, not {expected}");
     assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
-    let beside_a_process = fit_gauss_markov(&values, Some(BoxcarWindow { length: 20, decimation: 4.0 }), 0).unwrap();
-    assert!(near(beside_a_process.white.value.unwrap(), expected, 0.02), "{beside_a_process:?}, not {expected}");
-    assert_eq!(beside_a_process.sigma.status, Status::Bounded);
     // Where the window is unknown the spectrum tells of it, and N is that of longer averages.
     let unknown = fit_record(&values, STOCHASTIC, None);
     assert!(unknown.quality.unwrap().tau_min_s > 4.0 * INTERVAL_S, "{:?}", unknown.quality);
@@ -340,84 +326,6 @@ fn lost_samples_widen_the_intervals_as_they_must() {
     assert!(rejected <= 2, "{rejected}");
     assert!(white_held >= 53, "{white_held}");
     assert!((0.91..0.985).contains(&(octaves_held as f64 / f64::from(octaves_all))), "{octaves_held}/{octaves_all}");
-}
-
-#[test]
-fn a_gauss_markov_process_is_found_with_its_time() {
-    const TIME: f64 = 400.0;
-    let mut synthesis = Synthesis::new(72_000, 8);
-    let (white, _, walk) = synthesis.next_record();
-    let keep = (-1.0 / TIME).exp();
-    let mut state = 0.0;
-    let steps = walk.windows(2).map(|pair| pair[1] - pair[0]);
-    let values: Vec<f64> = white
-        .iter()
-        .zip(steps)
-        .map(|(white, step)| {
-            state = keep * state + (1.0 - keep * keep).sqrt() * step;
-            white + 0.3 * state
-        })
-        .collect();
-    let found = fit_gauss_markov(&values, None, 0).unwrap();
-    let holds =
-        |parameter: Parameter, truth: f64| parameter.lower.unwrap() <= truth && truth <= parameter.upper.unwrap();
-    assert!(found.p > 0.01, "{found:?}");
-    assert!(holds(found.white, INTERVAL_S.sqrt()), "{found:?}");
-    assert!(holds(found.sigma, 0.3), "{found:?}");
-    assert!(holds(found.correlation_time_s, TIME * INTERVAL_S), "{found:?}");
-
-    let without = fit_gauss_markov(&white, None, 0).unwrap();
-    assert_eq!(without.sigma.status, Status::Bounded, "{without:?}");
-    assert_eq!(without.correlation_time_s.status, Status::NotObservable);
-    assert_eq!(fit_gauss_markov(&white[..20], None, 0), None);
-}
-
-#[test]
-fn a_time_at_the_end_of_what_can_be_told_is_a_bound() {
-    let mut synthesis = Synthesis::new(72_000, 10);
-    let (white, _, walk) = synthesis.next_record();
-    let walking: Vec<f64> = white.iter().zip(&walk).map(|(white, walk)| white + 0.02 * walk).collect();
-    let found = fit_gauss_markov(&walking, None, 0).unwrap();
-    let Parameter { status, value, lower, upper, .. } = found.correlation_time_s;
-    assert_eq!((status, value, upper), (Status::Bounded, None, None), "{found:?}");
-    assert!(lower.unwrap() > 1000.0 * INTERVAL_S, "{found:?}");
-    assert_eq!((found.sigma.value, found.sigma.upper), (None, None), "{found:?}");
-
-    // from averages of 32 on, a process of 100 samples is no longer resolved
-    const TIME: f64 = 100.0;
-    let mut state = 0.0;
-    let short: Vec<f64> = walk
-        .windows(2)
-        .zip(&white)
-        .map(|(steps, white)| {
-            state += (steps[1] - steps[0]) - state / TIME;
-            white + 0.1 * state
-        })
-        .collect();
-    let found = fit_gauss_markov(&short, None, 5).unwrap();
-    assert_eq!(found.correlation_time_s.value, None, "{found:?}");
-    assert!(found.correlation_time_s.upper.is_none_or(|upper| upper >= TIME * INTERVAL_S), "{found:?}");
-    let found = fit_gauss_markov(&short, None, 0).unwrap();
-    assert!(near(found.correlation_time_s.value.unwrap(), TIME * INTERVAL_S, 0.5), "{found:?}");
-}
-
-#[test]
-fn a_process_is_not_seen_in_white_noise_alone() {
-    let mut synthesis = Synthesis::new(24_000, 9);
-    let mut seen = 0;
-    let records = 60;
-    for _ in 0..records {
-        let (white, ..) = synthesis.next_record();
-        let counts: Vec<i32> = white.iter().map(|value| (value * 1e4).round() as i32).collect();
-        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-        sums.push(&counts);
-        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
-        let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-        let model = NoiseModel::new(&octaves, &shape(24_000), Terms::WHITE, None);
-        seen += usize::from(model.fit_gauss_markov(&variances, 0.95).unwrap().sigma.status == Status::Estimated);
-    }
-    // 5 % of 60 are 3, with a standard deviation of 1.7
-    assert!(seen <= 8, "a process was seen in {seen} of {records} records of white noise");
 }
 
 /// Behind a filter every octave is below white noise by a part that falls with the averaging time;

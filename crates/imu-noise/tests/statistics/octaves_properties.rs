@@ -160,15 +160,11 @@ proptest! {
     #[test]
     fn pieces_append_to_the_whole(
         (estimator, deviation) in estimators(),
-        keeps_slope in any::<bool>(),
         start in prop_oneof![Just(0_u64), 0_u64..5000],
         pieces in vec(steps(), 1..7),
         order in vec(any::<prop::sample::Index>(), 6),
     ) {
-        let kind = || {
-            let octaves = Octaves::new(estimator, deviation);
-            if keeps_slope { octaves.keeping_slope() } else { octaves }
-        };
+        let kind = || Octaves::new(estimator, deviation);
         let whole = run(kind().starting_at(start), &pieces.concat());
         let mut parts: Vec<_> = pieces.iter().scan(start, |end, steps| {
             let piece = run(kind().starting_at(*end), steps);

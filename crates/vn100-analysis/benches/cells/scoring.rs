@@ -109,7 +109,7 @@ impl Tally {
                 Some(Status::Bounded) => tally.bounded += 1,
                 Some(Status::NotObservable) => tally.not_observable += 1,
                 Some(Status::ModelRejected) => tally.rejected += 1,
-                Some(Status::NotMeasurable) | None => {}
+                Some(Status::NotMeasurable | Status::Moved) | None => {}
             }
             tally.errors.extend(statement.error);
             tally.half_widths.extend(statement.half_width);

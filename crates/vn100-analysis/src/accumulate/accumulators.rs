@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval};
+use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
 use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
@@ -262,21 +262,14 @@ impl Accumulators {
         Ok(())
     }
 
-    /// The results; of the channels at the places in question without the contribution of the
-    /// temperature.
-    pub(crate) fn snapshot(
-        &self,
-        shape: &RecordShape,
-        removals: &[Option<TemperatureRemoval>],
-    ) -> Vec<ChannelSnapshot> {
-        let removal = |place: usize| removals.get(place).cloned().flatten();
+    /// The results.
+    pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
         let coarsest = self.printed.coarsest;
-        let states = self.states().enumerate();
-        states
-            .map(|(place, (state, channel))| {
+        self.states()
+            .map(|(state, channel)| {
                 let digits = i32::from(channel.decimals) - i32::from(coarsest.decimals(channel));
                 let of_increment = channel.increment_step.unwrap_or(0.0) / shape.interval_s / channel.scale;
-                state.snapshot(10_f64.powi(digits).max(of_increment), shape, removal(place))
+                state.snapshot(10_f64.powi(digits).max(of_increment), shape)
             })
             .collect()
     }
@@ -326,7 +319,7 @@ impl Accumulators {
         settled.printed.encode(out);
     }
 
-    pub(crate) fn decode(settings: &Settings, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
+    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         if !bool::decode(input)? {
             return Ok(Self::default());
         }
@@ -334,7 +327,7 @@ impl Accumulators {
         let plan = SpectrumPlan::new();
         let mut channels = Vec::new();
         for channel in layout.channels.iter() {
-            channels.push(ChannelState::decode(channel, settings, &plan, input)?);
+            channels.push(ChannelState::decode(channel, &plan, input)?);
         }
         let mut magnitudes = Magnitude::all(&layout);
         for magnitude in &mut magnitudes {
@@ -376,7 +369,7 @@ mod tests {
     }
 
     fn octaves(accumulators: &Accumulators) -> Vec<u64> {
-        accumulators.settled().snapshot(&shape(), &[]).iter().map(|channel| channel.octaves[0].terms).collect()
+        accumulators.settled().snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
     }
 
     #[test]
@@ -385,7 +378,7 @@ mod tests {
         let mut accumulators = of(3);
         accumulators.push(RowSlice::new(&[1, 20, 300, 3, 40, 500], accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);
-        let channels = accumulators.settled().snapshot(&shape(), &[]);
+        let channels = accumulators.settled().snapshot(&shape());
         let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
         assert_eq!(means, [Some(2.0), Some(30.0), Some(400.0)]);
         assert!(accumulators.settled().recent(40.0).is_none(), "not asked for");
@@ -398,11 +391,11 @@ mod tests {
         together.push(RowSlice::new(&counts, together.width(), &[]), 0, 40.0, true);
         for (row, index) in counts.chunks_exact(2).zip(0..) {
             alone.push(RowSlice::new(row, alone.width(), &[]), index, 40.0, true);
-            let so_far = alone.settled().snapshot(&shape(), &[]);
+            let so_far = alone.settled().snapshot(&shape());
             assert_eq!(so_far[0].moments.count(), index + 1);
         }
         let (one, other) = (together.settled(), alone.settled());
-        assert_eq!(format!("{:?}", one.snapshot(&shape(), &[])), format!("{:?}", other.snapshot(&shape(), &[])));
+        assert_eq!(format!("{:?}", one.snapshot(&shape())), format!("{:?}", other.snapshot(&shape())));
         assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
         // another place or another rate is no continuation
         alone.push(RowSlice::new(&[1, 2], alone.width(), &[]), 300, 40.0, true);
@@ -455,7 +448,7 @@ mod tests {
         let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
         assert_eq!(formats.map(|format| accumulators.printed.push(format)), [false, true, true]);
         assert_eq!(accumulators.settled().findings().print_changes, 2);
-        assert_eq!(accumulators.settled().snapshot(&shape(), &[])[0].printed_step_counts, 10.0);
+        assert_eq!(accumulators.settled().snapshot(&shape())[0].printed_step_counts, 10.0);
     }
 
     #[test]
@@ -493,13 +486,13 @@ mod tests {
         for (rows, index) in counts.chunks(2 * 37).zip((0..).step_by(37)) {
             accumulators.push(RowSlice::new(rows, 2, &[]), index, 800.0, false);
         }
-        let channels = accumulators.settled().snapshot(&shape(), &[]);
+        let channels = accumulators.settled().snapshot(&shape());
         let counted: Vec<_> = channels.iter().map(|channel| (channel.stride, channel.moments.count())).collect();
         assert_eq!(counted, [(4, 101), (1, 401)]);
         let mut alone = of(1);
         let every_fourth: Vec<i32> = counts.iter().copied().step_by(8).collect();
         alone.push(RowSlice::new(&every_fourth, 1, &[]), 0, 200.0, false);
-        let expected = &alone.settled().snapshot(&shape(), &[])[0];
+        let expected = &alone.settled().snapshot(&shape())[0];
         assert_eq!(channels[0].octaves, expected.octaves, "the numbers of a record at a quarter of the rate");
     }
 
@@ -511,7 +504,7 @@ mod tests {
         accumulators.gap(Some(2));
         accumulators.push(RowSlice::new(&packet_rows(1), 2, &[]), 12, 800.0, false);
         let terms = |accumulators: &Accumulators| {
-            let channels = accumulators.settled().snapshot(&shape(), &[]);
+            let channels = accumulators.settled().snapshot(&shape());
             channels.iter().map(|channel| channel.octaves[0].terms).collect::<Vec<_>>()
         };
         assert_eq!(terms(&accumulators), [3, 9]);

@@ -1,22 +1,15 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, TemperatureRemoval, Unwrap};
+use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
 use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::{Channel, Quantity};
 
 use super::piece::{NotAppended, PieceStart};
-use crate::{
-    averaging_times::AveragingTimes,
-    detrend::Detrend,
-    settings::Settings,
-    snapshot::{ChannelSnapshot, RemovedTemperature},
-};
+use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
 
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
-    /// Whether the regression line is removed.
-    detrend: bool,
     /// Rows per sample of the channel.
     stride: u64,
     /// Absolute index of the next row.
@@ -35,12 +28,9 @@ impl ChannelState {
     /// A channel of a piece that begins at `start`; `plan` is shared by all channels.
     pub(crate) fn new(channel: &Channel, settings: &Settings, start: PieceStart, plan: &SpectrumPlan) -> Self {
         let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation).starting_at(start.places);
-        let detrend = settings.detrend == Some(Detrend::Line);
-        let accumulator = if detrend { accumulator.keeping_slope() } else { accumulator };
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
-            detrend,
             stride: 1,
             place: start.places,
             break_before: None,
@@ -150,19 +140,10 @@ impl ChannelState {
         }
     }
 
-    /// The results, without the contribution of the temperature where that is to be removed.
-    pub(crate) fn snapshot(
-        &self,
-        printed_step_counts: f64,
-        shape: &RecordShape,
-        removal: Option<TemperatureRemoval>,
-    ) -> ChannelSnapshot {
+    /// The results.
+    pub(crate) fn snapshot(&self, printed_step_counts: f64, shape: &RecordShape) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
-        let slope_of_temperature = removal.as_ref().map_or(0.0, TemperatureRemoval::slope_counts);
-        let slope_counts = self.accumulator.slope_counts().map(|slope| slope - slope_of_temperature);
-        let measured: Vec<_> = self.accumulator.octaves().sums().map(|sum| self.detrended(sum)).collect();
-        let removed_temperature = removal.map(|removal| RemovedTemperature::new(removal, &measured));
-        let sums = removed_temperature.as_ref().map_or_else(|| measured.clone(), |removed| removed.without(&measured));
+        let sums: Vec<_> = self.accumulator.octaves().sums().collect();
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
         // an octave without windows has no variance, and no slope depends on it
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
@@ -172,28 +153,19 @@ impl ChannelState {
             moments,
             histogram: self.accumulator.histogram().clone(),
             noise_types: self.accumulator.noise_types(&octaves, &variances, shape),
-            slope_counts,
+            slope_counts: self.accumulator.slope_counts(),
             signal: Some(self.signal.clone()),
             octaves: sums,
             points: Vec::new(),
             stride: self.stride,
             printed_step_counts,
-            removed_temperature,
         }
     }
 
     /// The sums at these averaging factors, of those that have a window.
     pub(crate) fn points(&self, factors: &[u64]) -> Vec<OctaveSum> {
         let own = factors.iter().filter(|m| m.is_multiple_of(self.stride)).map(|m| m / self.stride);
-        let sums = own.filter_map(|m| self.accumulator.octaves().sum_at(m));
-        sums.map(|sum| self.detrended(sum)).collect()
-    }
-
-    fn detrended(&self, sum: OctaveSum) -> OctaveSum {
-        match self.accumulator.slope_counts().filter(|_| self.detrend) {
-            Some(slope_counts) => sum.without_slope(slope_counts),
-            None => sum,
-        }
+        own.filter_map(|m| self.accumulator.octaves().sum_at(m)).collect()
     }
 }
 
@@ -218,13 +190,11 @@ impl ChannelState {
 
     pub(crate) fn decode(
         channel: &Channel,
-        settings: &Settings,
         plan: &SpectrumPlan,
         input: &mut ByteReader<'_>,
     ) -> Result<Self, BadEncoding> {
         let state = Self {
             accumulator: Encoded::decode(input)?,
-            detrend: settings.detrend == Some(Detrend::Line),
             signal: ChannelSignal::decode(plan, input)?,
             stride: Encoded::decode(input)?,
             place: Encoded::decode(input)?,
@@ -265,23 +235,9 @@ mod tests {
     fn an_angle_is_unwrapped() {
         let mut yaw = state(&VNYMR.channels[0], &Settings::default());
         yaw.push(&mut [179_990, -179_990, -179_970]);
-        let snapshot = yaw.snapshot(1.0, &shape(3), None);
+        let snapshot = yaw.snapshot(1.0, &shape(3));
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
-    }
-
-    #[test]
-    fn a_slope_is_removed_where_asked_for() {
-        let ramp: Vec<i32> = (0..640).collect();
-        for detrend in [false, true] {
-            let settings = Settings { detrend: detrend.then_some(Detrend::Line), ..Settings::default() };
-            let mut channel = state(&VNYMR.channels[9], &settings);
-            channel.push(&mut ramp.clone());
-            let snapshot = channel.snapshot(1.0, &shape(640), None);
-            assert_eq!(snapshot.slope_counts, Some(1.0));
-            let variance = snapshot.octaves.last().and_then(OctaveSum::variance_counts2);
-            assert_eq!(variance.is_some_and(|variance| variance < 1e-6), detrend, "{variance:?}");
-        }
     }
 
     #[test]
@@ -300,7 +256,7 @@ mod tests {
             let mut piece = before.continued(&piece).unwrap();
             piece.push(&mut [3, 3, 4, 4]);
             before.append(&piece).unwrap();
-            before.snapshot(1.0, &shape(4), None).octaves[0].terms
+            before.snapshot(1.0, &shape(4)).octaves[0].terms
         };
         // four samples have three differences, two and two have one each
         assert_eq!([None, Some(None), Some(Some(0))].map(terms), [3, 2, 2]);
@@ -312,7 +268,7 @@ mod tests {
         channel.push(&mut [1, 2]);
         channel.gap(Some(32));
         channel.push(&mut [3, 4]);
-        let snapshot = channel.snapshot(1.0, &shape(36), None);
+        let snapshot = channel.snapshot(1.0, &shape(36));
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));

@@ -347,7 +347,7 @@ impl DataRecord {
 
     pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
         let settings = Settings::decode(input)?;
-        let accumulators = Accumulators::decode(&settings, input)?;
+        let accumulators = Accumulators::decode(input)?;
         Ok(Self {
             rate: RateAuthority::decode(accumulators.layout.as_deref(), input)?,
             span: Encoded::decode(input)?,
@@ -396,7 +396,7 @@ mod tests {
     fn terms(record: &DataRecord) -> u64 {
         let (estimator, deviation) = (record.settings.estimator, record.settings.deviation);
         let shape = RecordShape { samples: 10, interval_s: 0.025, estimator, deviation };
-        record.accumulators.settled().snapshot(&shape, &[])[0].octaves.first().map_or(0, |octave| octave.terms)
+        record.accumulators.settled().snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
     }
 
     #[test]

@@ -135,7 +135,6 @@ impl SensorReplies {
                     branch_counts: 0,
                     stride: 1,
                     printed_step_counts: 1.0,
-                    removed_temperature: None,
                 },
             })
             .collect()

@@ -20,10 +20,8 @@ pub struct AxisTemperature {
     pub coefficient: Result<TemperatureCoefficient, WhyNoCoefficient>,
     /// The axes of the record together (Holm) prove that this one follows the temperature.
     pub is_proved: bool,
-    /// It was removed from the deviations and all that was fitted to them.
-    pub is_removed: bool,
-    /// Of a proved coefficient the deviation of each octave, before and after it is removed; none
-    /// where gaps leave less than nine tenths of the record in one stretch.
+    /// Of a proved coefficient the deviation of each octave, with and without what it contributes;
+    /// none where gaps leave less than nine tenths of the record in one stretch.
     pub deviations: Vec<BeforeAndAfter>,
 }
 
@@ -79,7 +77,7 @@ impl AxisTemperature {
     /// are no more than bounded. Not where it has less than a tenth of the variance of any octave.
     #[must_use]
     pub fn poses_as_noise(&self) -> bool {
-        self.is_proved && !self.is_removed && (self.deviations.is_empty() || self.largest_share() > POSES_AS_NOISE)
+        self.is_proved && (self.deviations.is_empty() || self.largest_share() > POSES_AS_NOISE)
     }
 
     /// The most that the temperature has in the variance of an octave, 0 to 1.

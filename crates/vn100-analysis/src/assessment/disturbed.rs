@@ -95,9 +95,7 @@ pub(super) fn level(
     };
     let blocks = signal.blocks();
     let block = blocks.first().map_or(1, |block| block.length);
-    let removed = results.removed_temperature.as_ref().map(|removed| removed.removal.without(&blocks));
-    let level = removed.as_deref().unwrap_or(&blocks);
-    let LevelFindings { change, cycle, detectable_step } = search.find_in(level, interval_s, channel.decimals);
+    let LevelFindings { change, cycle, detectable_step } = search.find_in(&blocks, interval_s, channel.decimals);
     let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();

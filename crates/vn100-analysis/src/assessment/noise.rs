@@ -3,9 +3,8 @@
 use std::sync::OnceLock;
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
-    OverBound, PROVED_P, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum,
-    over_bound, white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
+    RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
 };
 use noise_comparison::holm;
 use vn100_protocol::Channel;
@@ -14,7 +13,6 @@ use super::{
     ChannelAssessment, OctaveVariances, axis_temperature::AxisTemperature, onboard::Onboard, white_budget::WhiteBudget,
 };
 use crate::{
-    detrend::Detrend,
     in_parallel::in_parallel,
     sensor::sensor_of,
     snapshot::{RateFrom, Snapshot},
@@ -154,9 +152,7 @@ impl ChannelNoise {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                // a line that was taken out is no ramp to be found
-                let slope_unit_s = curve.slope_unit_s.filter(|_| snapshot.detrended != Some(Detrend::Line));
-                let whole = model.fit(&ChannelCurve { slope_unit_s, ..evidence }, confidence);
+                let whole = model.fit(&ChannelCurve { slope_unit_s: curve.slope_unit_s, ..evidence }, confidence);
                 let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
                 let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
@@ -203,8 +199,8 @@ impl ChannelNoise {
         match self.long_taus {
             _ if term == Term::White => self.fit.parameter(term).map(|white| self.white_budget.widened(white)),
             _ if term == Term::Quantization => self.fit.parameter(term),
-            LongTauValidity::Sensor => self.fit.parameter(term),
-            LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Motion => {
+            LongTauValidity::Sensor | LongTauValidity::Motion => self.fit.parameter(term),
+            LongTauValidity::Compensated | LongTauValidity::LooksCompensated => {
                 Some(Parameter::without_value(Status::NotMeasurable))
             }
             LongTauValidity::Surroundings => None,
@@ -252,9 +248,13 @@ impl ChannelNoise {
         estimated.into_iter().for_each(|term| self.fit.not_proved(term));
     }
 
-    /// A message that lacks the bias lacks it all the same.
+    /// Withholds everything that describes the motion. A message that lacks the bias lacks it all
+    /// the same.
     pub(super) fn was_moved(&mut self) {
+        self.fit.withhold(Status::Moved);
         self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.white_budget.sampling = None;
+        self.rounded_away = &[];
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
         }
@@ -395,45 +395,6 @@ impl Made {
         let octaves = shape.octaves();
         let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
         (self.model.of_length(longest, shape.samples), shape.samples as f64 * shape.interval_s)
-    }
-}
-
-/// Noise models of one axis for a filter, in the unit of its channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterModels {
-    /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not
-    /// show the sensor, and where the model cannot be fitted.
-    pub gauss_markov: Option<GaussMarkovFit>,
-    /// The smallest white noise and random walk that together lie above the upper bounds of all
-    /// octaves that have one.
-    pub over_bound: Option<OverBound>,
-}
-
-impl FilterModels {
-    /// For each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is of the
-    /// same snapshot at the level `confidence`. Takes some tenths of a second per axis.
-    #[must_use]
-    pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
-        (snapshot.assessed(assessed))
-            .map(|(channel, results, assessed)| {
-                let noise = assessed.noise.as_ref()?;
-                let curve = OctaveVariances::new(channel, results, snapshot.shape_of(results));
-                let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
-                    // octaves that vibration disturbs are not part of the fit
-                    let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
-                    let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
-                    let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);
-                    model.fit_gauss_markov(&curve.variances[skip..], confidence)
-                });
-                let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
-                    (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
-                        .filter_map(|((octave, variance), assessed)| {
-                            Some((curve.tau_s(octave), variance.sqrt() * assessed.relative?.upper))
-                        })
-                        .unzip();
-                Some(Self { gauss_markov: gauss_markov.flatten(), over_bound: over_bound(&tau_s, &bounds) })
-            })
-            .collect()
     }
 }
 

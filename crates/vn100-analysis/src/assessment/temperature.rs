@@ -1,21 +1,18 @@
 //! How the bias of each axis follows the temperature of the sensor.
 
 use imu_noise::{
-    NoCoefficient, OctaveSum, PROVED_P, Sensor, TemperatureCoefficient, TemperatureRemoval, TemperatureSearch,
+    NoCoefficient, OctaveSum, PROVED_P, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
 };
 use noise_comparison::holm;
 use vn100_protocol::Channel;
 
 use super::{
-    ChannelAssessment, ChannelNoise, LongTauValidity, Motion,
+    ChannelAssessment, ChannelNoise, LongTauValidity,
     axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient},
 };
 use crate::{
-    assessment::DEFAULT_CONFIDENCE,
     in_parallel::in_parallel,
-    remedy::{Remedy, Text},
-    sensor::sensor_of,
-    snapshot::{RemovedTemperature, Snapshot},
+    snapshot::Snapshot,
     warning::{Warning, WarningKind},
 };
 
@@ -52,36 +49,6 @@ fn coefficients(
     found.into_iter().zip(are_proved).map(|(found, is_proved)| Some((found?, is_proved))).collect()
 }
 
-/// What is to be removed from each channel of a snapshot of which nothing has been removed.
-pub(crate) fn removals(snapshot: &Snapshot) -> Vec<Option<TemperatureRemoval>> {
-    let Some(temperature) = snapshot.temperature.as_ref().filter(|_| Motion::of(snapshot).is_none()) else {
-        return Vec::new();
-    };
-    let search = temperature.search(snapshot.shape().interval_s);
-    let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
-    let why_none = |_, channel: &Channel| {
-        let has_no_bias = compensated && sensor_of(channel.quantity) == Some(Sensor::Gyroscope);
-        has_no_bias.then_some(WhyNoCoefficient::BiasNotInStream)
-    };
-    let found = coefficients(snapshot, &search, DEFAULT_CONFIDENCE, why_none);
-    let removal = |(place, (found, channel)): (usize, (_, &Channel))| match found {
-        Some((Ok(coefficient), true)) => {
-            removal(temperature.axis(place)?, search.as_ref().ok()?, &coefficient, channel)
-        }
-        _ => None,
-    };
-    found.into_iter().zip(snapshot.layout_channels()).enumerate().map(removal).collect()
-}
-
-fn removal(
-    axis: usize,
-    search: &TemperatureSearch,
-    coefficient: &TemperatureCoefficient,
-    channel: &Channel,
-) -> Option<TemperatureRemoval> {
-    search.removal(axis, coefficient.value / channel.in_unit(1.0), coefficient.lag_s)
-}
-
 /// The axes whose noise the temperature exaggerates.
 pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Option<Warning> {
     let following = |(channel, _, assessed)| -> Option<(&Channel, f64)> {
@@ -97,10 +64,7 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
         false => String::new(),
     };
     let headline = format!("bias of {} follows the temperature", names.join(" "));
-    let details = format!(
-        "{made}B, K and ramp of these axes are bounds only. Keep the temperature constant, or remove its effect with "
-    );
-    let details = Text::from(details).remedy(Remedy::RemoveTemperature).then(".");
+    let details = format!("{made}B, K and ramp of these axes are bounds only. Keep the temperature constant.");
     Some(Warning::new(WarningKind::FollowsTemperature, names, headline, details))
 }
 
@@ -120,14 +84,11 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
     let search = search.as_ref().ok();
     for (place, (found, (channel, results))) in found.into_iter().zip(snapshot.measured()).enumerate() {
         let Some((coefficient, is_proved)) = found else { continue };
-        let removed = results.removed_temperature.as_ref();
-        let deviations = match (&coefficient, removed, search, temperature.axis(place)) {
-            (Ok(_), Some(removed), ..) => before_and_after(channel, &removed.octaves, &results.octaves),
-            (Ok(coefficient), None, Some(search), Some(axis)) if is_proved => {
-                let removal = removal(axis, search, coefficient, channel);
-                let after =
-                    removal.map(|removal| RemovedTemperature::new(removal, &results.octaves).without(&results.octaves));
-                after.map_or_else(Vec::new, |after| before_and_after(channel, &results.octaves, &after))
+        let deviations = match (&coefficient, search, temperature.axis(place)) {
+            (Ok(coefficient), Some(search), Some(axis)) if is_proved => {
+                let per_degree = coefficient.value / channel.in_unit(1.0);
+                let contribution = search.contribution(axis, per_degree, coefficient.lag_s);
+                contribution.map_or_else(Vec::new, |made| before_and_after(channel, &results.octaves, &made))
             }
             _ => Vec::new(),
         };
@@ -139,15 +100,22 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
                 is_polled: temperature.is_polled(),
                 coefficient,
                 is_proved,
-                is_removed: removed.is_some(),
                 deviations,
             });
         }
     }
 }
 
-fn before_and_after(channel: &Channel, before: &[OctaveSum], after: &[OctaveSum]) -> Vec<BeforeAndAfter> {
+/// The deviations as measured, and without what the temperature made.
+fn before_and_after(channel: &Channel, sums: &[OctaveSum], made: &TemperatureContribution) -> Vec<BeforeAndAfter> {
+    let of_block = sums.iter().find(|sum| sum.m == made.block_length());
+    let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
+    let without = |sum: &OctaveSum| match sum.variance_counts2() {
+        Some(variance) => sum.with_variance_counts2(made.variance_without(sum.deviation, sum.m, variance, of_block)),
+        None => *sum,
+    };
     let of = |sum: &OctaveSum| sum.deviation_counts().map(|counts| channel.in_unit(counts).abs());
-    let pairs = before.iter().zip(after);
-    pairs.filter_map(|(a, b)| Some(BeforeAndAfter { m: a.m, before: of(a)?, after: of(b)? })).collect()
+    sums.iter()
+        .filter_map(|sum| Some(BeforeAndAfter { m: sum.m, before: of(sum)?, after: of(&without(sum))? }))
+        .collect()
 }

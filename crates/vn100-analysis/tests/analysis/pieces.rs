@@ -7,7 +7,7 @@ use std::{sync::Arc, time::Duration};
 
 use proptest::{collection::vec, prelude::*, sample::Index};
 use vn100_analysis::{
-    Analysis, Assessment, AveragingTimes, Detrend, NotAppended, PieceStart, RateFrom, Settings,
+    Analysis, Assessment, AveragingTimes, NotAppended, PieceStart, RateFrom, Settings,
     noise::{Deviation, Estimator, Histogram},
 };
 use vn100_protocol::stream::{Batch, Mark, MarkKind, RowCounter};
@@ -219,11 +219,10 @@ fn settings() -> impl Strategy<Value = Settings> {
     let deviation = prop_oneof![3 => Just(Deviation::Allan), 1 => Just(Deviation::Hadamard)];
     let skip = prop_oneof![Just(0.0), Just(1.0), Just(3.3)];
     let duration = prop_oneof![3 => Just(None), 1 => Just(Some(Duration::from_secs(30)))];
-    (kind, deviation, any::<bool>(), skip, duration).prop_map(|(kind, deviation, detrend, skip, duration)| Settings {
+    (kind, deviation, skip, duration).prop_map(|(kind, deviation, skip, duration)| Settings {
         estimator: kind.0,
         averaging_times: kind.1,
         deviation,
-        detrend: detrend.then_some(Detrend::Line),
         skip: Duration::from_secs_f64(skip),
         duration,
         ..Settings::default()

@@ -20,9 +20,8 @@ pub(crate) struct FileArgs {
     pub(crate) measure: MeasureArgs,
 
     /// Averaging times of the deviations, with --estimator full: octave (1, 2, 4 ... samples),
-    /// decade (1, 2, 4, 10, 20, 40 ...), all (every one up to 1024 samples, then 128 in each
-    /// octave), or seconds with commas between them, each a multiple of the sample interval. N, B
-    /// and K rest on the octaves whatever is given [default: octave]
+    /// decade (1, 2, 4, 10, 20, 40 ...), or seconds with commas between them, each a multiple of
+    /// the sample interval. N, B and K rest on the octaves whatever is given [default: octave]
     #[arg(long, help_heading = "Measurement", value_name = "TAUS")]
     pub(crate) taus: Option<AveragingTimes>,
 

@@ -107,7 +107,7 @@ const COMMANDS: [CommandHelp; 16] = [
         name: "replay",
         examples: &[
             ("the summary of a capture", "replay capture.mcap"),
-            ("without the warm-up, every table", "replay capture.mcap --skip 10min --full"),
+            ("without the warm-up", "replay capture.mcap --skip 10min"),
             ("the samples as a table", "replay capture.mcap --samples capture.csv"),
             ("a night in minutes, in the live view and on a page", "replay night.mcap --speed 600x --serve"),
             ("another sensor's table", "replay imu.csv --columns t=stamp:ns,gyro_x=wx:deg/s"),

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use imu_noise::{Deviation, Estimator};
-use vn100_analysis::{DEFAULT_CONFIDENCE, Detrend, Goal, NoiseFigure, Settings};
+use vn100_analysis::{DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 use super::{
@@ -61,11 +61,6 @@ pub(crate) struct MeasureArgs {
     #[arg(long, help_heading = TARGETS, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
-    /// Remove from each channel before its deviation is computed: a line, which lowers it at the
-    /// longest tau; or the temperature dependence, where it is significant
-    #[arg(long, value_parser = one_of(&DETRENDS))]
-    pub(crate) detrend: Option<Detrend>,
-
     /// Also fit Q, quantization noise, of sensors that count steps of angle or velocity; the
     /// rounding of a printed rate is white noise, in N
     #[arg(long)]
@@ -92,7 +87,6 @@ impl MeasureArgs {
             deviation: self.deviation,
             skip: self.skip,
             duration: self.duration,
-            detrend: self.detrend,
             quantization: self.quantization,
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
@@ -124,11 +118,6 @@ const DEVIATIONS: [(&str, &str, Deviation); 2] = [
 const MEASURED: [(&str, &str, MeasuredFrames); 2] = [
     ("sentences", "Sentences such as $VNYMR", MeasuredFrames::Sentences),
     ("packets", "Binary packets, with the time of the sensor where they carry it", MeasuredFrames::Packets),
-];
-
-const DETRENDS: [(&str, &str, Detrend); 2] = [
-    ("linear", "The regression line over the record", Detrend::Line),
-    ("temperature", "The temperature dependence of the bias of gyroscope and accelerometer", Detrend::Temperature),
 ];
 
 pub(super) fn confidence(text: &str) -> Result<f64, String> {

@@ -6,9 +6,8 @@ use std::{
 };
 
 use clap::ValueEnum;
-use vn100_report::{RosFrame, Stamps};
 
-use super::{FileArgs, choices::one_of, duration::length};
+use super::{FileArgs, duration::length};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReportArgs {
@@ -34,22 +33,10 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports", value_name = "FORM", value_enum, value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
-    /// Also give the models for filters, in the export as JSON
-    #[arg(long, help_heading = "Exports")]
-    pub(crate) filter_models: bool,
-
-    /// Figures of the exports svg and png, by kind, channel or name: allan, graphical, gyro_y,
+    /// Figures of the export svg, by kind, channel or name: allan, graphical, gyro_y,
     /// spectrum-accel [default: all]
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,
-
-    /// Axes of the export mcap
-    #[arg(long, help_heading = "Exports", value_parser = one_of(&ROS_FRAMES), default_value = "ned")]
-    pub(crate) ros_frame: RosFrame,
-
-    /// Times of the messages of the export mcap
-    #[arg(long, help_heading = "Exports", value_parser = one_of(&STAMPS), default_value = "fitted")]
-    pub(crate) stamps: Stamps,
 
     /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
     /// does
@@ -59,13 +46,6 @@ pub(crate) struct ReportArgs {
     /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
     #[arg(long, help_heading = "Exports")]
     pub(crate) require_estimated: bool,
-}
-
-impl ExportForm {
-    /// A folder of figures.
-    pub(crate) const fn is_figures(self) -> bool {
-        matches!(self, Self::Svg | Self::Png)
-    }
 }
 
 impl ReportArgs {
@@ -82,9 +62,8 @@ impl ReportArgs {
     pub(super) fn refused(&self) -> Option<String> {
         let output = self.output();
         let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
-        let has_figures = self.export.iter().any(|form| form.is_figures());
-        if !self.figures.is_empty() && !has_figures {
-            return Some("--figures selects what --export svg or png writes: add one of them".into());
+        if !self.figures.is_empty() && !self.export.contains(&ExportForm::Svg) {
+            return Some("--figures selects what --export svg writes: add it".into());
         }
         if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
             return self.files.refused_taus();
@@ -129,18 +108,4 @@ pub(crate) enum ExportForm {
     Kalibr,
     /// Each figure as SVG, in a folder
     Svg,
-    /// Each figure as PNG, in a folder
-    Png,
-    /// The samples as ROS 2 messages: Imu, MagneticField, Temperature and FluidPressure
-    Mcap,
 }
-
-const ROS_FRAMES: [(&str, &str, RosFrame); 2] = [
-    ("ned", "The sensor's own: forwards, right, down, against north, east, down", RosFrame::Ned),
-    ("enu", "As ROS assumes them: forwards, left, up, against east, north, up", RosFrame::Enu),
-];
-
-const STAMPS: [(&str, &str, Stamps); 2] = [
-    ("fitted", "On the even grid of the measured rate, where no sample is missing", Stamps::Fitted),
-    ("arrival", "When each line arrived", Stamps::Arrival),
-];

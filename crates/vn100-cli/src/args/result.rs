@@ -8,31 +8,18 @@ use clap::{ColorChoice, ValueEnum};
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct ResultArgs {
-    /// Also fit models for Kalman filters: a first-order Gauss-Markov process, and a conservative
-    /// N and K that bound the whole Allan curve
-    #[arg(long)]
-    pub(crate) filter_models: bool,
-
-    /// Print every section as tables, instead of the summary
-    #[arg(long, conflicts_with = "show")]
-    pub(crate) full: bool,
-
-    /// Print these sections as tables, instead of the summary
-    #[arg(long, value_name = "SECTION", value_enum, value_delimiter = ',')]
-    pub(crate) show: Vec<Section>,
-
     /// Colours of the summary
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     pub(crate) color: ColorChoice,
 
     /// Print one JSON document at the end, and nothing else, on standard output
-    #[arg(long, conflicts_with_all = ["ndjson", "full", "show"])]
+    #[arg(long, conflicts_with = "ndjson")]
     pub(crate) json: bool,
 
     /// Print one JSON document per line, for every second of data time and at the end; "thin"
     /// for short ones. A live source without data gives a heartbeat every second by the clock
     #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true,
-        default_missing_value = "whole", conflicts_with_all = ["full", "show"])]
+        default_missing_value = "whole")]
     pub(crate) ndjson: Option<Ndjson>,
 
     /// Write the samples as CSV, with the time of each; "-" for standard output, instead of the
@@ -47,8 +34,6 @@ impl ResultArgs {
             (true, _) => OutputFormat::Json,
             (_, Some(form)) => OutputFormat::Ndjson(form),
             _ if self.samples.as_deref() == Some(Path::new("-")) => OutputFormat::Samples,
-            _ if self.full => OutputFormat::Sections(Section::value_variants().to_vec()),
-            _ if !self.show.is_empty() => OutputFormat::Sections(self.show.clone()),
             _ => OutputFormat::Summary(self.color),
         }
     }
@@ -59,7 +44,7 @@ impl ResultArgs {
         if sources > 1 {
             return Some("--samples takes the samples of one source: give one".into());
         }
-        let has_other = self.json || self.ndjson.is_some() || self.full || !self.show.is_empty();
+        let has_other = self.json || self.ndjson.is_some();
         let refusal = "--samples - writes to standard output, where the result would be: name a file";
         (samples == Path::new("-") && has_other).then(|| refusal.into())
     }
@@ -74,30 +59,11 @@ pub(crate) enum Ndjson {
     Thin,
 }
 
-/// A section of the full text of a result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Section {
-    /// Every warning in full: what was found, why it matters, what to do
-    Warnings,
-    /// Mean, standard deviation, minimum and maximum, and the length of each vector
-    Statistics,
-    /// Skewness, kurtosis, whether it is Gaussian; changes along the record, and what would show
-    Distribution,
-    /// The deviation at each averaging time, with its confidence limits
-    Deviations,
-    /// The noise parameters in every unit, with intervals and quality of the fit
-    Noise,
-    /// The comparison with the data sheet
-    Verdicts,
-}
-
 /// How results are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OutputFormat {
     /// As the summary, each when it is there.
     Summary(ColorChoice),
-    /// As these sections of the full text, each when it is there.
-    Sections(Vec<Section>),
     /// As one JSON document at the end.
     Json,
     /// As text: the source, and its warnings.
@@ -111,7 +77,7 @@ pub(crate) enum OutputFormat {
 impl OutputFormat {
     /// Whether results are text, so that a view may be shown before.
     pub(crate) const fn is_text(&self) -> bool {
-        matches!(self, Self::Summary(_) | Self::Sections(_))
+        matches!(self, Self::Summary(_))
     }
 
     /// The lines written during the measurement; `None` where there are none.

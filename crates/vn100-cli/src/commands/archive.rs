@@ -35,7 +35,7 @@ use crate::{
 };
 
 pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
-    let evaluation = evaluation(&args.files.measure, false)?;
+    let evaluation = evaluation(&args.files.measure)?;
     let (exports, mut files): (Vec<PathBuf>, Vec<PathBuf>) =
         args.files.files.iter().flat_map(|path| captures_below(path)).partition(|file| {
             // a file that is named is measured, whatever it is

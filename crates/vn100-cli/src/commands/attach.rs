@@ -72,7 +72,7 @@ async fn attach_all(
     conditions: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Completion> {
-    let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
+    let evaluation = Arc::new(evaluation(&args.measure)?);
     let watched = Watched::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);

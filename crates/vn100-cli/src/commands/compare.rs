@@ -33,7 +33,7 @@ use crate::{
 };
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
-    let evaluation = evaluation(&args.files.measure, false)?;
+    let evaluation = evaluation(&args.files.measure)?;
     let mut all: Vec<Measured> = Vec::new();
     let inputs = inputs(&args.files);
     if let [FileStream { path, options, .. }] = &*inputs

@@ -55,7 +55,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
         };
         usage(&refused("replay", refusal));
     }
-    let evaluation = evaluation(&files.measure, args.result.filter_models)?;
+    let evaluation = evaluation(&files.measure)?;
     let mut writer = ResultWriter::new(args.result.format());
     let mut recordings = Vec::new();
     let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
@@ -92,7 +92,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let watched = Watched::of(&args.serve)?;
     let messages = (vn100_view::is_there() && !takes_terminal(&files.log)).then(MessageQueue::default);
     let stop = stop_on_interrupt(if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops })?;
-    let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
+    let evaluation = Arc::new(evaluation(&files.measure)?);
     let session = |input| {
         let settings = Settings { recent: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })

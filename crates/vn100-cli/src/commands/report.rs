@@ -25,7 +25,7 @@ use vn100_words::remedy_words;
 
 use crate::{
     args::ReportArgs,
-    asked::{flag, length, measure_options},
+    asked::{length, measure_options},
     commands::replay::{Outputs, measure_files},
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
@@ -44,7 +44,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let inputs = inputs(files);
     let exports = Exports::new(args, &inputs, &output)?;
     let mut all: Vec<Measured> = Vec::new();
-    let evaluation = evaluation(&files.measure, args.filter_models)?;
+    let evaluation = evaluation(&files.measure)?;
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
@@ -130,7 +130,6 @@ fn option_text(args: &ReportArgs) -> String {
     let mut asked = measure_options(&files.measure, files.taus.as_ref());
     asked.add("topic", files.topic.clone());
     asked.add("window", files.window.map(|window| window.to_string()));
-    asked.add("filter-models", flag(args.filter_models));
     let span = Some(args.kalibr_span).filter(|span| span.as_secs_f64() != DEFAULT_KALIBR_SPAN_S);
     asked.add("kalibr-span", span.map(length));
     asked.text()

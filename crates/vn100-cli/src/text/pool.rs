@@ -3,15 +3,21 @@
 
 use std::fmt::{self, Write};
 
+use imu_noise::{Sensor, Term};
 use vn100_analysis::{Pool, PooledChannel, PooledParameter, sensor_of};
 use vn100_report::{
-    names::{TERMS, names_of},
+    names::{TERMS, names_of, parameter_names},
     numbers::plain::{counted, four_digits, short},
     printable,
     units::si_unit,
 };
 
-use super::{COLUMN, fill, noise::title, row};
+use super::{COLUMN, fill, parameter_name, row};
+
+/// Name, short name, symbol and slope: `Angle Random Walk (ARW) N, slope -1/2`.
+fn title(sensor: Sensor, term: Term) -> String {
+    format!("{}, slope {}", parameter_name(sensor, term), parameter_names(sensor, term).slope)
+}
 
 pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
     let used: Vec<&str> = pool.parts.iter().filter(|part| part.refused.is_none()).map(|part| &*part.name).collect();

@@ -98,7 +98,7 @@ fn write_status(lines: &mut Lines, status: &AspectStatus) {
     let AspectStatus { aspect, severity, word, findings } = status;
     let more = findings.len().saturating_sub(MOST_FOUND);
     let found = findings.iter().take(MOST_FOUND).map(|(text, notes)| format!("{}{}", printable(text), marks(notes)));
-    let more = (more > 0).then(|| format!("and {more} more (--show warnings)"));
+    let more = (more > 0).then(|| format!("and {more} more (`vn100 report`)"));
     for (place, text) in found.chain(more).enumerate() {
         let room = WIDTH - FOUND;
         for (row, part) in wrapped(&text, room).iter().enumerate() {
@@ -173,8 +173,8 @@ fn noted(notes: &[String]) -> Vec<String> {
 
 /// As many as there is room for.
 fn write_notes(lines: &mut Lines, notes: &[String]) {
-    const FULL: &str = "--full: everything as tables   --show SECTION,...   --json: everything";
-    const MORE: &str = "    ... more: --show warnings";
+    const EVERYTHING: &str = "everything: `vn100 report FILE` as a page, --json as a document";
+    const MORE: &str = "    ... more: `vn100 report`";
     let room = MOST_LINES.saturating_sub(lines.lines.len() + 2);
     lines.push("");
     let fitting = if notes.len() <= room { notes.len() } else { room.saturating_sub(1) };
@@ -182,7 +182,7 @@ fn write_notes(lines: &mut Lines, notes: &[String]) {
     if fitting < notes.len() {
         lines.push(MORE);
     }
-    lines.push(&lines.paint(FULL, FAINT));
+    lines.push(&lines.paint(EVERYTHING, FAINT));
 }
 
 /// ` [1] [3]`.

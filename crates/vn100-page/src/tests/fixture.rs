@@ -39,7 +39,7 @@ fn measured(
     let snapshot = Arc::new(analysis.snapshot());
     let assessment = Assessment::new(&snapshot, 0.95);
     let facts = SourceFacts { name: "rest.csv".into(), ..SourceFacts::default() };
-    Evaluation::new(None, Asked::default(), false).unwrap().complete(Measured::ended(facts, snapshot, assessment, &[]))
+    Evaluation::new(None, Asked::default()).unwrap().complete(Measured::ended(facts, snapshot, assessment, &[]))
 }
 
 /// Magnetic field, acceleration and rate of a sensor that stands upright.

@@ -94,108 +94,11 @@ pub fn crc16(bytes: &[u8]) -> u16 {
     blocks.iter().fold(crc, crc16_of_block)
 }
 
-/// Whether [`crc16`] of at least 16 and at most [`MAX_PRODUCTS`] bytes is 0, by carry-less
-/// multiplication of sixteen bytes at a time: in a third of the time.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "pclmulqdq,sse4.1")]
-#[inline]
-pub(crate) fn is_crc16_zero_by_products(bytes: &[u8]) -> bool {
-    use core::arch::x86_64::{
-        __m128i, _mm_and_si128, _mm_clmulepi64_si128, _mm_cvtsi128_si64, _mm_move_epi64, _mm_set_epi8, _mm_set_epi64x,
-        _mm_shuffle_epi8, _mm_srli_si128, _mm_xor_si128,
-    };
-    #[inline]
-    #[target_feature(enable = "sse4.1")]
-    fn vector([low, high]: [u64; 2]) -> __m128i {
-        _mm_set_epi64x(high as i64, low as i64)
-    }
-    #[inline]
-    #[target_feature(enable = "sse4.1")]
-    fn load(bytes: &[u8; 16]) -> __m128i {
-        let (words, _) = bytes.as_chunks();
-        vector([u64::from_le_bytes(words[0]), u64::from_le_bytes(words[1])])
-    }
-
-    // a closure would have no products
-    let (blocks, rest) = bytes.as_chunks();
-    let Some(last) = bytes.last_chunk() else { return crc16(bytes) == 0 };
-    let (Some(mask), Some(powers)) = (ONES_BEHIND_ZEROS[rest.len()..].first_chunk(), POWERS.get(..bytes.len() - 15))
-    else {
-        return crc16(bytes) == 0;
-    };
-    let highest_first = _mm_set_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    let eighth_power = vector([POWERS[8][0], 0]);
-    // each half leaves its product with what is left of the power of x at its place: less than 2^80
-    let last = _mm_shuffle_epi8(_mm_and_si128(load(last), load(mask)), highest_first);
-    let mut sum = _mm_xor_si128(_mm_move_epi64(last), _mm_clmulepi64_si128::<0x01>(last, eighth_power));
-    for (block, powers) in blocks.iter().zip(powers.rchunks(16)) {
-        let (block, powers) = (_mm_shuffle_epi8(load(block), highest_first), vector(powers[powers.len() - 1]));
-        let low = _mm_clmulepi64_si128::<0x00>(block, powers);
-        let high = _mm_clmulepi64_si128::<0x11>(block, powers);
-        sum = _mm_xor_si128(sum, _mm_xor_si128(low, high));
-    }
-    let word = _mm_move_epi64(_mm_xor_si128(sum, _mm_clmulepi64_si128::<0x01>(sum, eighth_power)));
-    // by its quotient (Barrett): the 48 bits of the word above the remainder times that of x^64
-    let division = vector([QUOTIENT_OF_X64, POLYNOMIAL]);
-    let quotient = _mm_srli_si128::<6>(_mm_clmulepi64_si128::<0x00>(_mm_srli_si128::<2>(word), division));
-    let multiple = _mm_clmulepi64_si128::<0x10>(quotient, division);
-    _mm_cvtsi128_si64(_mm_xor_si128(word, multiple)) == 0
-}
-
-/// The longest of [`is_crc16_zero_by_products`].
-pub(crate) const MAX_PRODUCTS: usize = 640;
-
-/// Cut so that it keeps the last bytes of sixteen, as many as it begins behind the first of it.
-#[cfg(target_arch = "x86_64")]
-static ONES_BEHIND_ZEROS: [u8; 32] = {
-    let mut mask = [0; 32];
-    let mut at = 16;
-    while at < 32 {
-        mask[at] = 0xFF;
-        at += 1;
-    }
-    mask
-};
-
-/// Of x, modulo the polynomial: x^8k, and x^(8k + 64).
-#[cfg(target_arch = "x86_64")]
-static POWERS: [[u64; 2]; MAX_PRODUCTS - 15] = {
-    let mut powers = [[0; 2]; MAX_PRODUCTS - 15];
-    let (mut power, mut bytes) = (1_u16, 0);
-    while bytes < MAX_PRODUCTS - 7 {
-        if bytes < powers.len() {
-            powers[bytes][0] = power as u64;
-        }
-        if bytes >= 8 {
-            powers[bytes - 8][1] = power as u64;
-        }
-        let mut bit = 0;
-        while bit < 8 {
-            power = shifted(power);
-            bit += 1;
-        }
-        bytes += 1;
-    }
-    powers
-};
-
-const POLYNOMIAL: u64 = 0x1_1021;
-
-/// x^64 divided by the polynomial, without remainder.
-#[cfg(target_arch = "x86_64")]
-const QUOTIENT_OF_X64: u64 = {
-    let (mut rest, mut quotient) = (1_u128 << 64, 0);
-    while rest >> 16 != 0 {
-        let shift = 127 - rest.leading_zeros() - 16;
-        rest ^= (POLYNOMIAL as u128) << shift;
-        quotient |= 1 << shift;
-    }
-    quotient
-};
+const POLYNOMIAL: u16 = 0x1021;
 
 /// Times x, modulo the polynomial.
 const fn shifted(crc: u16) -> u16 {
-    if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ POLYNOMIAL as u16 }
+    if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ POLYNOMIAL }
 }
 
 /// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from that of the bytes

@@ -10,12 +10,8 @@
 
 use core::{iter::Take, slice::ChunksExact};
 
-use multiversion::{multiversion, target::target_cfg};
-
-#[cfg(target_arch = "x86_64")]
-use crate::framing::checksum::is_crc16_zero_by_products;
 use crate::{
-    framing::checksum::{MAX_PRODUCTS, crc16},
+    framing::checksum::crc16,
     packet::field::{GROUPS, PacketField},
 };
 
@@ -161,29 +157,9 @@ impl SeenHeads {
 }
 
 /// How many of these begin alike, one after the other, and have a right CRC.
-#[multiversion(targets("x86_64+pclmulqdq+sse4.1"))]
 fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
-    #[target_cfg(target_feature = "pclmulqdq")]
-    use is_crc16_zero_by_products as is_crc16_zero;
-    #[target_cfg(not(target_feature = "pclmulqdq"))]
-    use is_crc16_zero_by_tables as is_crc16_zero;
-
-    let mut valid = 0;
-    for packet in packets {
-        if !(head.is_of(packet) && is_crc16_zero(&packet[1..])) {
-            break;
-        }
-        valid += 1;
-    }
-    valid
+    packets.take_while(|packet| head.is_of(packet) && crc16(&packet[1..]) == 0).count()
 }
-
-#[inline]
-fn is_crc16_zero_by_tables(bytes: &[u8]) -> bool {
-    crc16(bytes) == 0
-}
-
-const _: () = assert!(MAX_PACKET <= MAX_PRODUCTS);
 
 /// Classifies `input`, which begins with 0xFA.
 pub(crate) fn classify(input: &[u8]) -> PacketStart {
@@ -266,8 +242,7 @@ mod tests {
     use crate::{Decoder, Item, Options};
 
     proptest! {
-        /// Of every length: the CRC of the tables is that of the products, where the processor
-        /// has them.
+        /// Of every length.
         #[test]
         fn packets_are_good_with_a_right_crc_alone(
             mut bytes in proptest::collection::vec(any::<u8>(), 7..MAX_PACKET - 2),

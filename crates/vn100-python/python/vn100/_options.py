@@ -19,11 +19,9 @@ class ReplayOptions(ReadingOptions, total=False):
 
     compensated: bool | Literal["yes", "no"] | None
     confidence: float | None
-    detrend: Literal["linear", "temperature"] | None
     deviation: Literal["allan", "hadamard"] | None
     duration: float | None
     estimator: Literal["strided", "full", "plain"] | None
-    filter_models: bool | None
     quantization: bool | None
     rate: float | None
     skip: float | None

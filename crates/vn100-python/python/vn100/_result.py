@@ -30,7 +30,7 @@ class Parameter:
     ``upper`` is the bound. Nothing is ever guessed: see ``status``.
     """
 
-    status: Literal["estimated", "bounded", "not-observable", "not-measurable", "model-rejected"]
+    status: Literal["estimated", "bounded", "not-observable", "not-measurable", "moved", "model-rejected"]
     value: float | None
     lower: float | None
     upper: float | None
@@ -276,8 +276,8 @@ def replay(path: str | os.PathLike[str], *parts: str | os.PathLike[str], **optio
     Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
     ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds, both
     from the first sample, so that ``duration`` includes what ``skip`` excludes),
-    ``detrend``, ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
-    ``accept_unchecked``, ``measure``, ``filter_models``. A given ``rate`` is taken even
+    ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
+    ``accept_unchecked``, ``measure``. A given ``rate`` is taken even
     where the times of a capture show another, but not for ``BINARY`` packets, whose rate
     is that of the clock in them. A capture with several streams gives a list of
     results. Other threads run meanwhile, and Ctrl-C ends it.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
+use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, WhiteBudget, WindowFrom};
 
 use super::{graphical::ClassicalDocument, temperature::TemperatureDocument};
 use crate::{
@@ -33,26 +33,6 @@ pub(crate) struct NoiseDocument {
     temperature: Option<TemperatureDocument>,
     correlations: Vec<Correlation>,
     classical: ClassicalDocument,
-    /// Only where asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    filter_models: Option<FilterModelsDocument>,
-}
-
-/// In the SI units of the parameters; sigma in that of the channel.
-#[derive(Debug, Serialize)]
-struct FilterModelsDocument {
-    gauss_markov: Option<GaussMarkov>,
-    over_bound: Option<OverBoundDocument>,
-}
-
-#[derive(Debug, Serialize)]
-struct GaussMarkov {
-    white: Bounds,
-    sigma: Bounds,
-    correlation_time_s: Bounds,
-    chi2: f64,
-    dof: usize,
-    p: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -67,12 +47,6 @@ struct Range {
     value: Option<f64>,
     lower: Option<f64>,
     upper: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-struct OverBoundDocument {
-    white: f64,
-    rate_random_walk: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -165,7 +139,7 @@ struct Correlation {
 }
 
 impl NoiseDocument {
-    pub(crate) fn new(noise: &ChannelNoise, samples: u64, rate_hz: f64, models: Option<&FilterModels>) -> Self {
+    pub(crate) fn new(noise: &ChannelNoise, samples: u64, rate_hz: f64) -> Self {
         let parameter = |term| {
             let found = noise.parameter(term)?;
             let found = Parameter { p: p_without(term, &found), ..found };
@@ -204,25 +178,6 @@ impl NoiseDocument {
                 .map(|temperature| TemperatureDocument::new(temperature, noise.sensor, rate_hz)),
             correlations,
             classical: ClassicalDocument::new(noise),
-            filter_models: models.map(FilterModelsDocument::new),
-        }
-    }
-}
-
-impl FilterModelsDocument {
-    fn new(models: &FilterModels) -> Self {
-        Self {
-            gauss_markov: models.gauss_markov.map(|fit| GaussMarkov {
-                white: Bounds::new(fit.white),
-                sigma: Bounds::new(fit.sigma),
-                correlation_time_s: Bounds::new(fit.correlation_time_s),
-                chi2: fit.chi2,
-                dof: fit.dof,
-                p: fit.p,
-            }),
-            over_bound: models
-                .over_bound
-                .map(|bound| OverBoundDocument { white: bound.white, rate_random_walk: bound.rate_random_walk }),
         }
     }
 }

@@ -31,8 +31,6 @@ pub(crate) struct TemperatureDocument {
     correlation_with_time: Option<f64>,
     /// Where the temperature comes from: `stream` or `register`.
     from: &'static str,
-    /// It was removed from the deviations, and from what was fitted to them.
-    removed: bool,
     /// The most that it has in the variance of an octave.
     largest_share: Option<f64>,
     /// Where it is proved, the deviation of each octave.
@@ -92,7 +90,6 @@ impl TemperatureDocument {
             excursion_degc: temperature.excursion_c,
             correlation_with_time: temperature.correlation_with_time,
             from: if temperature.is_polled { "register" } else { "stream" },
-            removed: temperature.is_removed,
             largest_share: (!temperature.deviations.is_empty()).then(|| temperature.largest_share()),
             deviations: temperature.deviations.iter().map(deviation).collect(),
         }

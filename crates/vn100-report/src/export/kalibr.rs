@@ -8,7 +8,6 @@ use vn100_analysis::LongTauValidity;
 use vn100_analysis::noise::{Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
 
-use super::ros2::IMU_TOPIC;
 use crate::{
     measured::Record,
     printable,
@@ -87,8 +86,8 @@ impl KalibrYaml {
         match record.measured.facts.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")) {
             Some(bag) => yaml.lines.push(format!("rostopic: {}", quoted(&bag.topic))),
             None => {
-                yaml.comment("the topic of the bag that this program exports");
-                yaml.lines.push(format!("rostopic: {IMU_TOPIC}"));
+                yaml.comment("the topic of the sensor in the bag that Kalibr reads: put its name here");
+                yaml.lines.push("rostopic: /imu/data".into());
             }
         }
         yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));

@@ -188,7 +188,7 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     let temperature = temperature_now(snapshot).or_else(|| snapshot.polled_temperature_c());
     out.gauge("vn100_temperature_celsius", "Temperature of the sensor now.", of_port, temperature);
     for channel in channel_values(snapshot, assessment) {
-        of_channel(out, port, &channel, assessment.motion.is_none());
+        of_channel(out, port, &channel);
     }
     let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
     for kind in warnings.map(|warning| warning.kind.name()).collect::<BTreeSet<_>>() {
@@ -196,11 +196,11 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     }
 }
 
-fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues, is_at_rest: bool) {
+fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues) {
     let labels = [port, ("channel", channel.name.as_str()), ("unit", channel.unit.as_str())];
     out.gauge("vn100_channel_mean", "Mean of all samples.", &labels, channel.mean);
     out.gauge("vn100_channel_std", "Standard deviation of all samples.", &labels, channel.std);
-    let Some(noise) = channel.noise.as_ref().filter(|_| is_at_rest) else { return };
+    let Some(noise) = &channel.noise else { return };
     for (term, name, help) in [
         (Term::White, "vn100_white_noise", "N, angle or velocity random walk, with its interval."),
         (Term::BiasInstability, "vn100_bias_instability", "B, with its interval, or an upper bound alone."),

@@ -1,4 +1,4 @@
-//! What a figure consists of, whether it becomes SVG or pixels.
+//! What a figure consists of, before it becomes SVG.
 
 pub(crate) type At = (f64, f64);
 

@@ -5,7 +5,7 @@ use super::{
     axes::{Place, frame, square_decades},
     drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
     labels::{self, free_place},
-    png::Font,
+    text_width::text_width,
 };
 
 const WIDTH: f64 = 480.0;
@@ -41,11 +41,10 @@ impl Plot {
         mut y: PlotAxis,
         legend: &[(LegendSample, String)],
     ) -> Self {
-        let font = Font::new().ok();
         let (narrow, low) = (x.scale, y.scale);
         // longer scales may have wider labels
         for _ in 0..2 {
-            let width = AREA_RIGHT - left_of(&y, font.as_ref());
+            let width = AREA_RIGHT - left_of(&y);
             (x.scale, y.scale) = square_decades(narrow, low, width / AREA_HEIGHT);
         }
         Self::new(id, title, x, y, legend)
@@ -54,9 +53,7 @@ impl Plot {
     pub(super) fn new(id: String, title: String, x: PlotAxis, y: PlotAxis, legend: &[(LegendSample, String)]) -> Self {
         const ROW: f64 = 16.0;
         const TITLE: f64 = 13.0;
-        // without its font a figure has roughly the same layout; its pixels need it
-        let font = Font::new().ok();
-        let left = left_of(&y, font.as_ref());
+        let left = left_of(&y);
         let title_mark = Primitive::Text {
             at: (left, 17.0),
             text: title.clone(),
@@ -67,7 +64,7 @@ impl Plot {
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
             let before = if matches!(sample, LegendSample::Nothing) { 0.0 } else { 28.0 };
-            let entry = before + width_of(text, font.as_ref()) + 12.0;
+            let entry = before + width_of(text) + 12.0;
             if x_next > left && x_next + entry > WIDTH {
                 (x_next, y_next) = (left, y_next + ROW);
             }
@@ -140,7 +137,7 @@ impl Plot {
     /// What such a text covers, and some space beside it.
     pub(super) fn note_room(&self, x: f64, y: f64, text: &str) -> Rectangle {
         let ((left, bottom), anchor) = self.note_place(x, y);
-        let width = width_of(text, None) + 4.0;
+        let width = LETTERS * (0.6 * text.chars().count() as f64) + 4.0;
         let left = if anchor == Anchor::End { left - width } else { left };
         Rectangle { left, top: bottom - LETTERS, width, height: LETTERS + 2.0 }
     }
@@ -162,10 +159,10 @@ impl Plot {
     /// Writes a short text beside the first of these places where it keeps clear of all that is
     /// drawn so far, in a layer of `series`; nothing where it does not fit into the plot.
     pub(super) fn label(&mut self, series: usize, beside: &[(f64, f64)], text: &str) {
-        let font = Font::new().ok();
-        let width = |text: &str| width_of(text, font.as_ref());
         let places: Vec<_> = beside.iter().map(|(x, y)| self.place.of(*x, *y)).collect();
-        if let Some((at, anchor)) = free_place(&self.figure.drawing, &self.place.area, &places, width(text), width) {
+        if let Some((at, anchor)) =
+            free_place(&self.figure.drawing, &self.place.area, &places, width_of(text), width_of)
+        {
             self.draw(series, vec![Primitive::text(at, text, anchor)]);
         }
     }
@@ -180,8 +177,7 @@ impl Plot {
             width: (to_x - from_x) * width,
             height: (to_y - from_y) * height,
         };
-        let font = Font::new().ok();
-        labels::is_free(&self.figure.drawing, &part, |text| width_of(text, font.as_ref()))
+        labels::is_free(&self.figure.drawing, &part, width_of)
     }
 
     pub(super) fn done(self, series: Vec<PlottedSeries>) -> Figure {
@@ -190,15 +186,15 @@ impl Plot {
 }
 
 /// Where a plot begins beside the numbers of its upright axis.
-fn left_of(y: &PlotAxis, font: Option<&Font<'_>>) -> f64 {
+fn left_of(y: &PlotAxis) -> f64 {
     let labels = y.scale.ticks();
-    let widths = labels.iter().filter_map(|tick| tick.label.as_deref()).map(|label| width_of(label, font));
+    let widths = labels.iter().filter_map(|tick| tick.label.as_deref()).map(width_of);
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
 /// Of a text in letters of the usual size.
-fn width_of(text: &str, font: Option<&Font<'_>>) -> f64 {
-    LETTERS * font.map_or(0.6 * text.chars().count() as f64, |font| font.width(text))
+fn width_of(text: &str) -> f64 {
+    LETTERS * text_width(text)
 }
 
 impl LegendSample {

@@ -84,8 +84,14 @@ const fn of_status(status: Status) -> Words {
             &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
             INTERVALS,
         ),
+        Status::Moved => (
+            "The motion is larger than the noise at all averaging times: no number of the record is a noise parameter.",
+            "Record the sensor at rest, or exclude the time in which it moved ({}, {}).",
+            &[Remedy::Skip(None), Remedy::EndEarlier],
+            "",
+        ),
         Status::ModelRejected => (
-            "The record contains something that is not noise of the model, such as vibration, a step, or motion.",
+            "The record contains something that is not noise of the model, such as vibration or a step.",
             "Read the warnings for the cause, exclude the disturbed part ({}, {}), or record again.",
             &[Remedy::Skip(None), Remedy::EndEarlier],
             INTERVALS,

@@ -49,6 +49,12 @@ const fn words(kind: WarningKind) -> Words {
             "Free the disk or record elsewhere, and leave the file in its place.",
             &[],
         ),
+        Kind::RecordingCut => (
+            "The file of the recording has no end: it was cut, as by a loss of power, or its copy is not whole.",
+            "What was recorded before the cut is measured in full; the rest is missing, and long averaging times with it.",
+            "Copy the file again if the original is whole. Measure again if the record is too short.",
+            &[],
+        ),
         Kind::EndedEarly => (
             "The measurement ended before the data time asked for had passed, or because the sensor was lost for good.",
             "The record is shorter than planned: long averaging times are missing, and the intervals are wider.",
@@ -246,8 +252,8 @@ const fn words(kind: WarningKind) -> Words {
         Kind::FollowsTemperature => (
             "The bias follows the temperature of the sensor significantly.",
             "Part of the deviation at long averaging times is temperature, not noise.",
-            "Record at a constant temperature, or remove the dependence ({}).",
-            &[Remedy::RemoveTemperature],
+            "Record at a constant temperature.",
+            &[],
         ),
         Kind::QuantisationFloor => (
             "From sample to sample the noise is less than half a step of the values.",

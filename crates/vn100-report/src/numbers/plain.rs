@@ -35,12 +35,6 @@ fn to_digits(value: f64, count: usize, below: f64) -> String {
     }
 }
 
-/// A probability with two digits; one that is too small to matter as a bound.
-#[must_use]
-pub fn p_value(p: f64) -> String {
-    if p < 1e-9 { "< 1e-9".into() } else { digits(p, 2) }
-}
-
 /// At most `most` significant digits, without trailing zeros: `40`, `3.5e-3`.
 #[must_use]
 pub fn digits_trimmed(value: f64, most: usize) -> String {

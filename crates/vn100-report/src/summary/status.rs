@@ -36,6 +36,7 @@ impl Aspect {
         use WarningKind as Kind;
         match kind {
             Kind::RecordingFailed
+            | Kind::RecordingCut
             | Kind::EndedEarly
             | Kind::NoValidLines
             | Kind::OtherMessages
@@ -152,11 +153,7 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
             findings.splice(0..0, source(&measured.facts).map(|text| (text, Vec::new())));
         }
         let is_moved = measured.assessment.motion.is_some() && aspect == Aspect::AtRest;
-        let mut severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
-        if aspect == Aspect::Data && was_cut(&measured.facts) {
-            findings.push(("the recording was cut: its file has no end".into(), Vec::new()));
-            severity = severity.or(Some(Severity::Caution));
-        }
+        let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
         let untested = untested(aspect, &measured.snapshot, &measured.assessment).filter(|_| severity.is_none());
         let (severity, word) = match untested {
             Some(_) => (Some(Severity::Note), StatusWord::Untested),
@@ -171,12 +168,6 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
         statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
     }
     statuses
-}
-
-/// As by a loss of power, or where a copy of the file is not whole.
-fn was_cut(facts: &SourceFacts) -> bool {
-    let end = facts.recording.as_ref().and_then(|recording| recording.end.as_ref());
-    end.is_some_and(|end| !end.complete)
 }
 
 /// Which numbers of a bag or a table were taken, and their times.

@@ -65,6 +65,6 @@ pub(crate) fn at_rest(samples: u64, vibrations: &[(f64, f64)]) -> Measured {
     let snapshot = Arc::new(analysis.snapshot());
     let assessment = Assessment::new(&snapshot, 0.95);
     let facts = SourceFacts { name: "rest.csv".into(), ..SourceFacts::default() };
-    let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+    let evaluation = Evaluation::new(None, Asked::default()).unwrap();
     evaluation.complete(Measured::ended(facts, snapshot, assessment, &[]))
 }

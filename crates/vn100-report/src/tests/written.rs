@@ -4,7 +4,10 @@ use serde_json::Value;
 use vn100_analysis::protocol::stream::{BagReport, StampSource};
 
 use super::fixture::at_rest;
-use crate::{Asked, Completion, Document, Evaluation, KalibrYaml, Measured, Record, lot_table, summary::Summary};
+use crate::{
+    Asked, Completion, Document, Evaluation, KalibrYaml, Measured, MeasuredSource, MetricsForm, Record, lot_table,
+    metrics_text, summary::Summary,
+};
 
 fn document(measured: &Measured) -> Value {
     serde_json::to_value(Document::new(measured, true, ToString::to_string)).unwrap()
@@ -54,6 +57,21 @@ fn the_table_of_a_lot_has_a_column_for_each_of_its_cells() {
 }
 
 #[test]
+fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
+    let metrics = |vibrations: &[(f64, f64)]| {
+        let Measured { facts, snapshot, assessment, .. } = at_rest(4096, vibrations);
+        let source =
+            MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age: None };
+        metrics_text(&[source], MetricsForm::Prometheus)
+    };
+    let (rest, moved) = (metrics(&[]), metrics(&[(1.0, 5000.0)]));
+    for name in ["vn100_white_noise{", "vn100_bias_instability{", "vn100_rate_random_walk{"] {
+        assert!(rest.contains(name) && !moved.contains(name), "{name} in {moved}");
+    }
+    assert!(moved.contains("vn100_channel_std{"), "{moved}");
+}
+
+#[test]
 fn terms_that_are_fitted_together_are_correlated() {
     let document = document(&at_rest(32_768, &[]));
     let channels = document["channels"].as_array().unwrap();
@@ -95,7 +113,7 @@ fn a_parameter_that_must_pass_and_does_is_not_reported() {
     let measured = at_rest(32_768, &[]);
     for (figure, unmet) in [("gyro B", 0), ("accel B", 1)] {
         let asked = Asked { fail_on: vec![figure.parse().unwrap()], typical_is_limit: false };
-        let complete = Evaluation::new(None, asked, false).unwrap().complete(measured.clone());
+        let complete = Evaluation::new(None, asked).unwrap().complete(measured.clone());
         assert_eq!(complete.unmet.len(), unmet, "{:?}", complete.unmet);
         let expected = if unmet == 0 { Completion::Complete } else { Completion::NotMet };
         assert_eq!(complete.completion, expected);

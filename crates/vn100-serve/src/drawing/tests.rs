@@ -62,7 +62,7 @@ fn hour(state: &mut u64) -> Batch {
 }
 
 fn drawer_of(sources: Vec<ServedSource>, begin: Instant) -> Drawer {
-    let evaluation = Evaluation::new(None, Asked::default(), false).unwrap();
+    let evaluation = Evaluation::new(None, Asked::default()).unwrap();
     let program = Program { name: "test", commit: None };
     Drawer::new(
         sources,

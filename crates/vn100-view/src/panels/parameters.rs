@@ -316,6 +316,7 @@ fn status(status: Status) -> &'static str {
         Status::Estimated | Status::Bounded => "-",
         Status::NotObservable => "not observable",
         Status::NotMeasurable => "not measurable",
+        Status::Moved => "sensor moved",
         Status::ModelRejected => "model rejected",
     }
 }

@@ -107,7 +107,7 @@ fn source(mut snapshot: Snapshot) -> SourceView {
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
+    let verdicts = Evaluation::new(None, Asked::default()).unwrap().verdicts(&snapshot, &assessment);
     let recording = RecordingState {
         path: PathBuf::from("bench/flight.mcap"),
         bytes: 2_512_345,

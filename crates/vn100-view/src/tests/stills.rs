@@ -68,7 +68,7 @@ fn replayed(samples: u64) -> SourceView {
     });
     assert_eq!(snapshot.timing.samples, samples);
     let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
+    let verdicts = Evaluation::new(None, Asked::default()).unwrap().verdicts(&snapshot, &assessment);
     let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
     let mut source = nothing();
     source.show(snapshot, Arc::new(assessment));

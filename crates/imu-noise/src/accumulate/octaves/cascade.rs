@@ -38,7 +38,6 @@ type Scratch<T> = [T; MAX_LAG + BLOCK];
 pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
-    keeps_terms: bool,
     piece: Piece,
     levels: Vec<Level>,
 }
@@ -51,8 +50,6 @@ struct Level {
     head: Head,
     squares: SquareSum,
     gapped: Gapped,
-    /// Sum of the terms of whole windows themselves, where it is kept.
-    terms: Option<i128>,
 }
 
 /// The last block sums of the present run.
@@ -101,16 +98,11 @@ impl Cascade {
     /// `windows_per_tau` is R, a power of two up to 16.
     pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
         debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
-        Self { deviation, windows_per_tau, keeps_terms: false, piece: Piece::starting_at(0), levels: Vec::new() }
+        Self { deviation, windows_per_tau, piece: Piece::starting_at(0), levels: Vec::new() }
     }
 
     pub(super) fn start_at(&mut self, index: u64) {
         self.piece = Piece::starting_at(index);
-    }
-
-    /// Of Allan differences, which are all that a slope shows in.
-    pub(super) fn keep_terms(&mut self) {
-        self.keeps_terms = self.deviation == Deviation::Allan;
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
@@ -143,7 +135,7 @@ impl Cascade {
     }
 
     pub(super) fn is_kind_of(&self, other: &Self) -> bool {
-        let kind = |cascade: &Self| (cascade.deviation, cascade.windows_per_tau, cascade.keeps_terms);
+        let kind = |cascade: &Self| (cascade.deviation, cascade.windows_per_tau);
         kind(self) == kind(other)
     }
 
@@ -169,7 +161,7 @@ impl Cascade {
             mem::swap(&mut new, &mut joined);
         }
         let levels = self.levels.len().max(next.levels.len());
-        self.levels.resize(levels, Level::new(self.keeps_terms));
+        self.levels.resize(levels, Level::EMPTY);
         for k in 0..self.levels.len() {
             let lag = self.lag(k as u32);
             if next.piece.is_parted() {
@@ -194,10 +186,10 @@ impl Cascade {
         }
     }
 
-    /// The octave m = 2^k, if any sample reached it: squares of whole windows, those of the others,
-    /// and the sum of the terms before they are squared, of Allan differences, where they are kept.
-    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Gapped, Option<i128>)> {
-        self.levels.get(k).map(|level| (level.squares, level.gapped, level.terms))
+    /// The octave m = 2^k, if any sample reached it: squares of whole windows, and those of
+    /// the others.
+    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Gapped)> {
+        self.levels.get(k).map(|level| (level.squares, level.gapped))
     }
 
     fn lag(&self, k: u32) -> usize {
@@ -219,7 +211,7 @@ impl Cascade {
     #[inline(always)]
     fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut LevelBlocks, joined: &mut LevelBlocks) {
         if k as usize == self.levels.len() {
-            self.levels.push(Level::new(self.keeps_terms));
+            self.levels.push(Level::EMPTY);
         }
         let lag = self.lag(k);
         let head_len = self.head_len(lag);
@@ -238,9 +230,6 @@ impl Cascade {
                     let (oldest, middle) = level.earlier.pairs_of_whole(&mut sums, older.len(), lag);
                     level.squares.add([oldest, middle, from_end(newer, middle.len())], second_difference);
                 }
-            }
-            if let Some(terms) = &mut level.terms {
-                *terms += older.iter().zip(newer).map(|pair| i128::from(difference([*pair.0, *pair.1]))).sum::<i128>();
             }
             joined.len = onward.join(older, newer, &mut joined.sums);
             joined.missing = None;
@@ -274,16 +263,13 @@ fn advance(cascade: &mut Cascade, new: &mut LevelBlocks, mut places: u64) {
 }
 
 impl Level {
-    fn new(keeps_terms: bool) -> Self {
-        Self {
-            sums: Remembered::EMPTY,
-            earlier: Remembered::EMPTY,
-            head: Head { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: 0 },
-            squares: SquareSum::EMPTY,
-            gapped: Gapped::EMPTY,
-            terms: keeps_terms.then_some(0),
-        }
-    }
+    const EMPTY: Self = Self {
+        sums: Remembered::EMPTY,
+        earlier: Remembered::EMPTY,
+        head: Head { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: 0 },
+        squares: SquareSum::EMPTY,
+        gapped: Gapped::EMPTY,
+    };
 
     fn forget(&mut self) {
         (self.sums, self.earlier) = (Remembered::EMPTY, Remembered::EMPTY);
@@ -344,16 +330,12 @@ impl Level {
             }
         }
         self.squares.add([&whole[..count]], |[z]| z);
-        if let Some(terms) = &mut self.terms {
-            *terms += whole[..count].iter().map(|z| i128::from(*z)).sum::<i128>();
-        }
     }
 
     /// What `next` has summed, and what it remembers where that is no more than its own run.
     fn append(&mut self, next: &Self, lag: usize) {
         self.squares.append(&next.squares);
         self.gapped.append(&next.gapped);
-        self.terms = self.terms.zip(next.terms).map(|(ours, theirs)| ours + theirs);
         for (ours, theirs) in [(&mut self.sums, &next.sums), (&mut self.earlier, &next.earlier)] {
             if theirs.sums.len > ours.sums.len || theirs.sums.len == lag {
                 ours.clone_from(theirs);
@@ -523,8 +505,8 @@ impl Encoded for Head {
     }
 }
 
-state_bytes::encoded!(Level { sums, earlier, head, squares, gapped, terms });
-state_bytes::encoded!(Cascade { deviation, windows_per_tau, keeps_terms, piece, levels } if |cascade| {
+state_bytes::encoded!(Level { sums, earlier, head, squares, gapped });
+state_bytes::encoded!(Cascade { deviation, windows_per_tau, piece, levels } if |cascade| {
     [1, MAX_LAG].contains(&cascade.windows_per_tau)
         && cascade.levels.len() <= MAX_LEVEL as usize + 1
         && (0..).zip(&cascade.levels).all(|(k, level)| cascade.has_room_for(k, level))
@@ -541,7 +523,6 @@ impl Cascade {
         level.sums.sums.len.max(level.earlier.sums.len) <= lag
             && level.head.len <= self.head_len(lag).min(usize::try_from(ends).unwrap_or(usize::MAX))
             && lacks.into_iter().flatten().chain(&level.head.missing).all(|lack| *lack <= 1 << k)
-            && level.terms.is_some() == self.keeps_terms
     }
 }
 

@@ -73,14 +73,6 @@ impl Gapped {
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { squares: self.squares.map(|squares| (squares as f64 * factor).round() as u128), ..self }
     }
-
-    /// As it were without a line that adds `drift` counts to each z.
-    pub(super) fn without_drift(self, drift: f64) -> Self {
-        let terms = self.terms as f64 / f64::from(1 << FRACTION_BITS);
-        let less = drift * (self.share_sum() * drift - 2.0 * terms);
-        let squares = self.square_sum().map(|squares| fixed(squares + less, FRACTION_BITS) as u128);
-        Self { squares, ..self }
-    }
 }
 
 fn fixed(value: f64, bits: u32) -> f64 {

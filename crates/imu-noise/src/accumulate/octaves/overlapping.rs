@@ -23,23 +23,17 @@ pub(super) struct Overlapping {
     pub(super) keeps_runs: bool,
     piece: Piece,
     squares: Vec<SquareSum>,
-    /// Sums of the Allan terms themselves, where they are kept: a slope shows in them.
-    pub(super) terms: Option<Vec<i128>>,
 }
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
         let (prefix, earlier) = (Vec::new(), Vec::new());
         let piece = Piece::starting_at(0);
-        Self { deviation, prefix, earlier, keeps_runs: false, piece, squares: Vec::new(), terms: None }
+        Self { deviation, prefix, earlier, keeps_runs: false, piece, squares: Vec::new() }
     }
 
     pub(super) fn start_at(&mut self, index: u64) {
         self.piece = Piece::starting_at(index);
-    }
-
-    pub(super) fn keep_terms(&mut self) {
-        self.terms = Some(Vec::new());
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
@@ -67,7 +61,7 @@ impl Overlapping {
     }
 
     pub(super) fn is_kind_of(&self, other: &Self) -> bool {
-        let kind = |all: &Self| (all.deviation, all.keeps_runs, all.terms.is_some());
+        let kind = |all: &Self| (all.deviation, all.keeps_runs);
         kind(self) == kind(other)
     }
 
@@ -89,11 +83,7 @@ impl Overlapping {
         }
         let octaves = self.squares.len().max(next.squares.len());
         self.squares.resize(octaves, SquareSum::EMPTY);
-        self.terms.iter_mut().for_each(|terms| terms.resize(octaves, 0));
         self.squares.iter_mut().zip(&next.squares).for_each(|(squares, more)| squares.append(more));
-        if let (Some(terms), Some(more)) = (&mut self.terms, &next.terms) {
-            terms.iter_mut().zip(more).for_each(|(terms, more)| *terms += more);
-        }
         if let Some((_, others)) = next.earlier.split_first() {
             let run = mem::replace(&mut self.prefix, next.prefix.clone());
             self.keep_run(run);
@@ -110,9 +100,8 @@ impl Overlapping {
     }
 
     /// As [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
-    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
-        let terms = self.terms.as_ref().and_then(|terms| terms.get(k).copied());
-        self.squares.get(k).map(|squares| (*squares, terms))
+    pub(super) fn octave(&self, k: usize) -> Option<SquareSum> {
+        self.squares.get(k).copied()
     }
 
     fn push_block(&mut self, block: &[i32]) {
@@ -143,33 +132,20 @@ impl Overlapping {
         }
         if self.squares.len() <= k {
             self.squares.resize(k + 1, SquareSum::EMPTY);
-            self.terms.iter_mut().for_each(|terms| terms.resize(k + 1, 0));
         }
-        let terms = self.terms.as_mut().map(|terms| &mut terms[k]);
-        add_windows(self.deviation, &self.prefix[..end], first_end, 1 << k, &mut self.squares[k], terms);
+        add_windows(self.deviation, &self.prefix[..end], first_end, 1 << k, &mut self.squares[k]);
     }
 }
 
 /// Adds the windows at averaging factor `m` that end at `first_end` or later in a run of `prefix`
 /// sums.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn add_windows(
-    deviation: Deviation,
-    prefix: &[i64],
-    first_end: usize,
-    m: usize,
-    squares: &mut SquareSum,
-    terms: Option<&mut i128>,
-) {
+pub(super) fn add_windows(deviation: Deviation, prefix: &[i64], first_end: usize, m: usize, squares: &mut SquareSum) {
     let len = prefix.len() - first_end;
     let points = |lag: usize| &prefix[first_end - lag * m..][..len];
     match deviation {
         Deviation::Allan => {
             squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
-            if let Some(terms) = terms {
-                let points = points(0).iter().zip(points(1)).zip(points(2));
-                *terms += points.map(|((p0, p1), p2)| i128::from(second_difference(*p0, *p1, *p2))).sum::<i128>();
-            }
         }
         Deviation::Hadamard => {
             squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
@@ -207,14 +183,13 @@ impl Encoded for Run {
 
 impl Encoded for Overlapping {
     fn encode(&self, out: &mut Vec<u8>) {
-        let Self { deviation, prefix, earlier, keeps_runs, piece, squares, terms } = self;
+        let Self { deviation, prefix, earlier, keeps_runs, piece, squares } = self;
         deviation.encode(out);
         Run(prefix.clone()).encode(out);
         earlier.iter().map(|run| Run(run.clone())).collect::<Vec<_>>().encode(out);
         keeps_runs.encode(out);
         piece.encode(out);
         squares.encode(out);
-        terms.encode(out);
     }
 
     fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
@@ -225,11 +200,9 @@ impl Encoded for Overlapping {
             keeps_runs: Encoded::decode(input)?,
             piece: Encoded::decode(input)?,
             squares: Encoded::decode(input)?,
-            terms: Encoded::decode(input)?,
         };
         let octaves = decoded.squares.len();
         check(octaves <= MAX_LEVEL as usize + 1)?;
-        check(decoded.terms.as_ref().is_none_or(|terms: &Vec<i128>| terms.len() == octaves))?;
         Ok(decoded)
     }
 }

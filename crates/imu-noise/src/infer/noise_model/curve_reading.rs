@@ -109,45 +109,6 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> 
     }
 }
 
-/// White noise and random walk that together lie above a curve everywhere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OverBound {
-    /// N, in unit/√Hz.
-    pub white: f64,
-    /// K, in unit/√s.
-    pub rate_random_walk: f64,
-}
-
-/// The N and K for which N²/τ + K² τ/3 is at least the square of each of `bounds` (upper confidence
-/// bounds of octaves, say) and their ratio to those squares is smallest on average: for filters
-/// that know no other noise. `None` without bounds, and where one is not positive.
-#[must_use]
-pub fn over_bound(tau_s: &[f64], bounds: &[f64]) -> Option<OverBound> {
-    // Each octave requires a N² + b K² >= 1.
-    let asked: Vec<(f64, f64)> = tau_s
-        .iter()
-        .zip(bounds)
-        .map(|(tau, bound)| (1.0 / (tau * bound * bound), tau / (3.0 * bound * bound)))
-        .collect();
-    if asked.iter().any(|(a, b)| !(a.is_finite() && b.is_finite() && *a > 0.0 && *b > 0.0)) {
-        return None;
-    }
-    let (sum_a, sum_b) = asked.iter().fold((0.0, 0.0), |(sum_a, sum_b), (a, b)| (sum_a + a, sum_b + b));
-    // The best solution of a linear program is a corner: one octave alone, or two at once.
-    let alone = asked.iter().flat_map(|(a, b)| [(1.0 / a, 0.0), (0.0, 1.0 / b)]);
-    let pairs = asked.iter().enumerate().flat_map(|(i, first)| asked[..i].iter().map(move |second| (first, second)));
-    let crossings = pairs.map(|((a1, b1), (a2, b2))| {
-        let determinant = a1 * b2 - a2 * b1;
-        ((b2 - b1) / determinant, (a1 - a2) / determinant)
-    });
-    let above = |(n, k): &(f64, f64)| *n >= 0.0 && *k >= 0.0 && asked.iter().all(|(a, b)| a * n + b * k >= 1.0 - 1e-12);
-    let best = alone
-        .chain(crossings)
-        .filter(above)
-        .min_by(|(n1, k1), (n2, k2)| (sum_a * n1 + sum_b * k1).total_cmp(&(sum_a * n2 + sum_b * k2)));
-    best.map(|(n, k)| OverBound { white: n.sqrt(), rate_random_walk: k.sqrt() })
-}
-
 /// The smallest random walk, K in unit/√s, that a record of `duration_s` shows above white noise
 /// `white`, N in unit/√Hz: about 20 √3 N/T, where the two cross at a twentieth of the record.
 #[must_use]
@@ -194,8 +155,6 @@ pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_wal
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::{collection::vec, prelude::*};
-
     fn curve(n: f64, b: f64, k: f64) -> (Vec<f64>, Vec<f64>) {
         let tau_s: Vec<f64> = (0..20).map(|i| 0.025 * f64::from(1 << i)).collect();
         let plateau = 2.0 * LN_2 / PI;
@@ -268,26 +227,6 @@ mod tests {
         let reading = |duration_s| classical_reading(&tau_s, &deviations, duration_s).white.unwrap();
         assert!((reading(20.0 * tau_s[last - 1]).value / 2e-4 - 1.0).abs() < 0.01);
         assert!(reading(20.0 * tau_s[last]).value > 1e-3);
-    }
-
-    #[test]
-    fn bounds_without_sense_have_no_over_bound() {
-        assert_eq!(over_bound(&[], &[]), None);
-        assert_eq!(over_bound(&[1.0], &[0.0]), None);
-        assert_eq!(over_bound(&[1.0], &[f64::NAN]), None);
-    }
-
-    proptest! {
-        #[test]
-        fn an_over_bound_lies_above_and_touches(bounds in vec(1e-6..1e-2, 1..20)) {
-            let tau_s: Vec<f64> = (0..bounds.len()).map(|i| 0.025 * f64::from(1 << i)).collect();
-            let OverBound { white, rate_random_walk } = over_bound(&tau_s, &bounds).unwrap();
-            let ratio = |(tau, bound): (&f64, &f64)| {
-                (white * white / tau + rate_random_walk * rate_random_walk * tau / 3.0).sqrt() / bound
-            };
-            let smallest = tau_s.iter().zip(&bounds).map(ratio).fold(f64::INFINITY, f64::min);
-            prop_assert!((smallest - 1.0).abs() < 1e-9, "{}", smallest);
-        }
     }
 
     fn estimated(value: f64, lower: f64, upper: f64) -> Parameter {

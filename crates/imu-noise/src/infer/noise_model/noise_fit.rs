@@ -99,6 +99,14 @@ impl NoiseFit {
         }
     }
 
+    /// Takes all parameters and the model behind them back: each has this status, and no value. The
+    /// degrees of freedom of the octaves stay.
+    pub fn withhold(&mut self, status: Status) {
+        let parameters = self.parameters.map(|known| known.map(|_| Parameter::without_value(status)));
+        let edf = std::mem::take(&mut self.edf);
+        *self = Self { edf, ..Self::of_parameters(parameters) };
+    }
+
     /// Lets the interval of `term` cover that of another fit that explains the record as well.
     pub(super) fn widen(&mut self, term: Term, other: &Self) {
         let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else { return };

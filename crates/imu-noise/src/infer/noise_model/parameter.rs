@@ -30,14 +30,16 @@ pub enum Status {
     NotObservable,
     /// The stream does not carry it, however long the record; set by the caller.
     NotMeasurable,
+    /// The sensor was moved: what the fit shows is the motion; set by the caller.
+    Moved,
     /// No range of averaging times follows the model.
     ModelRejected,
 }
 
 impl Status {
     /// From what is known best to what is known least.
-    pub const ALL: [Self; 5] =
-        [Self::Estimated, Self::Bounded, Self::NotObservable, Self::NotMeasurable, Self::ModelRejected];
+    pub const ALL: [Self; 6] =
+        [Self::Estimated, Self::Bounded, Self::NotObservable, Self::NotMeasurable, Self::Moved, Self::ModelRejected];
 }
 
 /// A noise parameter, in the unit of its term.

@@ -13,9 +13,8 @@ const LEAST_READ: f64 = 0.9;
 #[derive(Clone, Debug)]
 pub(super) struct BlockSeries {
     pub(super) block_s: f64,
-    /// Samples of a block, and the number of the first one on the absolute grid.
+    /// Samples of a block.
     pub(super) length: u64,
-    pub(super) first_block: u64,
     /// Places of the first and the last block of the whole record.
     pub(super) record: Range<u64>,
     /// Of each axis the block means less the first one, in counts.
@@ -49,7 +48,6 @@ impl BlockSeries {
         Self {
             block_s: blocks.length() as f64 * interval_s,
             length: blocks.length(),
-            first_block: run.start as u64,
             record: first as u64..blocks.blocks().len() as u64,
             axes: (0..blocks.axes()).map(axis).collect(),
             temperatures_c: less_first(interpolated(&places().map(read).collect::<Vec<_>>())),

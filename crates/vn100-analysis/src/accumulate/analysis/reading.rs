@@ -3,9 +3,7 @@
 use super::Analysis;
 use crate::{
     accumulate::data_record::DataRecord,
-    assessment::temperature,
     averaging_times::{AveragingTimes, MissingTime},
-    detrend::Detrend,
     snapshot::Snapshot,
     warning::advice,
 };
@@ -36,7 +34,6 @@ impl Analysis {
             false_times: self.record.gaps.false_times,
             estimator: settings.estimator,
             deviation: settings.deviation,
-            detrended: settings.detrend,
             quantization: settings.quantization,
             given_window: settings.window,
             skipped: span.skip,
@@ -49,13 +46,7 @@ impl Analysis {
             temperature: accumulators.temperature.clone(),
             recent: accumulators.recent(rate.hz()),
         };
-        snapshot.channels = accumulators.snapshot(&snapshot.shape(), &[]);
-        if settings.detrend == Some(Detrend::Temperature) {
-            let removals = temperature::removals(&snapshot);
-            if removals.iter().any(Option::is_some) {
-                snapshot.channels = accumulators.snapshot(&snapshot.shape(), &removals);
-            }
-        }
+        snapshot.channels = accumulators.snapshot(&snapshot.shape());
         snapshot.warnings = advice::warnings(&snapshot, accumulators.findings());
         snapshot.warnings.extend(replies.two_sensors(rate.change()));
         snapshot
@@ -81,10 +72,7 @@ impl Analysis {
         }
         snapshot.missing_times = missing;
         for (channel, points) in snapshot.channels.iter_mut().zip(points) {
-            channel.points = match &channel.removed_temperature {
-                Some(removed) => removed.without(&points),
-                None => points,
-            };
+            channel.points = points;
         }
         snapshot
     }

@@ -1,6 +1,6 @@
 //! The temperature of the sensor, in the stream or asked for between the rows.
 
-use vn100_analysis::{AxisTemperature, Detrend, WhyNoCoefficient};
+use vn100_analysis::{AxisTemperature, WhyNoCoefficient};
 
 use super::*;
 
@@ -35,12 +35,12 @@ fn batch(layout: &Layout, polled: bool) -> Batch {
     batch
 }
 
-fn settings(detrend: Option<Detrend>) -> Settings {
-    Settings { rate_hz: Some(40.0), detrend, ..Settings::default() }
+fn settings() -> Settings {
+    Settings { rate_hz: Some(40.0), ..Settings::default() }
 }
 
-fn assessed(batch: &Batch, detrend: Option<Detrend>) -> (Snapshot, Assessment) {
-    let mut analysis = Analysis::new(settings(detrend));
+fn assessed(batch: &Batch) -> (Snapshot, Assessment) {
+    let mut analysis = Analysis::new(settings());
     analysis.absorb(batch);
     let snapshot = analysis.snapshot();
     let assessment = Assessment::new(&snapshot, 0.95);
@@ -53,15 +53,15 @@ fn of<'a>((snapshot, assessment): &'a (Snapshot, Assessment), name: &str) -> &'a
 }
 
 #[test]
-fn axes_follow_the_temperature_of_the_stream_and_are_freed_of_it() {
+fn axes_follow_the_temperature_of_the_stream() {
     let batch = batch(&VNIMU, false);
-    let measured = assessed(&batch, None);
+    let measured = assessed(&batch);
     for (name, truth) in [("accel_x", 3e-3), ("accel_z", 3e-3), ("gyro_y", 1e-4)] {
         let found = of(&measured, name);
         let coefficient = found.coefficient.unwrap();
         assert!((coefficient.value / truth - 1.0).abs() < 0.1, "{name} {coefficient:?}");
         assert!(coefficient.lower < truth && truth < coefficient.upper, "{name} {coefficient:?}");
-        assert!(found.is_proved && found.poses_as_noise() && !found.is_removed && !found.is_polled);
+        assert!(found.is_proved && found.poses_as_noise() && !found.is_polled);
         assert!(found.largest_share() > 0.9 && found.excursion_c.is_some_and(|range| (3.9..4.2).contains(&range)));
     }
     let status = |(snapshot, assessment): &(Snapshot, Assessment), term| {
@@ -73,42 +73,28 @@ fn axes_follow_the_temperature_of_the_stream_and_are_freed_of_it() {
     }
     let (_, assessment) = &measured;
     let warning = assessment.warnings.iter().find(|warning| warning.kind == WarningKind::FollowsTemperature).unwrap();
-    assert!(
-        warning.channels.len() == 6 && warning.details.remedies().any(|remedy| *remedy == Remedy::RemoveTemperature)
-    );
-
-    let freed = assessed(&batch, Some(Detrend::Temperature));
-    let found = of(&freed, "gyro_y");
-    assert!(found.is_removed && found.is_proved && !found.poses_as_noise());
-    assert_eq!(found.coefficient, of(&measured, "gyro_y").coefficient);
-    assert_eq!(found.deviations, of(&measured, "gyro_y").deviations);
-    let last = freed.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap();
-    assert!(last < measured.0.channels[8].octaves.last().unwrap().deviation_counts().unwrap());
+    assert_eq!(warning.channels.len(), 6);
+    let found = of(&measured, "gyro_y");
     // what is left of each octave is white: √(1/12) of 2000 counts, over √m
     for octave in found.deviations.iter().filter(|octave| octave.m <= 1024) {
         let white = 2000e-6 / (12.0 * octave.m as f64).sqrt();
         assert!((octave.after / white - 1.0).abs() < 0.25 && octave.after <= octave.before, "{octave:?}");
     }
-    assert!(!freed.1.warnings.iter().any(|warning| warning.kind == WarningKind::FollowsTemperature));
     assert!(measured.1.channels[8].disturbed.level_change.is_some(), "a cycle of the level");
-    assert_eq!(freed.1.channels[8].disturbed.level_change, None);
 }
 
 #[test]
 fn readings_between_the_rows_are_as_good_however_the_stream_is_cut() {
     let batch = batch(&VNYMR, true);
-    let measured = assessed(&batch, None);
+    let measured = assessed(&batch);
     let found = of(&measured, "accel_y");
     let coefficient = found.coefficient.unwrap();
     assert!(found.is_polled && found.is_proved);
     assert!(coefficient.lower < 3e-3 && 3e-3 < coefficient.upper, "{coefficient:?}");
     // the attitude filter of this message takes the bias out
     assert_eq!(of(&measured, "gyro_x").coefficient, Err(WhyNoCoefficient::BiasNotInStream));
-    let freed = assessed(&batch, Some(Detrend::Temperature)).0.channels;
-    let is_freed = |channel: usize| freed[channel].octaves != measured.0.channels[channel].octaves;
-    assert_eq!([7, 9].map(is_freed), [true, false], "accel_y and gyro_x");
 
-    let mut analysis = Analysis::new(settings(None));
+    let mut analysis = Analysis::new(settings());
     let width = VNYMR.channels.len();
     let mut marks = batch.marks.iter().peekable();
     for (place, rows) in batch.counts.chunks(37 * width).enumerate() {
@@ -126,8 +112,7 @@ fn readings_between_the_rows_are_as_good_however_the_stream_is_cut() {
 
 #[test]
 fn without_a_temperature_there_is_nothing_to_say() {
-    let (snapshot, assessment) = assessed(&batch(&VNYMR, false), Some(Detrend::Temperature));
+    let (snapshot, assessment) = assessed(&batch(&VNYMR, false));
     assert!(snapshot.temperature.is_none());
     assert!(assessment.channels.iter().flat_map(|channel| &channel.noise).all(|noise| noise.temperature.is_none()));
-    assert!(snapshot.channels.iter().all(|channel| channel.removed_temperature.is_none()));
 }

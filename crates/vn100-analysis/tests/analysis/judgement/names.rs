@@ -38,6 +38,7 @@ fn warnings_are_named() {
     use WarningKind::*;
     let link = [
         RecordingFailed,
+        RecordingCut,
         EndedEarly,
         NoValidLines,
         OtherMessages,

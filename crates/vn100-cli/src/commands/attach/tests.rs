@@ -78,7 +78,7 @@ impl Bench {
         let messages = MessageQueue::default();
         let job = Arc::new(Job {
             settings: vn100_analysis::Settings { watch_every: StatusLines::PERIOD, ..args.measure.settings() },
-            evaluation: Arc::new(evaluation(&args.measure, false).unwrap()),
+            evaluation: Arc::new(evaluation(&args.measure).unwrap()),
             format,
             conditions: BTreeMap::new(),
             status: StatusLines::new(Some(messages.clone()), false, args.link.log.quiet),
@@ -202,7 +202,7 @@ pub(super) async fn replayed(file: &std::path::Path, options: &str) -> Outcome {
     let [input] = &inputs[..] else { panic!("{} inputs", inputs.len()) };
     let spec = ReplaySpec { settings: args.files.settings(), ..ReplaySpec::of(&input.path) };
     let result = Session::replay(spec).result.await.unwrap();
-    let evaluation = Arc::new(evaluation(&args.files.measure, false).unwrap());
+    let evaluation = Arc::new(evaluation(&args.files.measure).unwrap());
     let measured = evaluated_replay(result, &evaluation, false).await.unwrap();
     let document = serde_json::to_value(Document::new(&measured, true, remedy_words)).unwrap();
     Outcome { completion: measured.completion, document, messages: Vec::new() }

@@ -5,18 +5,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Error, Result, anyhow, bail};
+use anyhow::{Error, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tokio::runtime::Builder;
-use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, Event};
 use vn100_report::{
-    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record, Ros2Messages,
+    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record,
     figure::{Figure, Figures},
     json_line, lot_table, printable,
 };
 
-use super::{PROGRAM, print_written};
+use super::print_written;
 use vn100_words::remedy_words;
 
 use crate::{
@@ -51,7 +48,7 @@ impl<'a> Exports<'a> {
                 for ending in endings(*form) {
                     let path = exports.path(index, ending);
                     match form {
-                        ExportForm::Svg | ExportForm::Png => output.check_folder(&path, files)?,
+                        ExportForm::Svg => output.check_folder(&path, files)?,
                         _ => output.check(&path, files)?,
                     }
                 }
@@ -60,16 +57,13 @@ impl<'a> Exports<'a> {
         if exports.forms.contains(&ExportForm::Lot) {
             output.check(&output.beside(LOT), files)?;
         }
-        if args.export.contains(&ExportForm::Mcap) && files.iter().any(|file| file == Path::new("-")) {
-            bail!("--export mcap reads the capture again: give a file instead of standard input");
-        }
         Ok(exports)
     }
 
     /// Writes all of them. A form that a record does not allow is reported and fails the command;
     /// the others are written.
     ///
-    /// `together` are the figures of several records, which only SVG and PNG hold.
+    /// `together` are the figures of several records, which only SVG holds.
     pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Completion {
         let mut completion = Completion::Complete;
         let mut check = |written: Result<()>| {
@@ -89,7 +83,7 @@ impl<'a> Exports<'a> {
             }
             check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))));
         }
-        let forms = self.forms.iter().filter(|form| unknown.is_none() || !form.is_figures());
+        let forms = self.forms.iter().filter(|form| unknown.is_none() || **form != ExportForm::Svg);
         for form in forms.clone() {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
@@ -103,8 +97,8 @@ impl<'a> Exports<'a> {
             check(self.text(&self.output.beside(LOT), &lot_table(records)));
         }
         if records.len() > 1 {
-            for form in forms.filter(|form| form.is_figures()) {
-                check(self.write_figures(*form, |ending| self.output.beside(ending), together));
+            if forms.clone().any(|form| *form == ExportForm::Svg) {
+                check(self.write_figures(&self.output.beside(SVG), together));
             }
         }
         completion
@@ -127,37 +121,26 @@ impl<'a> Exports<'a> {
                 yaml.missing().iter().for_each(|missing| complain(&format!("{} lacks {missing}", path.display())));
                 Ok(())
             }
-            ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
+            ExportForm::Svg => self.write_figures(&path(SVG), figures),
             // one file of all captures
             ExportForm::Lot => Ok(()),
-            ExportForm::Mcap => {
-                let files = &self.args.files;
-                let input = self.inputs.get(index).context("no such capture")?;
-                let path = path(MCAP);
-                let progress = progress(&path, record.measured.snapshot.timing.samples, files);
-                self.output.write(&path, |file| write_samples(file, input, self.args, record, &progress))?;
-                progress.finish_and_clear();
-                print_written(&path)
-            }
         }
     }
 
-    /// Writes figures as SVG or else as PNG, into a folder of that ending.
-    fn write_figures(&self, form: ExportForm, path: impl Fn(&str) -> PathBuf, figures: &Figures) -> Result<()> {
-        let (folder, ending) = if form == ExportForm::Svg { (path(SVG), "svg") } else { (path(PNG), "png") };
-        self.output.make_folder(&folder)?;
+    /// Writes figures into this folder.
+    fn write_figures(&self, folder: &Path, figures: &Figures) -> Result<()> {
+        self.output.make_folder(folder)?;
         let chosen = &self.args.figures;
         let is_chosen = |figure: &&Figure| chosen.is_empty() || chosen.iter().any(|name| is_named(figure, name));
         let figures: Vec<&Figure> = figures.all().filter(is_chosen).collect();
-        let progress = progress(&folder, figures.len() as u64, &self.args.files);
+        let progress = progress(folder, figures.len() as u64, &self.args.files);
         for figure in figures {
-            let bytes = if form == ExportForm::Svg { figure.svg_file().into_bytes() } else { figure.png_file()? };
-            let path = folder.join(format!("{}.{ending}", figure.id));
-            self.output.write(&path, |file| Ok(file.write_all(&bytes)?))?;
+            let path = folder.join(format!("{}.svg", figure.id));
+            self.output.write(&path, |file| Ok(file.write_all(figure.svg_file().as_bytes())?))?;
             progress.inc(1);
         }
         progress.finish_and_clear();
-        print_written(&folder)
+        print_written(folder)
     }
 
     fn text(&self, path: &Path, text: &str) -> Result<()> {
@@ -183,11 +166,9 @@ fn is_named(figure: &Figure, name: &str) -> bool {
 
 const JSON: &str = ".json";
 const KALIBR: &str = ".imu.yaml";
-// folders, for there are many figures
+// a folder, because there are many figures
 const SVG: &str = ".svg-figures";
-const PNG: &str = ".png-figures";
 const LOT: &str = ".lot.csv";
-const MCAP: &str = ".ros2.mcap";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
     match form {
@@ -195,8 +176,6 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
         ExportForm::Json => vec![JSON],
         ExportForm::Kalibr => vec![KALIBR],
         ExportForm::Svg => vec![SVG],
-        ExportForm::Png => vec![PNG],
-        ExportForm::Mcap => vec![MCAP],
         ExportForm::Lot => Vec::new(),
     }
 }
@@ -209,31 +188,6 @@ fn progress(path: &Path, parts: u64, files: &FileArgs) -> ProgressBar {
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let name = path.file_name().map_or_else(String::new, |name| printable(&name.to_string_lossy()));
     ProgressBar::with_draw_target(Some(parts), target).with_style(style).with_prefix(name)
-}
-
-/// Reads the capture again, with the time base that is now known.
-fn write_samples(
-    out: impl Write,
-    input: &FileStream,
-    args: &ReportArgs,
-    record: &Record<'_>,
-    progress: &ProgressBar,
-) -> Result<()> {
-    let mut messages = Ros2Messages::new(out, record, PROGRAM.name, args.ros_frame, args.stamps)?;
-    let runtime = Builder::new_current_thread().build().context("cannot read the capture again")?;
-    runtime.block_on(async {
-        let capture = Capture::open(&input.path, &input.options)?;
-        let mut events = capture.read(args.files.measure.read_options(), CancellationToken::new())?;
-        while let Some(event) = events.recv().await {
-            if let Event::Batch(batch) = event {
-                messages.push(&batch)?;
-                progress.inc(batch.rows().count() as u64);
-            }
-        }
-        anyhow::Ok(())
-    })?;
-    messages.finish()?;
-    Ok(())
 }
 
 fn not_written(path: &Path, error: &KalibrError) -> Error {

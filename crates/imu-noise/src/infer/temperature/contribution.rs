@@ -1,35 +1,28 @@
-//! The contribution of the temperature to the deviations, the level and the slope of an axis.
+//! The contribution of the temperature to the deviations of an axis.
 
-use crate::accumulate::blocks::Block;
 use crate::accumulate::record::Deviation;
 
-use super::series::{BlockSeries, less_mean};
+use super::series::BlockSeries;
 
 /// Least share of the blocks of the record that the stretch of the fit must have.
 const LEAST_OF_RECORD: f64 = 0.9;
 
-/// A part of the level that follows the temperature, to be removed from what is known of an axis.
+/// A part of the level of an axis that follows the temperature.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TemperatureRemoval {
+pub struct TemperatureContribution {
     length: u64,
-    first_block: u64,
     /// By block, in counts.
     axis: Vec<f64>,
     made: Vec<f64>,
 }
 
-impl TemperatureRemoval {
+impl TemperatureContribution {
     /// `None` where a gap leaves less than nine tenths of the record in one stretch.
     pub(super) fn new(series: &BlockSeries, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<Self> {
         let axis = series.axes.get(axis)?.clone();
         let of_record = (series.record.end - series.record.start) as f64;
         let made = series.lagged_c(lag_s).iter().map(|degrees| degrees * counts_per_degree).collect();
-        (axis.len() as f64 >= LEAST_OF_RECORD * of_record).then_some(Self {
-            length: series.length,
-            first_block: series.first_block,
-            axis,
-            made,
-        })
+        (axis.len() as f64 >= LEAST_OF_RECORD * of_record).then_some(Self { length: series.length, axis, made })
     }
 
     /// Samples of a block.
@@ -59,30 +52,6 @@ impl TemperatureRemoval {
         let rest: Vec<f64> = self.axis.iter().zip(&self.made).map(|(axis, made)| axis - made).collect();
         let (with, without) = (variance(deviation, &self.axis, blocks), variance(deviation, &rest, blocks));
         if with > 0.0 { without / with } else { 1.0 }
-    }
-
-    /// Slope of what the temperature made, in counts per sample.
-    #[must_use]
-    pub fn slope_counts(&self) -> f64 {
-        let times: Vec<f64> = (0..self.made.len()).map(|i| i as f64 * self.length as f64).collect();
-        let times = less_mean(&times);
-        let product: f64 = times.iter().zip(&self.made).map(|(time, made)| time * made).sum();
-        product / times.iter().map(|time| time * time).sum::<f64>()
-    }
-
-    /// The same blocks, of this axis, without what the temperature made: of their means, as of what
-    /// the first sample had.
-    #[must_use]
-    pub fn without(&self, blocks: &[Block]) -> Vec<Block> {
-        let last = self.made.len().saturating_sub(1);
-        let place = |sample: u64| ((sample / self.length).saturating_sub(self.first_block) as usize).min(last);
-        let without = |block: &Block| {
-            let (from, to) = (place(block.first_sample), place(block.first_sample + block.length - 1));
-            let made = &self.made[from..=to];
-            let mean = made.iter().sum::<f64>() / made.len() as f64;
-            Block { mean_counts: block.mean_counts - mean, ..*block }
-        };
-        blocks.iter().map(without).collect()
     }
 }
 
@@ -118,10 +87,12 @@ mod tests {
     fn within_a_block_the_temperature_is_taken_to_change_steadily() {
         let of = |made: fn(f64) -> f64| {
             let made: Vec<f64> = (0..64).map(|block| made(f64::from(block))).collect();
-            TemperatureRemoval { length: 40, first_block: 0, axis: made.clone(), made }
+            TemperatureContribution { length: 40, axis: made.clone(), made }
         };
         let (steady, bent) = (of(|block| 3.0 * block), of(|block| block * block));
-        let without = |removal: &TemperatureRemoval, deviation, m| removal.variance_without(deviation, m, 7.0, 16.0);
+        let without = |contribution: &TemperatureContribution, deviation, m| {
+            contribution.variance_without(deviation, m, 7.0, 16.0)
+        };
         assert_eq!([10, 20].map(|m| without(&steady, Deviation::Allan, m)), [7.0 - 1.0, 7.0 - 4.0]);
         assert_eq!([10, 20].map(|m| without(&bent, Deviation::Hadamard, m)), [7.0 - 0.0625, 7.0 - 1.0]);
         // all of a block is the temperature's, and no more than there is
