@@ -1,7 +1,8 @@
-//! Rules of the source tree itself: layers, circles, words, the width of documentation, the compiler, and the
-//! names of tests in documents.
+//! Rules of the source tree itself: layers, circles, words, the width of documentation, the compiler, and what
+//! documents name and list.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod benchmarks;
 mod circles;
 mod codes;
 mod compiler;
