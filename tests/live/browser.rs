@@ -16,7 +16,7 @@ use crate::page::{Served, replayed};
 use crate::support::{capture, channel};
 
 /// Nothing here takes longer; what does is a failure.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A browser with one page. Its commands and answers end with a zero byte.
 struct Browser {
@@ -86,7 +86,7 @@ impl Browser {
         let wait = format!(
             "new Promise((done) => {{ const look = () => ({expression}) ? done(true) : setTimeout(look, 20); look(); }})"
         );
-        let evaluate = json!({ "expression": wait, "awaitPromise": true, "returnByValue": true, "timeout": 60_000 });
+        let evaluate = json!({ "expression": wait, "awaitPromise": true, "returnByValue": true, "timeout": 600_000 });
         while self.call("Runtime.evaluate", evaluate.clone()).map(|found| found["result"]["value"].clone())
             != Ok(Value::Bool(true))
         {

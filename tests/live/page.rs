@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use crate::support::{Lines, capture, channel, schema, vn100};
 
 /// No answer takes so long.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The program with its page, ended when it is let go of.
 pub(crate) struct Served {

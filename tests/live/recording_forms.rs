@@ -22,7 +22,7 @@ const FEW: u64 = 2;
 const LATEST_MS: u64 = 2500;
 
 /// A program that does not record by then never will.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 fn kills() -> u64 {
     std::env::var("VN100_KILLS").map_or(FEW, |kills| kills.parse().unwrap())

@@ -18,7 +18,7 @@ use rustix::{
 };
 
 /// Nothing here takes longer; what does is a failure.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 pub(crate) const ALTERNATE_SCREEN: &str = "\x1b[?1049h";
 pub(crate) const NORMAL_SCREEN: &str = "\x1b[?1049l";

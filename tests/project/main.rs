@@ -1,7 +1,7 @@
-//! Rules of the source tree itself: layers, circles, the names of options in libraries, the compiler, and the
-//! names of tests and files in documents.
+//! Rules of the source tree itself: layers, circles, the compiler, and what documents name and list.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod benchmarks;
 mod circles;
 mod codes;
 mod compiler;

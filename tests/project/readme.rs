@@ -43,7 +43,7 @@ fn every_link_leads_to_a_file() {
 fn the_readme_is_read_in_five_minutes_and_begins_with_a_picture() {
     let text = fs::read_to_string(root().join("README.md")).unwrap();
     let words = text.split_whitespace().count();
-    assert!(words <= 1200, "{words} words");
+    assert!(words <= 800, "{words} words");
     let picture = text.lines().position(|line| line.starts_with("![")).unwrap();
     assert!(picture < 10, "the first picture is in line {}", picture + 1);
     for term in ["angle random walk", "bias instability", "rate random walk"] {

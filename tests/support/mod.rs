@@ -18,7 +18,7 @@ use serde_json::Value;
 
 /// No run of the program takes so long, even where other work slows it down; one that does is ended
 /// and a failure.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The folder of the workspace.
 pub(crate) fn workspace() -> PathBuf {

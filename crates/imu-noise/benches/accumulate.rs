@@ -4,6 +4,9 @@
 //! over the rounds.
 #![allow(clippy::print_stdout, missing_docs)]
 
+#[path = "../../../benches/figures.rs"]
+mod figures;
+
 use std::hint::black_box;
 
 use allan::{Allan, DataType, Style};
@@ -88,6 +91,16 @@ fn main() {
         let reference = medians[KERNELS.len() - 1];
         for ((name, ..), ns) in KERNELS.iter().zip(medians) {
             println!("{ns:8.1}  {:6.3} of the reference  {name}", ns / reference);
+            let row = if finer == 1 { format!("{name}, {lines} lines") } else { format!("{name}, finer counts") };
+            figures::record("sums", &row, &[("ns per line", format!("{ns:.1}"))]);
+            if *name == "octaves, strided" && finer == 1 {
+                let values = [
+                    ("vn100", format!("{ns:.1} ns")),
+                    ("the other", format!("{reference:.1} ns")),
+                    ("ratio", format!("{:.1}", reference / ns)),
+                ];
+                figures::record("peers", &format!("octaves of {lines} lines, the crate `allan`"), &values);
+            }
         }
     }
 }

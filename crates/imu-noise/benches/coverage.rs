@@ -12,13 +12,15 @@
 
 use std::time::{Duration, Instant};
 
+#[path = "../../../benches/figures.rs"]
+mod figures;
 #[path = "../tests/synthetic/score.rs"]
 mod score;
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
 
 use imu_noise::{Deviation, Estimator};
-use score::{CONFIDENCE, Cell, NOISES, RATE_HZ, ReadOut, counts, tracked};
+use score::{CONFIDENCE, Cell, NOISES, Noise, RATE_HZ, ReadOut, counts, tracked};
 use synthetic::Synthesis;
 
 fn main() {
@@ -71,7 +73,36 @@ fn main() {
             print!("{:7.1} ({:3.0})", tracked.held_percent(), tracked.estimated_percent());
             println!("{:8}", cell.below_white);
         }
+        record(&format!("{minutes} min at {confidence}"), &cells);
         let runs = (records * NOISES.len()) as u32;
         println!("{:?} for a model of all channels, {:?} for the fit of one", in_model / runs, in_fit / runs);
     }
+}
+
+/// The lowest and the highest coverage of all noises, and how often an absent parameter is called
+/// estimated at most.
+fn record(row: &str, cells: &[Cell]) {
+    let range = |percents: &[f64]| {
+        let (lowest, highest) = percents.iter().fold((100.0, 0.0), |(low, high), p| (p.min(low), p.max(high)));
+        format!("{lowest:.1} to {highest:.1}")
+    };
+    let held = |of: fn(&Cell) -> f64| range(&cells.iter().map(of).collect::<Vec<_>>());
+    let is_absent = |noise: &Noise| [false, noise.flicker == 0.0, noise.step == 0.0, noise.ramp == 0.0];
+    let of_cell = |(cell, noise): (&Cell, &Noise)| {
+        let absent = cell.terms.iter().zip(is_absent(noise)).filter(|(_, is_absent)| *is_absent);
+        absent.map(|(score, _)| score.estimated_percent()).fold(0.0, f64::max)
+    };
+    let highest_false = cells.iter().zip(&NOISES).map(of_cell).fold(0.0, f64::max);
+    figures::record(
+        "fits",
+        row,
+        &[
+            ("N", held(|cell| cell.terms[0].held_percent())),
+            ("B", held(|cell| cell.terms[1].held_percent())),
+            ("K", held(|cell| cell.terms[2].held_percent())),
+            ("R", held(|cell| cell.terms[3].held_percent())),
+            ("octaves", held(|cell| cell.octaves.held_percent())),
+            ("false", format!("{highest_false:.0}")),
+        ],
+    );
 }

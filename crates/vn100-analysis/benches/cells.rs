@@ -26,6 +26,8 @@
 //! threads; with one of them the CPU time of an assessment stands below each.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
+#[path = "../../../benches/figures.rs"]
+mod figures;
 mod cells {
     pub(super) mod clean;
     pub(super) mod disturbances;

@@ -7,6 +7,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
 
 #[cfg(target_os = "linux")]
+#[path = "../../../benches/figures.rs"]
+mod figures;
+#[cfg(target_os = "linux")]
 mod live {
     pub(super) mod cost;
     pub(super) mod delay;

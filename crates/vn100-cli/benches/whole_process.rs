@@ -7,6 +7,9 @@
 //! target folder.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
 
+#[path = "../../../benches/figures.rs"]
+mod figures;
+
 use std::{
     fs::{self, File},
     io::{self, Write},
@@ -113,6 +116,23 @@ fn main() {
         let wall_s = entry.wall_s[entry.wall_s.len() / 2];
         let cpu_s = cpu_s(entry);
         println!("{:<34}{cpu_s:>9.3}{wall_s:>10.3}{:>12.1}{:>15.2}", entry.name, cpu_s / cat_s, cpu_s / replay_s);
+        figures::record(
+            "program",
+            entry.name,
+            &[
+                ("CPU s", format!("{cpu_s:.3}")),
+                ("wall s", format!("{wall_s:.3}")),
+                ("CPU, of `replay`", format!("{:.2}", cpu_s / replay_s)),
+            ],
+        );
+        if entry.command[0] == "python3" {
+            let values = [
+                ("vn100", format!("{replay_s:.3} s")),
+                ("the other", format!("{cpu_s:.3} s")),
+                ("ratio", format!("{:.1}", cpu_s / replay_s)),
+            ];
+            figures::record("peers", &format!("replay, {}", entry.name), &values);
+        }
     }
     if !has_python {
         println!("pandas and allantools: skipped, python3 has them not");
@@ -122,7 +142,10 @@ fn main() {
         let before = children_cpu_s();
         let (megabytes, peak_kib) = piped(Path::new(file), copies);
         let ns_per_line = (children_cpu_s() - before) / (copies * forms::LINES) as f64 * 1e9;
-        println!("{:<34}{megabytes:>9}{peak_kib:>12}{ns_per_line:>20.0}", format!("replay - of {copies} records"));
+        let name = format!("replay - of {copies} records");
+        println!("{name:<34}{megabytes:>9}{peak_kib:>12}{ns_per_line:>20.0}");
+        let peak_mib = format!("{:.1}", peak_kib as f64 / 1024.0);
+        figures::record("memory", &name, &[("peak MiB", peak_mib), ("CPU ns per line", format!("{ns_per_line:.0}"))]);
     }
 }
 

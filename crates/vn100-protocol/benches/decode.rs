@@ -4,6 +4,9 @@
 //! the rounds counts.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
+#[path = "../../../benches/figures.rs"]
+mod figures;
+
 use std::{fmt::Write as _, hint::black_box};
 
 use nom::{
@@ -56,7 +59,18 @@ fn main() {
     println!("{:<26}{:>9}{:>24}", "", "ns/line", "of the nom double loop");
     for ((name, ..), ns) in kernels.iter().zip(medians) {
         println!("{name:<26}{ns:>9.1}{:>24.3}", ns / medians[3]);
+        figures::record("parsing", name, &[("ns each", format!("{ns:.1}"))]);
     }
+    let (ours, nom) = (medians[1], medians[3]);
+    figures::record(
+        "peers",
+        "a sentence, `double` of nom",
+        &[
+            ("vn100", format!("{ours:.1} ns")),
+            ("the other", format!("{nom:.1} ns")),
+            ("ratio", format!("{:.1}", nom / ours)),
+        ],
+    );
 }
 
 fn thread_ns() -> i64 {

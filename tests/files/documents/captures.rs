@@ -11,7 +11,6 @@ const CAPTURES: &[(&str, &str)] = &[
     ("mon.mcap", "--message VNIMU --seed 1"),
     ("monday.mcap", "--message VNIMU --seed 2"),
     ("monday.vnymr", ""),
-    ("new.mcap", "--message VNIMU"),
     ("night.mcap", "--message VNIMU"),
     // longer than the ten minutes at 200 Hz that are skipped
     ("run.vnymr", "--duration 1h"),
@@ -45,9 +44,7 @@ pub(crate) fn make(folder: &Path) {
         |time: u64| (time * 25_000_000, (time * 7919 % 101) as f64 * 1e-3, 9.8 + (time * 104_729 % 103) as f64 * 1e-3);
     let rows = || (0..2400).map(row);
     let table: String = rows().map(|(stamp, rate, force)| format!("{stamp},{rate:.3},{force:.3}\n")).collect();
-    for name in ["other.csv", "log.csv"] {
-        fs::write(folder.join(name), format!("stamp,wx,az\n{table}")).unwrap();
-    }
+    fs::write(folder.join("other.csv"), format!("stamp,wx,az\n{table}")).unwrap();
     let series: String = rows().map(|(_, rate, _)| format!("{rate:.3}\n")).collect();
     fs::write(folder.join("clock.csv"), format!("y\n{series}")).unwrap();
     let mut samples = vn100();

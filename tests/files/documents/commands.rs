@@ -20,10 +20,11 @@ use crate::support::{Lines, run, workspace};
 
 /// What is not run, and why. The targets that cargo is told of exist all the same.
 const NOT_RUN: &[(&str, &str)] = &[
-    ("cargo test --workspace", "this test is part of it"),
+    ("cargo test", "this test is one of them"),
+    (".ci/run", "this test is part of it"),
+    ("VN100_WRITE=1 cargo test", "it writes a document"),
     ("cargo install --locked --path crates/vn100-cli", "a build"),
     ("cargo bench", "minutes of measuring"),
-    ("cargo build --profile profiling", "a build"),
     ("cargo run -p vn100-sim --example replay_logs", "a test of vn100-sim compares what it writes"),
     (".ci/package", "a build, with the packages of one distribution"),
     ("pip install maturin && maturin build", "a build, made by the gate"),
@@ -37,17 +38,13 @@ const STANDS_FOR: &[(&str, &str)] = &[
     ("/dev/ttyUSB0", "sim"),
     ("/dev/ttyUSB1", "sim"),
     ("tcp://bench:2000", "sim"),
-    ("PORT", "sim"),
     ("SOURCE", "sim"),
     ("/tmp/sensor", "sensor"),
     ("/usr/bin/vn100", "vn100"),
     ("/var/lib/vn100/night.mcap", "night.mcap"),
     ("FILE", "FILE.mcap"),
-    ("FILE…", "mon.mcap tue.mcap wed.mcap"),
-    ("NAME", "FILE.mcap"),
-    ("PATH...", "captures/"),
-    ("OUT.json", "out.json"),
     ("CODE", "ARW"),
+    ("NAME", "FILE.mcap"),
     ("COMMAND", "replay"),
     ("--serve", "--serve=:0"),
     ("--serve=:8101", "--serve=:0"),
@@ -169,7 +166,7 @@ fn every_command_that_a_document_shows_is_run() {
     captures::make(made.path());
     let scripts = scripts();
     let lines = scripts.iter().map(|script| script.lines.len()).sum::<usize>();
-    assert!(lines >= 90, "{lines} lines");
+    assert!(lines >= 75, "{lines} lines");
     let (left, failures) = (Mutex::new(scripts.iter()), Mutex::new(Vec::new()));
     let work = || {
         while let Some(script) = { left.lock().unwrap().next() } {

@@ -11,7 +11,7 @@ use super::{
     record::SCORED,
     scoring::limits,
 };
-use crate::{Arguments, in_parallel};
+use crate::{Arguments, figures, in_parallel};
 
 const TAILS: [(&str, White); 3] =
     [("Gaussian", White::Gaussian), ("Student t5", White::Student5), ("Laplace", White::Laplace)];
@@ -59,6 +59,13 @@ fn of_length(arguments: &Arguments, minutes: usize) {
                 100.0 * lower,
                 100.0 * upper,
                 kinds(found.iter().flatten())
+            );
+            let percent = format!("{:.2}", 100.0 * disturbed as f64 / records as f64);
+            let limits = format!("{:.2} to {:.2}", 100.0 * lower, 100.0 * upper);
+            figures::record(
+                "clean",
+                &format!("{name}, {minutes} min"),
+                &[("disturbed %", percent), ("limits", limits)],
             );
         }
     }

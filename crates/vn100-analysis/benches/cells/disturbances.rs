@@ -12,7 +12,7 @@ use super::{
     record::{self, Assessed, Record},
     scoring::limits,
 };
-use crate::{Arguments, in_parallel};
+use crate::{Arguments, figures, in_parallel};
 
 /// What a clean record of this stream shows too.
 const OF_THE_STREAM: [&str; 1] = ["decimated-stream"];
@@ -71,7 +71,7 @@ pub(crate) fn measure(arguments: &Arguments) {
         let duration_s = 60.0 * *minutes as f64;
         let white = families::Cell { duration_s, ..families::clean() };
         beside(arguments, *minutes, "white noise", &white);
-        beside(arguments, *minutes, "white noise and flicker noise crossing at 5 s", &families::disturbed(duration_s));
+        beside(arguments, *minutes, "flicker noise", &families::disturbed(duration_s));
     }
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn measure(arguments: &Arguments) {
 fn beside(arguments: &Arguments, minutes: usize, noise: &str, cell: &families::Cell) {
     let records = arguments.records;
     println!("### Disturbed records, {minutes} min, {noise}, {records} records\n");
-    println!("One of six channels is disturbed.\n");
+    println!("One of six channels is disturbed; flicker noise crosses the white noise at 5 s.\n");
     println!("| disturbance | found % | 95 % limits | K estimated % | B missed % | as, records |");
     println!("|---|---:|---:|---:|---:|---|");
     let truth = cell.truth().bias_instability / (cell.step * record::counts_per_unit());
@@ -108,6 +108,13 @@ fn beside(arguments: &Arguments, minutes: usize, noise: &str, cell: &families::C
         let percent = |count: usize| 100.0 * count as f64 / records as f64;
         let seen = share(|found| !found.kinds.is_empty());
         let (lower, upper) = limits(seen, records);
+        let values = [
+            ("found %", percent(seen)),
+            ("K estimated %", percent(share(|found| found.false_walk))),
+            ("B missed %", percent(share(|found| found.wrong_bias_instability))),
+        ];
+        let values = values.map(|(name, percent)| (name, format!("{percent:.1}")));
+        figures::record(&format!("disturbances in {noise}"), &format!("{name}, {minutes} min"), &values);
         println!(
             "| {name} | {:.1} | {:.1}-{:.1} | {:.1} | {:.1} | {} |",
             percent(seen),

@@ -17,7 +17,7 @@ use super::{
     random::Random,
     record::{self, Record},
 };
-use crate::{Arguments, RATE_HZ, in_parallel};
+use crate::{Arguments, RATE_HZ, figures, in_parallel};
 
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
@@ -125,8 +125,15 @@ fn rows(cell: &Cell, channels: &[[Compared; 3]]) {
         } else {
             " | | ".into()
         };
+        let letter = ["N", "B", "K"][term];
+        let mut values = vec![("found %", found.clone()), ("by likelihood %", by_likelihood.clone())];
+        if truth > 0.0 {
+            let names = ["rms error %", "of likelihood", "of its true terms"];
+            values.extend(names.into_iter().zip(errors.split(" | ").map(str::to_owned)));
+        }
+        figures::record("efficiency", &format!("{}, {letter}", cell.name), &values);
         let name = if term == 0 { &*cell.name } else { "" };
-        println!("| {name} | {} | {errors} | {found} | {by_likelihood} |", ["N", "B", "K"][term]);
+        println!("| {name} | {} | {errors} | {found} | {by_likelihood} |", letter);
     }
 }
 

@@ -9,7 +9,7 @@ use super::{
     record::{self, Record},
     scoring::limits,
 };
-use crate::{Arguments, in_parallel};
+use crate::{Arguments, figures, in_parallel};
 
 /// Lengths of the records between the two.
 const DEAD: [usize; 3] = [0, 2, 10];
@@ -82,6 +82,11 @@ fn row(name: &str, dead: usize, tested: &[Tested]) {
     let differ = known.iter().filter(|(differs, _)| *differs).count();
     let (lower, upper) = limits(differ, known.len());
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
+    let values = [
+        ("differ %", format!("{:.1}", percent(differ, known.len()))),
+        ("limits", format!("{:.1} to {:.1}", 100.0 * lower, 100.0 * upper)),
+    ];
+    figures::record("means", &format!("{name}, {dead} lengths between"), &values);
     let mut errors: Vec<f64> = known.iter().map(|(_, error)| *error).collect();
     errors.sort_by(f64::total_cmp);
     println!(

@@ -10,7 +10,7 @@ use super::{
     record::{self, Record},
     scoring::limits,
 };
-use crate::{Arguments, RATE_HZ, in_parallel};
+use crate::{Arguments, RATE_HZ, figures, in_parallel};
 
 /// Axes that a want is for; a record has two sensors of them.
 const AXES: usize = 3;
@@ -62,6 +62,13 @@ fn row(name: &str, cell: &Cell, term: Term, aim: Aim, arguments: &Arguments) {
     let (lower, upper) = limits(met, sensors.len());
     let of_axes =
         shown.iter().flatten().filter(|is_met| **is_met).count() as f64 / shown.iter().flatten().count() as f64;
+    let values = [
+        ("planned s", format!("{record_s:.0}")),
+        ("met %", format!("{:.0}", 100.0 * met as f64 / sensors.len() as f64)),
+        ("limits", format!("{:.0} to {:.0}", 100.0 * lower, 100.0 * upper)),
+        ("one axis %", format!("{:.0}", 100.0 * of_axes)),
+    ];
+    figures::record("plans", &format!("{name}, {} {aim:?}", letter(term)), &values);
     println!(
         "| {name} | {} {aim:?} | {record_s:.0} | {:.0} | {:.0} to {:.0} | {:.0} |",
         letter(term),

@@ -2,7 +2,7 @@
 
 use imu_noise::Term;
 
-use crate::Arguments;
+use crate::{Arguments, figures};
 
 use super::{
     families::{Cell, Family},
@@ -20,8 +20,15 @@ pub(crate) fn family(family: &Family, minutes: usize, arguments: &Arguments, sco
          half width % | false, % of records |"
     );
     println!("|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut recorded = Vec::new();
     for (cell, scores) in family.cells.iter().zip(scores.chunks(records.max(1))) {
         rows(cell, scores);
+        let shares = shares(cell, scores);
+        figures::record("cells", &format!("{}, {minutes} min", cell.name), &recorded_cell(shares));
+        recorded.push(shares);
+    }
+    if arguments.cell.is_none() {
+        figures::record("families", &format!("{}, {minutes} min", family.name), &recorded_family(&recorded));
     }
     println!();
     if arguments.threads > 1 {
@@ -78,6 +85,38 @@ fn rows(cell: &Cell, scores: &[RecordScore]) {
             false_share.map_or("".into(), percent),
         );
     }
+}
+
+/// Of one cell, in percent: N held, N estimated, B held, K held, and records with a false term.
+fn shares(cell: &Cell, scores: &[RecordScore]) -> [Option<f64>; 5] {
+    let truth = cell.truth();
+    let tally =
+        |place: usize| Tally::new(scores.iter().flat_map(|score| &score.channels).map(|channel| channel[place]));
+    let share = |count: usize, of: usize| 100.0 * count as f64 / of as f64;
+    let held = |place: usize| share(tally(place).held, tally(place).of);
+    let of_model = |value: f64| truth.is_of_model.then_some(value);
+    let is_false =
+        |score: &&RecordScore| (1..TERMS.len()).any(|place| truth.of(TERMS[place]) == 0.0 && score.estimates(place));
+    let false_percent = share(scores.iter().filter(is_false).count(), scores.len());
+    let estimated = share(tally(0).estimated, tally(0).of);
+    [Some(held(0)), Some(estimated), of_model(held(1)), of_model(held(2)), of_model(false_percent)]
+}
+
+const SHARES: [&str; 5] = ["N held", "N estimated", "B held", "K held", "false"];
+
+fn recorded_cell(shares: [Option<f64>; 5]) -> [(&'static str, String); 5] {
+    std::array::from_fn(|place| (SHARES[place], shares[place].map_or("-".into(), |share| format!("{share:.1}"))))
+}
+
+/// The lowest and the highest of the cells.
+fn recorded_family(cells: &[[Option<f64>; 5]]) -> Vec<(&'static str, String)> {
+    let range = |place: usize| {
+        let shares = || cells.iter().filter_map(|cell| cell[place]);
+        let (lowest, highest) = (shares().fold(f64::INFINITY, f64::min), shares().fold(0.0, f64::max));
+        if lowest > highest { "-".into() } else { format!("{lowest:.1} to {highest:.1}") }
+    };
+    let ranges = SHARES.iter().enumerate().map(|(place, name)| (*name, range(place)));
+    [("cells", cells.len().to_string())].into_iter().chain(ranges).collect()
 }
 
 fn percent(share: f64) -> String {

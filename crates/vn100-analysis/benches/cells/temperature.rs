@@ -10,7 +10,7 @@ use super::{
     record::{self, Record, SCORED},
     scoring::limits,
 };
-use crate::{Arguments, in_parallel};
+use crate::{Arguments, figures, in_parallel};
 
 /// Standard deviation of one reading of the temperature, which is printed to 0.1 °C.
 const READING_C: f64 = 0.05;
@@ -95,6 +95,14 @@ fn row(
         true => (format!("{:.1}", percent(are_false, found.len())), range(are_false, found.len())),
         false => (String::new(), String::new()),
     };
+    let values = [
+        ("held %", format!("{:.1}", percent(held, scored.len()))),
+        ("limits", range(held, scored.len())),
+        ("proved %", format!("{:.1}", percent(proved, scored.len()))),
+        ("false %", of_false.clone()),
+    ];
+    let row = format!("{}, {name}, {coefficient} sd/°C, lag {lag_s} s", cell.name);
+    figures::record("temperature", &row, &values);
     println!(
         "| {} | {name} | {lag_s} | {coefficient} | {:.1} | {} | {width:.4} | {:.1} | {of_false} | {range_of_false} | {} |",
         cell.name,

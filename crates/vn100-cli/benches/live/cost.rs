@@ -11,6 +11,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::figures;
+
 const PROGRAM: &str = env!("CARGO_BIN_EXE_vn100");
 const PORTS: usize = 16;
 
@@ -49,6 +51,17 @@ pub(crate) fn measure() {
             100.0 * cpu,
             100.0 * reading_cpu,
             100.0 * bare_cpu
+        );
+        figures::record(
+            "live",
+            &name,
+            &[
+                ("CPU % of a core", format!("{:.2}", 100.0 * cpu)),
+                ("of which reading", format!("{:.2}", 100.0 * reading_cpu)),
+                ("bare reads", format!("{:.2}", 100.0 * bare_cpu)),
+                ("peak MiB", format!("{peak_mib:.1}")),
+                ("dropped", missing.to_string()),
+            ],
         );
     }
 }

@@ -23,6 +23,8 @@ use vn100_capture::{Clock, Event};
 use vn100_driver::{LinkOptions, SerialPorts, open_link};
 use vn100_protocol::crc16;
 
+use crate::figures;
+
 /// The first argument of the feeder.
 pub(crate) const FEED: &str = "feed";
 
@@ -47,6 +49,9 @@ pub(crate) fn measure() {
         let quantile = |p: f64| delays_us[(p * (delays_us.len() - 1) as f64) as usize];
         let name = format!("{ports} at {rate_hz} Hz, {frames}");
         println!("{name:<34}{:>9.0}{:>9.0}{:>9.0}{:>9}", quantile(0.5), quantile(0.99), quantile(1.0), delays_us.len());
+        let values = [("p50 µs", 0.5), ("p99 µs", 0.99), ("longest µs", 1.0)]
+            .map(|(name, p)| (name, format!("{:.0}", quantile(p))));
+        figures::record("latency", &name, &values);
     }
 }
 
