@@ -96,10 +96,8 @@ impl<'a> Exports<'a> {
         if self.forms.contains(&ExportForm::Lot) {
             check(self.text(&self.output.beside(LOT), &lot_table(records)));
         }
-        if records.len() > 1 {
-            if forms.clone().any(|form| *form == ExportForm::Svg) {
-                check(self.write_figures(&self.output.beside(SVG), together));
-            }
+        if records.len() > 1 && forms.into_iter().any(|form| *form == ExportForm::Svg) {
+            check(self.write_figures(&self.output.beside(SVG), together));
         }
         completion
     }
