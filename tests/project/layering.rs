@@ -25,17 +25,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     (
         "vn100-report",
         &["vn100-analysis"],
-        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
-    ),
-    (
-        "vn100-page",
-        &["vn100-analysis", "vn100-report"],
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
-    ),
-    (
-        "vn100-words",
-        &["vn100-capture", "vn100-analysis", "vn100-pipeline", "vn100-report"],
-        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow", "serde"],
     ),
     (
         "vn100-view",
@@ -47,26 +37,17 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-analysis",
             "vn100-pipeline",
             "vn100-report",
-            "vn100-words",
         ],
         &["serialport", "anyhow", "maud"],
     ),
     (
         "vn100-serve",
-        &["vn100-analysis", "vn100-pipeline", "vn100-report", "vn100-page", "vn100-words"],
+        &["vn100-analysis", "vn100-pipeline", "vn100-report"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
     ),
     (
         "vn100-python",
-        &[
-            "vn100-protocol",
-            "vn100-capture",
-            "imu-noise",
-            "vn100-analysis",
-            "vn100-pipeline",
-            "vn100-report",
-            "vn100-words",
-        ],
+        &["vn100-protocol", "vn100-capture", "imu-noise", "vn100-analysis", "vn100-pipeline", "vn100-report"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (
@@ -80,9 +61,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-analysis",
             "vn100-pipeline",
             "vn100-report",
-            "vn100-page",
             "vn100-serve",
-            "vn100-words",
             "vn100-view",
         ],
         &[],

@@ -18,6 +18,7 @@ mod assessment;
 mod averaging_times;
 mod comparison;
 mod datasheet;
+mod end;
 mod goal;
 mod goal_check;
 mod in_parallel;
@@ -56,6 +57,7 @@ pub use comparison::{
 pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
 };
+pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};

@@ -14,7 +14,7 @@ use vn100_report::{Completion, json_line, printable};
 
 use vn100_view::give_back;
 
-pub(crate) use vn100_words::about;
+pub(crate) use vn100_report::words::about;
 
 /// The exit code; 2 is also a wrong command line.
 pub(crate) fn code(completion: Completion) -> ExitCode {

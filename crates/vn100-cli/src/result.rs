@@ -16,7 +16,7 @@ use vn100_capture::RecordingState;
 use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
 use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, PoolDocument, ProgressDocument};
 
-use vn100_words::remedy_words;
+use vn100_report::words::{self, remedy_words};
 
 use vn100_view::Shown;
 
@@ -69,9 +69,10 @@ async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: Resul
 }
 
 pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
-    let early = vn100_words::ended_early(&result);
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
-    let error = vn100_words::end(&facts.name, &end, &snapshot);
+    let plain = end.plain();
+    let early = words::ended_early(&plain, result.shortfall.as_ref(), !unmet.is_empty(), &snapshot);
+    let error = words::end(&facts.name, &plain, &snapshot);
     let (failed, cut_short) = match *end {
         EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
         _ => (None, error),

@@ -8,8 +8,8 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use vn100_analysis::Settings;
-use vn100_page::Program;
 use vn100_pipeline::Session;
+use vn100_report::html::Program;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_serve::{ServeSpec, ServedSource, Server};
 

@@ -18,7 +18,7 @@ use vn100_report::{
 
 pub(crate) use pool::write_pool;
 pub(crate) use summary::summary;
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;

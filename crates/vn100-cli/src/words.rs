@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use vn100_analysis::RateChange;
+use vn100_pipeline::with_causes;
 use vn100_pipeline::{CommandRefusal, OutputLeft, RateEvent, SessionEvent, SetupError};
 use vn100_report::numbers::plain::time;
-use vn100_words::chain;
 
 use crate::commands::sensor::describe;
 
@@ -19,7 +19,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::SettingsRestored { output_paused: true } => format!("{RESTORED}, with its output paused"),
         // its own text names the settings that remain
         SessionEvent::SettingsNotRestored { error: error @ SetupError::Configure(_), .. } => {
-            format!("settings not restored: {}", chain(&error))
+            format!("settings not restored: {}", with_causes(&error))
         }
         SessionEvent::SettingsNotRestored { error, changes, output } => {
             let output = output.map(|output| match output {
@@ -27,7 +27,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
                 OutputLeft::MaybePaused => "its output may be paused".to_owned(),
             });
             let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
-            let (changes, error) = (changes.join(", "), chain(&error));
+            let (changes, error) = (changes.join(", "), with_causes(&error));
             format!("settings not restored, and may stay changed: {changes}: {error}")
         }
         SessionEvent::OutputPausedAgain => "its output is paused again, as before the measurement".into(),
@@ -68,7 +68,7 @@ mod tests {
     use clap::Parser;
     use vn100_analysis::{Remedy, Setting};
 
-    use vn100_words::remedy_words;
+    use vn100_report::words::remedy_words;
 
     use crate::args::Args;
 

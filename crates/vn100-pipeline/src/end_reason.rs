@@ -4,10 +4,15 @@ use std::{error::Error, fmt, io, path::PathBuf, time::Duration};
 
 use vn100_analysis::protocol::stream::MessageName;
 use vn100_analysis::timebase::Refusal;
-use vn100_analysis::{EndKind, RateChange};
-use vn100_capture::{OpenError, RecordError};
+use vn100_analysis::{End, EndKind, RateChange, StartCure};
+use vn100_capture::{BagError, MapHint, OpenError, RecordError};
 
 use crate::{live_error::LiveError, setup_error::SetupError};
+
+/// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
+/// other output. A burst of bytes that were delayed on the way is shorter; so is the time in which
+/// the link finds a paused output, and the slowest sensor then sends a frame.
+pub(crate) const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
 
 /// Why a session is over.
 #[derive(Debug)]
@@ -49,16 +54,34 @@ pub enum EndReason {
     WallTime(Duration),
 }
 
-/// A measurement that ended before the data time asked for had passed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shortfall {
-    /// The data time asked for.
-    pub wanted: Duration,
-    /// The data time that has passed.
-    pub measured: Duration,
-}
-
 impl EndReason {
+    /// The reason as plain data, with the text of its error.
+    #[must_use]
+    pub fn plain(&self) -> End {
+        match self {
+            Self::NotStarted(error) => End::NotStarted {
+                text: with_causes(error),
+                names_source: matches!(error, StartError::Capture(_)),
+                cure: error.cure(),
+            },
+            Self::SourceEnded => End::SourceEnded,
+            Self::DurationReached => End::DurationReached,
+            Self::GoalsDecided => End::GoalsDecided,
+            Self::Stopped => End::Stopped,
+            Self::SourceFailed(error) => End::SourceFailed(error.to_string()),
+            Self::OtherMessages { message, other, rate_hz } => End::OtherMessages {
+                message: message.clone(),
+                other: *other,
+                rate_hz: *rate_hz,
+                after: NO_MEASUREMENT_AFTER,
+            },
+            Self::OtherRate(change) => End::OtherRate(*change),
+            Self::NoMeasurement => End::NoMeasurement,
+            Self::GaveUp { after, cause } => End::GaveUp { after: *after, cause: cause.clone() },
+            Self::WallTime(wall) => End::WallTime(*wall),
+        }
+    }
+
     /// The reason as a code, without its details.
     #[must_use]
     pub const fn kind(&self) -> EndKind {
@@ -118,6 +141,34 @@ pub enum StartError {
     /// The session was stopped before the source was opened.
     #[error("not read, interrupted")]
     Stopped,
+}
+
+impl StartError {
+    fn cure(&self) -> Option<StartCure> {
+        match self {
+            Self::RateUnknown { refusal } => Some(StartCure::Rate { has_times: refusal.is_some() }),
+            Self::Capture(OpenError::Csv { problem, .. }) => Some(match problem.hint()? {
+                MapHint::Columns(map) => StartCure::Columns(map),
+                MapHint::DateOrder(map) => StartCure::DateOrder(map),
+                MapHint::StampUnit(map) => StartCure::StampUnit(map),
+            }),
+            Self::Capture(OpenError::Bag { problem, .. }) => match &**problem {
+                BagError::SeveralTopics { .. } => Some(StartCure::Topic),
+                BagError::NoTopic { topics, .. } => (!topics.is_empty()).then_some(StartCure::Topic),
+                BagError::NoSensor { .. } => Some(StartCure::TopicAndColumns),
+                BagError::NotOfSensor { .. } => Some(StartCure::ColumnsOfTopic),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// An error with all its causes.
+#[must_use]
+pub fn with_causes(error: &dyn Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
 impl fmt::Display for EndReason {

@@ -8,7 +8,7 @@ use vn100_capture::RecordingState;
 
 use crate::{
     channels::Channels,
-    end_reason::{EndReason, Shortfall, StartError},
+    end_reason::{EndReason, StartError},
     excluded::Excluded,
     measure::Ending,
 };
@@ -28,7 +28,7 @@ pub struct SessionResult {
     pub end: Arc<EndReason>,
     /// The data time that is missing from what was asked for; `None` where none is missing, or no
     /// duration was asked for.
-    pub shortfall: Option<Shortfall>,
+    pub shortfall: Option<vn100_analysis::Shortfall>,
     /// The goals that were not met.
     pub unmet: Vec<UnmetGoal>,
     /// Data time at the beginning that was excluded by command; zero where none was.

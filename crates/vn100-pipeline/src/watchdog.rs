@@ -5,12 +5,7 @@ use std::time::Duration;
 use tokio::time::Instant;
 use vn100_analysis::{RateChange, Snapshot};
 
-use crate::end_reason::EndReason;
-
-/// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
-/// other output. A burst of bytes that were delayed on the way is shorter; so is the time in which
-/// the link finds a paused output, and the slowest sensor then sends a frame.
-pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
+use crate::end_reason::{EndReason, NO_MEASUREMENT_AFTER};
 
 #[derive(Debug, Default)]
 pub(crate) struct StreamWatchdog {

@@ -7,7 +7,7 @@ use pyo3::{
 };
 use vn100_capture::OpenError;
 use vn100_pipeline::{EndReason, SessionResult, StartError};
-use vn100_report::{Asked, Completion, Document, Evaluation, Measured};
+use vn100_report::{Asked, Completion, Document, Evaluation, Measured, words};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
@@ -19,9 +19,10 @@ pub(crate) fn evaluation() -> PyResult<Evaluation> {
 
 /// A replay that ended.
 pub(crate) fn of_session(result: SessionResult) -> Measured {
-    let early = vn100_words::ended_early(&result);
-    let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
-    facts.error = vn100_words::end(&facts.name, &end, &snapshot);
+    let SessionResult { mut facts, snapshot, assessment, end, unmet, shortfall, .. } = result;
+    let plain = end.plain();
+    let early = words::ended_early(&plain, shortfall.as_ref(), !unmet.is_empty(), &snapshot);
+    facts.error = words::end(&facts.name, &plain, &snapshot);
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
     if matches!(*end, EndReason::NotStarted(StartError::RateUnknown { .. })) {
         measured.completion = Completion::NotGiven;
@@ -53,7 +54,7 @@ pub(crate) fn failure(end: &EndReason, measured: &Measured) -> Option<PyErr> {
 /// The exception of a capture that cannot be opened: for an error of the operating system the
 /// `OSError` of its number.
 pub(crate) fn not_opened(error: &OpenError) -> PyErr {
-    let text = vn100_words::chain(error);
+    let text = vn100_pipeline::with_causes(error);
     match error {
         OpenError::Io { path, source } => match source.raw_os_error() {
             // the fourth is the number where the system is Windows
@@ -66,6 +67,6 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
 
 /// The document `vn100.analysis/1`.
 pub(crate) fn document(measured: &Measured) -> PyResult<String> {
-    let document = Document::new(measured, true, vn100_words::remedy_words);
+    let document = Document::new(measured, true, vn100_report::words::remedy_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

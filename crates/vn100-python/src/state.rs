@@ -174,7 +174,7 @@ impl State {
     fn archive(&self, py: Python<'_>) -> PyResult<String> {
         let state = py.detach(|| self.read())?;
         let evaluation = measured::evaluation(false)?;
-        let document = py.detach(|| vn100_report::ArchiveDocument::new(&state, &evaluation, vn100_words::remedy_words));
+        let document = py.detach(|| vn100_report::ArchiveDocument::new(&state, &evaluation, vn100_report::words::remedy_words));
         serde_json::to_string_pretty(&document).map_err(|error| PyValueError::new_err(error.to_string()))
     }
 

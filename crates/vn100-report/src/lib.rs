@@ -19,6 +19,7 @@ pub mod goals;
 pub mod graphical;
 pub mod health;
 mod history;
+pub mod html;
 mod measured;
 pub mod names;
 pub mod numbers;
@@ -29,6 +30,7 @@ pub mod temperature;
 mod tests;
 mod toml_text;
 pub mod units;
+pub mod words;
 
 pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};

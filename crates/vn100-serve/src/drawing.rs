@@ -12,15 +12,15 @@ use std::{
 use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts};
-use vn100_page::{
+use vn100_pipeline::{SourceState, Stage};
+use vn100_report::html::{
     LiveStage, PagePart, PageSource, live_page, now_part, result_parts, signal_part, sources_part, write_page,
 };
-use vn100_pipeline::{SourceState, Stage};
+use vn100_report::words::{end, remedy_words};
 use vn100_report::{
     Document, Evaluation, Measured, MeasuredSource, MetricsForm, Record, figure::Figures, goals::Goals, json_line,
     metrics_text, run_name, run_prefix,
 };
-use vn100_words::{end, remedy_words};
 
 use crate::{ReportSettings, ServedSource};
 
@@ -320,7 +320,7 @@ fn is_over(state: &SourceState) -> bool {
 /// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => end(state.name(), reason, &state.snapshot),
+        Stage::Ended(reason) => end(state.name(), &reason.plain(), &state.snapshot),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }

@@ -17,7 +17,7 @@ use tokio::{
 };
 use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
-use vn100_page::PagePart;
+use vn100_report::html::PagePart;
 
 use crate::drawing::PageState;
 

@@ -36,10 +36,10 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_page::{PageOptions, Program};
 use vn100_pipeline::SourceState;
+use vn100_report::html::{PageOptions, Program};
+use vn100_report::words::remedy_words;
 use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, goals::Goals};
-use vn100_words::remedy_words;
 
 use app::App;
 use drawing::{Drawer, PageState};

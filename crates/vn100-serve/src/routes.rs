@@ -12,8 +12,8 @@ use axum::{
     routing::get,
 };
 use sha2::{Digest, Sha256};
-use vn100_page::{live_icon, live_script, live_style};
 use vn100_report::MetricsForm;
+use vn100_report::html::{live_icon, live_script, live_style};
 
 use crate::{
     app::App,

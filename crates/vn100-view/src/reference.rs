@@ -60,7 +60,7 @@ impl Reference {
                 Ok(result) => {
                     let values = channel_values(&result.snapshot, &result.assessment);
                     let reference = Self::of(name.clone(), &values, result.snapshot.deviation);
-                    match vn100_words::end(&name, &result.end, &result.snapshot) {
+                    match vn100_report::words::end(&name, &result.end.plain(), &result.snapshot) {
                         Some(error) if result.snapshot.timing.samples == 0 => Err(error),
                         None if result.snapshot.timing.samples == 0 => Err(format!("{name}: no valid sample")),
                         _ => Ok(Arc::new(reference)),

@@ -11,6 +11,7 @@ use std::{
 
 use crate::{panels::curve::AllanPlot, source::SourceView, state::ViewState};
 use vn100_analysis::Assessment;
+use vn100_report::words::remedy_words;
 use vn100_report::{
     Document, Evaluation, Measured,
     figure::{Figure, allan_in_unit},
@@ -18,7 +19,6 @@ use vn100_report::{
     names::names_of,
     units::ChannelValues,
 };
-use vn100_words::remedy_words;
 
 /// Writes both; gives the message. The assessment shown may be of a record a twentieth shorter.
 pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {

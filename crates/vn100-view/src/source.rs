@@ -231,7 +231,7 @@ fn phase(state: &SourceState) -> SourcePhase {
         Stage::Ended(end) => {
             let (name, snapshot) = (state.name(), &state.snapshot);
             let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
-            let error = vn100_words::end(name, end, snapshot);
+            let error = vn100_report::words::end(name, &end.plain(), snapshot);
             let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
             SourcePhase::Ended(error.map(|error| printable(&error)))
         }

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use vn100_page::Program;
+use vn100_report::html::Program;
 use vn100_report::{Asked, Evaluation};
 use vn100_serve::{ServeSpec, Server};
 

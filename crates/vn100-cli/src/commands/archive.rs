@@ -21,7 +21,7 @@ use vn100_pipeline::{EndReason, Session, StartError};
 use vn100_report::{ArchiveDocument, Completion, archive_table, is_export, state_of_measured};
 
 use self::state_folder::StateFolder;
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 use crate::{
     args::{ArchiveArgs, FileArgs},

@@ -21,7 +21,7 @@ use vn100_report::{
     units::tests_by_channel,
 };
 
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 use crate::{
     args::CompareArgs,

@@ -8,7 +8,7 @@ use vn100_report::{
     glossary::{Explanation, explain as explained, glossary},
 };
 
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 use crate::{
     args::ExplainArgs,

@@ -18,10 +18,10 @@ use std::{
 use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
-use vn100_page::{PageOptions, write_page};
+use vn100_report::html::{PageOptions, write_page};
 use vn100_report::{Completion, DEFAULT_KALIBR_SPAN_S, Measured, Record, figure::Figures, run_name, run_prefix};
 
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 use crate::{
     args::ReportArgs,

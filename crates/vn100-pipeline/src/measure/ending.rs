@@ -3,16 +3,11 @@
 use std::sync::Arc;
 
 use tokio::time::Instant;
-use vn100_analysis::{Analysis, Snapshot, protocol::stream::FileReport};
+use vn100_analysis::{Analysis, Shortfall, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
 use super::Measuring;
-use crate::{
-    channels::Channels,
-    end_reason::{EndReason, Shortfall},
-    excluded::Excluded,
-    session_event::SessionEvent,
-};
+use crate::{channels::Channels, end_reason::EndReason, excluded::Excluded, session_event::SessionEvent};
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,

@@ -11,8 +11,8 @@ use vn100_analysis::{
     Analysis, Settings,
     protocol::{VNIMU, stream::Batch},
 };
-use vn100_page::Program;
 use vn100_report::Asked;
+use vn100_report::html::Program;
 
 use super::*;
 use crate::events::{PageEvents, ShownParts};

@@ -17,7 +17,7 @@ use crate::{
     state::Panel,
     theme::Theme,
 };
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 /// The lines at the top of the screen, as far as there is room.
 pub(crate) struct TopLines {

@@ -13,7 +13,7 @@ use vn100_report::{
 };
 
 use super::{PLAIN, SIZES, damaged, drawn, fixture::short, measured, one, text};
-use vn100_words::remedy_words;
+use vn100_report::words::remedy_words;
 
 use crate::{
     source::{SourceMonitor, SourceView},

@@ -17,9 +17,9 @@ use vn100_capture::Clock;
 use vn100_driver::{Configured, LinkHandle, OutputSettings};
 use vn100_pipeline::{Command, EmulatedPort, LiveError, LiveSource, ReplaySpec, Session, SourceState};
 use vn100_protocol::Register;
+use vn100_report::words::remedy_words;
 use vn100_report::{Completion, Document};
 use vn100_view::MessageQueue;
-use vn100_words::remedy_words;
 
 use super::{Job, Prepared, attach_one};
 use crate::{

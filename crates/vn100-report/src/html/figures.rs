@@ -1,17 +1,17 @@
 //! The figures, each with what it shows in words, and their numbers.
 
-use maud::{Markup, PreEscaped, html};
-use serde::Serialize;
-use vn100_analysis::noise::Deviation;
-use vn100_report::{
+use crate::{
     Record,
     figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
     units::{ChannelValues, Point, pretty_unit},
 };
+use maud::{Markup, PreEscaped, html};
+use serde::Serialize;
+use vn100_analysis::noise::Deviation;
 
-use crate::{caption::Captions, elements::table};
+use crate::html::{caption::Captions, elements::table};
 
 /// The curves of each sensor, the first one large.
 pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {

@@ -1,14 +1,14 @@
 //! The facts of a record that the conclusions of a report rest on.
 
+use crate::{
+    Record,
+    names::sentence,
+    units::{ChannelValues, SignalValues},
+};
 use vn100_analysis::noise::{FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::protocol::BINARY;
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
-};
-use vn100_report::{
-    Record,
-    names::sentence,
-    units::{ChannelValues, SignalValues},
 };
 
 #[derive(Debug, Clone)]

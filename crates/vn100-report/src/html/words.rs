@@ -9,7 +9,7 @@ mod trust;
 
 use vn100_analysis::RemedyWords;
 
-use crate::findings::Findings;
+use crate::html::findings::Findings;
 
 /// Each question with the sentences that answer it.
 pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> [(&'static str, Vec<String>); 7] {

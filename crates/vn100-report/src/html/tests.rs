@@ -3,7 +3,7 @@
 mod fixture;
 mod reports;
 
-use vn100_report::{Record, figure::Figures};
+use crate::{Record, figure::Figures};
 
 use super::*;
 use fixture::with_attitude;

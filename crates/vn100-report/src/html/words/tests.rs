@@ -6,7 +6,7 @@ use vn100_analysis::{
 };
 
 use super::*;
-use crate::findings::{AxisFindings, SensorFindings};
+use crate::html::findings::{AxisFindings, SensorFindings};
 
 fn estimated(value: f64) -> Parameter {
     Parameter::estimated(value, 0.98 * value, 1.02 * value)

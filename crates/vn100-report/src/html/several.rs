@@ -1,9 +1,6 @@
 //! Several records side by side.
 
-use maud::{Markup, html};
-use vn100_analysis::comparisons::Spread;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
-use vn100_report::{
+use crate::{
     Record,
     figure::Figures,
     names::{folding, names_of, recommendation, untested},
@@ -11,8 +8,11 @@ use vn100_report::{
     run_name,
     units::{pretty_unit, tests_by_channel},
 };
+use maud::{Markup, html};
+use vn100_analysis::comparisons::Spread;
+use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     elements::{row, table},
     figures::grid,

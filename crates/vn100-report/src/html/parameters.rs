@@ -1,15 +1,7 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use; and beside the
 //! figures of the data sheet.
 
-use maud::{Markup, html};
-use vn100_analysis::noise::{
-    Claim, Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
-};
-use vn100_analysis::{
-    ChannelNoise, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS,
-    StreamUnknown, letter,
-};
-use vn100_report::{
+use crate::{
     Code, Record, code_of_verdict,
     graphical::{GRAPHICAL, laboratory_unit},
     names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, verdict_name},
@@ -18,8 +10,16 @@ use vn100_report::{
     temperature::{coefficient_parameter, lag_text, share_text},
     units::{ChannelValues, pretty_unit},
 };
+use maud::{Markup, html};
+use vn100_analysis::noise::{
+    Claim, Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
+};
+use vn100_analysis::{
+    ChannelNoise, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS,
+    StreamUnknown, letter,
+};
 
-use crate::{caption::Captions, elements::table};
+use crate::html::{caption::Captions, elements::table};
 
 /// What stands for the noise parameters of a sensor that was moved.
 pub(crate) const MOVED: &str = "Not given: the sensor was moved, and what the model fits is its motion. Record it at rest, or exclude the time in which it moved.";

@@ -1,15 +1,15 @@
 //! How noisy each axis is, and what a filter that uses the stream is given.
 
-use vn100_analysis::noise::{Parameter, Sensor, Status, Term, conventions};
-use vn100_analysis::{LongTauValidity, Motion, Remedy, RemedyWords};
-use vn100_report::{
+use crate::{
     names::parameter_names,
     numbers::{digits, four_digits, trimmed, with_interval},
     units::{pretty_unit, si_unit},
 };
+use vn100_analysis::noise::{Parameter, Sensor, Status, Term, conventions};
+use vn100_analysis::{LongTauValidity, Motion, Remedy, RemedyWords};
 
 use super::listed;
-use crate::findings::{AxisFindings, Findings, SensorFindings};
+use crate::html::findings::{AxisFindings, Findings, SensorFindings};
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
     let mut sentences: Vec<String> = findings.sensors.iter().flat_map(of_sensor).collect();

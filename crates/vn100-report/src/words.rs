@@ -1,14 +1,13 @@
 //! Why a result is not whole, and what can be done, in the terms of the command line: the one
-//! library that names options and commands. The program says these words in text, in the live view
-//! and in documents; the exceptions of the Python package have them too, since its options have the
-//! same names.
+//! module of a library that names options and commands. The program says these words in text, in the
+//! live view and in documents; the exceptions of the Python package have them too, since its options
+//! have the same names.
 
 use std::time::Duration;
 
-use vn100_analysis::{RateChange, Remedy, Setting, Snapshot};
-use vn100_capture::{BagError, MapHint, OpenError};
-use vn100_pipeline::{EndReason, NO_MEASUREMENT_AFTER, SessionResult, Shortfall, StartError};
-use vn100_report::numbers::plain::{tau, time};
+use vn100_analysis::{End, RateChange, Remedy, Setting, Shortfall, Snapshot, StartCure};
+
+use crate::numbers::plain::{tau, time};
 
 /// The text, with the source it is about before it where it does not name that itself.
 #[must_use]
@@ -19,61 +18,66 @@ pub fn about(name: &str, text: &str) -> String {
 
 /// Why the result of that source is not whole; `None` where it is.
 #[must_use]
-pub fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option<String> {
+pub fn end(name: &str, end: &End, snapshot: &Snapshot) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
-    match reason {
-        EndReason::NotStarted(error) => Some(not_started(name, error)),
-        EndReason::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
+    match end {
+        End::NotStarted { text, names_source, cure } => Some(not_started(name, text, *names_source, cure.as_ref())),
+        End::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
             // no sensor was found: nothing was cut short
-            0 => about(name, &error.to_string()),
+            0 => about(name, error),
             bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
         }),
-        EndReason::OtherMessages { message, other, rate_hz } => {
+        End::OtherMessages { message, other, rate_hz, after } => {
             let instead = other.map_or("binary packets".into(), |other| format!("other messages, such as {other}"));
             let rate = rate_hz.map_or(String::new(), |hz| format!(" --set-rate {hz}"));
-            let seconds = NO_MEASUREMENT_AFTER.as_secs();
+            let seconds = after.as_secs();
             Some(format!(
                 "{name}: no {message} has arrived for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
                  restores it; --save keeps it"
             ))
         }
-        EndReason::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
+        End::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
             "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` restores it; --save \
              keeps it"
         )),
-        EndReason::SourceEnded
-        | EndReason::DurationReached
-        | EndReason::GoalsDecided
-        | EndReason::Stopped
-        | EndReason::NoMeasurement
-        | EndReason::GaveUp { .. }
-        | EndReason::WallTime(_) => None,
+        End::SourceEnded
+        | End::DurationReached
+        | End::GoalsDecided
+        | End::Stopped
+        | End::NoMeasurement
+        | End::GaveUp { .. }
+        | End::WallTime(_) => None,
     }
 }
 
 /// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
 /// it is not.
 #[must_use]
-pub fn ended_early(result: &SessionResult) -> Option<(String, String)> {
-    let when = match &result.shortfall {
+pub fn ended_early(
+    end: &End,
+    shortfall: Option<&Shortfall>,
+    has_unmet: bool,
+    snapshot: &Snapshot,
+) -> Option<(String, String)> {
+    let when = match shortfall {
         Some(shortfall) => shortfall_words(shortfall),
-        None => format!("after {} of data", seconds(Duration::from_secs_f64(result.snapshot.timing.duration_s()))),
+        None => format!("after {} of data", seconds(Duration::from_secs_f64(snapshot.timing.duration_s()))),
     };
-    let why = match &*result.end {
+    let why = match end {
         // nothing of it was measured
-        EndReason::NotStarted(_) => return None,
-        EndReason::GaveUp { after, .. } => format!("no sample came for {}", seconds(*after)),
+        End::NotStarted { .. } => return None,
+        End::GaveUp { after, .. } => format!("no sample came for {}", seconds(*after)),
         // what is unmet is said by itself
-        EndReason::WallTime(_) if result.shortfall.is_none() && !result.unmet.is_empty() => return None,
-        EndReason::WallTime(wall) => format!("the wall time of {} is over", seconds(*wall)),
-        _ if result.shortfall.is_none() => return None,
-        EndReason::Stopped => "it was stopped".into(),
-        EndReason::SourceEnded => "the data ended".into(),
+        End::WallTime(_) if shortfall.is_none() && has_unmet => return None,
+        End::WallTime(wall) => format!("the wall time of {} is over", seconds(*wall)),
+        _ if shortfall.is_none() => return None,
+        End::Stopped => "it was stopped".into(),
+        End::SourceEnded => "the data ended".into(),
         _ => "the measurement ended".into(),
     };
-    let details = match &*result.end {
-        EndReason::GaveUp { cause: Some(cause), .. } => format!("The link is down: {cause}"),
+    let details = match end {
+        End::GaveUp { cause: Some(cause), .. } => format!("The link is down: {cause}"),
         _ => String::new(),
     };
     Some((format!("{why} {when}"), details))
@@ -100,63 +104,34 @@ fn seconds(duration: Duration) -> String {
     }
 }
 
-fn not_started(name: &str, error: &StartError) -> String {
-    let text = chain(error);
-    match error {
-        // the error names its file
-        StartError::Capture(error) => format!("{text}{}", remedy(error)),
-        StartError::RateUnknown { refusal } => {
-            let times = if refusal.is_some() { "a better one" } else { "one" };
-            about(
-                name,
-                &format!(
-                    "{text}; give it with --rate HZ, or name the column of its times, where it has {times}, as in --columns t=NAME:s"
-                ),
-            )
-        }
-        _ => about(name, &text),
-    }
+fn not_started(name: &str, text: &str, names_source: bool, cure: Option<&StartCure>) -> String {
+    let text = format!("{text}{}", cure.map_or_else(String::new, cure_words));
+    if names_source { text } else { about(name, &text) }
 }
 
-/// The option that would make the capture readable.
-fn remedy(error: &OpenError) -> String {
-    let hint = match error {
-        OpenError::Csv { problem, .. } => problem.hint(),
-        OpenError::Bag { problem, .. } => return bag_remedy(problem).into(),
-        _ => None,
-    };
-    match hint {
-        Some(MapHint::Columns(map)) => {
-            format!(
-                "; if this fits, with the units checked, give --columns '{map}' (vn100 replay --help lists channels, units and forms of time)"
-            )
+/// The option that would make the source readable; on a line of its own after a list of topics.
+fn cure_words(cure: &StartCure) -> String {
+    match cure {
+        StartCure::Columns(map) => format!(
+            "; if this fits, with the units checked, give --columns '{map}' (vn100 replay --help lists channels, units and forms of time)"
+        ),
+        StartCure::DateOrder(map) => format!("; name the order, as in --columns {map} (or mdy)"),
+        StartCure::StampUnit(map) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
+        StartCure::Topic => "\nName one of them with --topic".into(),
+        StartCure::TopicAndColumns => {
+            "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns".into()
         }
-        Some(MapHint::DateOrder(map)) => format!("; name the order, as in --columns {map} (or mdy)"),
-        Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
-        None => String::new(),
-    }
-}
-
-/// The option that would make a topic of the bag readable; on a line of its own behind a list.
-const fn bag_remedy(problem: &BagError) -> &'static str {
-    match problem {
-        BagError::SeveralTopics { .. } => "\nName one of them with --topic",
-        BagError::NoTopic { topics, .. } if !topics.is_empty() => "\nName one of them with --topic",
-        BagError::NoSensor { .. } => {
-            "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns"
-        }
-        BagError::NotOfSensor { .. } => {
+        StartCure::ColumnsOfTopic => {
             "; if some are those of a sensor, name them with --columns, as in gyro_x=PATH:rad/s,accel_x=PATH:m/s^2"
+                .into()
         }
-        _ => "",
+        StartCure::Rate { has_times } => {
+            let times = if *has_times { "a better one" } else { "one" };
+            format!(
+                "; give it with --rate HZ, or name the column of its times, where it has {times}, as in --columns t=NAME:s"
+            )
+        }
     }
-}
-
-/// An error with all its causes.
-#[must_use]
-pub fn chain(error: &dyn std::error::Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| cause.source());
-    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
 /// The option or the command.

@@ -3,9 +3,7 @@
 
 use std::{fmt::Write, time::Duration};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, SourceFacts};
-use vn100_report::{
+use crate::{
     History, Record,
     figure::{Figure, Figures, last_minutes},
     goals::{Goals, warm_up},
@@ -17,8 +15,10 @@ use vn100_report::{
     },
     summary::{Summary, mean_temperature},
 };
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, SourceFacts};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     elements::{FIGURES_SCRIPT, STYLE, text_of},
     facts, figures, glance, parameters,
@@ -87,13 +87,13 @@ pub enum LiveStage<'a> {
 /// The style sheet, the same for all pages of one program.
 #[must_use]
 pub fn live_style() -> String {
-    format!("{STYLE}{}", include_str!("../assets/live.css"))
+    format!("{STYLE}{}", include_str!("../../assets/live.css"))
 }
 
 /// The script that keeps the parts up to date, and makes the figures interactive.
 #[must_use]
 pub fn live_script() -> String {
-    format!("{FIGURES_SCRIPT}{}", include_str!("../assets/live.js"))
+    format!("{FIGURES_SCRIPT}{}", include_str!("../../assets/live.js"))
 }
 
 /// What one word says of a source, and how grave it is.

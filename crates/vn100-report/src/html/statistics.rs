@@ -2,19 +2,19 @@
 
 use std::cmp::Ordering;
 
-use maud::{Markup, html};
-use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
-use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{Remedy, RemedyWords};
-use vn100_report::{
+use crate::{
     Record,
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped, signed},
     units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, not_normal, pretty_unit},
 };
+use maud::{Markup, html};
+use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{Remedy, RemedyWords};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     elements::{row, table},
     figures::grid,

@@ -1,18 +1,18 @@
 //! What limits the record, and how to improve it.
 
+use crate::{
+    names::{in_unit, verdict_name},
+    numbers::{digits, duration, trimmed, with_powers},
+    units::pretty_unit,
+};
 use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
 use vn100_analysis::{
     LongTauValidity, MissingFrom, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
     uncompensated_message,
 };
-use vn100_report::{
-    names::{in_unit, verdict_name},
-    numbers::{digits, duration, trimmed, with_powers},
-    units::pretty_unit,
-};
 
 use super::listed;
-use crate::findings::{AxisFindings, Findings, SensorFindings};
+use crate::html::findings::{AxisFindings, Findings, SensorFindings};
 
 pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let Some(sheet) = &findings.datasheet else {

@@ -1,18 +1,18 @@
 //! The beginning of a page: which sensor and record, the verdict on each sensor, and the noise
 //! parameters in one table each.
 
-use maud::{Markup, html};
-use vn100_analysis::Severity;
-use vn100_analysis::protocol::{Quantity, Register};
-use vn100_report::{
+use crate::{
     Record, RecordingDocument,
     names::names_of,
     numbers::{NOTHING, duration, grouped, trimmed, with_powers},
     summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
     units::pretty_unit,
 };
+use maud::{Markup, html};
+use vn100_analysis::Severity;
+use vn100_analysis::protocol::{Quantity, Register};
 
-use crate::caption::Captions;
+use crate::html::caption::Captions;
 
 /// Digits of a checksum that name a file beyond doubt for people.
 const SHORT_SHA256: usize = 12;

@@ -1,14 +1,14 @@
 //! How far the numbers can be trusted.
 
-use vn100_analysis::noise::{Parameter, Status};
-use vn100_analysis::{MissingFrom, RateFrom, Timing, WarningKind};
-use vn100_report::{
+use crate::{
     numbers::{digits, grouped, plain::counted, trimmed},
     units::pretty_unit,
 };
+use vn100_analysis::noise::{Parameter, Status};
+use vn100_analysis::{MissingFrom, RateFrom, Timing, WarningKind};
 
 use super::listed;
-use crate::findings::{AxisFindings, Findings};
+use crate::html::findings::{AxisFindings, Findings};
 
 pub(super) fn trust(findings: &Findings) -> Vec<String> {
     let mut sentences = vec![moved(findings), time_base(findings), losses(findings)];

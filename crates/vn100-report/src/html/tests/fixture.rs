@@ -2,11 +2,11 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
+use crate::{Asked, Evaluation, Measured};
 use vn100_analysis::{
     Analysis, Assessment, Settings, SourceFacts,
     protocol::{Layout, VNIMU, VNYMR, stream::Batch},
 };
-use vn100_report::{Asked, Evaluation, Measured};
 
 /// Near normal: the sum of four uniform numbers.
 fn noise(state: &mut u64) -> f64 {

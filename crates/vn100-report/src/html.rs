@@ -4,7 +4,7 @@
 //! [`write_page`] writes the report of one capture or of several: one file with its figures,
 //! tables, style sheet and scripts. The live page is made of [`PagePart`]s, which [`now_part`],
 //! [`result_parts`], [`signal_part`] and [`sources_part`] draw; [`live_page`] puts them together.
-//! Numbers, names, figures and summaries are those of [`vn100_report`]. Pure: no file is opened and
+//! Numbers, names, figures and summaries are those of [this crate](crate). Pure: no file is opened and
 //! no clock is read; what is written goes into a writer of the caller's.
 //!
 //! | file | is |

@@ -2,10 +2,7 @@
 //! sensor with the lines of the graphical slope method, what is read off them beside the fitted
 //! parameters, and the grade of the gyroscope.
 
-use maud::{Markup, html};
-use vn100_analysis::noise::{Deviation, Parameter, SlopeLine, Term};
-use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, letter};
-use vn100_report::{
+use crate::{
     Record,
     figure::Figures,
     glossary::{Explanation, explain},
@@ -14,8 +11,11 @@ use vn100_report::{
     numbers::{NOTHING, digits, four_digits, trimmed, with_interval},
     units::{ChannelValues, pretty_unit},
 };
+use maud::{Markup, html};
+use vn100_analysis::noise::{Deviation, Parameter, SlopeLine, Term};
+use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, letter};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     figures::grid,
     glance::{with_code, with_whole_units},

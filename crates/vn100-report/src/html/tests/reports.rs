@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use vn100_report::{Measured, Record, figure::Figures, run_name};
+use crate::{Measured, Record, figure::Figures, run_name};
 
 use super::fixture::{in_a_warming_room, with_attitude};
-use crate::{PageOptions, Program, write_page};
+use crate::html::{PageOptions, Program, write_page};
 
 /// The report of these records.
 fn report(all: &[Measured]) -> String {

@@ -2,12 +2,12 @@
 
 use std::io::{self, Write};
 
+use crate::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::RemedyWords;
 use vn100_analysis::protocol::Register;
-use vn100_report::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     elements::{FIGURES_SCRIPT, STYLE, text_of},
     facts, figures,
@@ -18,7 +18,7 @@ use crate::{
     words::conclusions,
 };
 
-const SCRIPT: &str = include_str!("../assets/script.js");
+const SCRIPT: &str = include_str!("../../assets/script.js");
 
 /// Writes the page of one capture, or of several. `figures` are those of the records, in the same
 /// order; `together` are the figures of all records together, which are empty for a single one.

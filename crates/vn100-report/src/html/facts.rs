@@ -1,15 +1,7 @@
 //! What was measured, with what, and how: everything needed to repeat it. As tables with a name and
 //! a value in each row.
 
-use maud::{Markup, html};
-use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::protocol::{
-    AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
-    RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
-};
-use vn100_analysis::timebase::Arrivals;
-use vn100_analysis::{MissingFrom, RateFrom, Snapshot};
-use vn100_report::{
+use crate::{
     Record, RecordingDocument,
     names::echoes,
     numbers::{
@@ -19,8 +11,16 @@ use vn100_report::{
     },
     printable,
 };
+use maud::{Markup, html};
+use vn100_analysis::noise::{Deviation, Estimator};
+use vn100_analysis::protocol::{
+    AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
+};
+use vn100_analysis::timebase::Arrivals;
+use vn100_analysis::{MissingFrom, RateFrom, Snapshot};
 
-use crate::{
+use crate::html::{
     caption::Captions,
     options::{PageOptions, Program},
 };
