@@ -8,6 +8,9 @@
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mutate;
+#[path = "../../crates/vn100-cli/src/serve/mod.rs"]
+#[allow(dead_code, reason = "the program uses all of it")]
+mod serve;
 mod targets;
 
 use std::{fs, panic, path::Path};

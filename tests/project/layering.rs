@@ -41,11 +41,6 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
         &["serialport", "anyhow", "maud"],
     ),
     (
-        "vn100-serve",
-        &["vn100-analysis", "vn100-pipeline", "vn100-report"],
-        &["serialport", "clap", "ratatui", "indicatif", "anyhow", "maud"],
-    ),
-    (
         "vn100-python",
         &["vn100-protocol", "vn100-capture", "imu-noise", "vn100-analysis", "vn100-pipeline", "vn100-report"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow"],
@@ -61,7 +56,6 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-analysis",
             "vn100-pipeline",
             "vn100-report",
-            "vn100-serve",
             "vn100-view",
         ],
         &[],

@@ -16,6 +16,7 @@ mod serve;
 mod status;
 mod text;
 mod user_files;
+mod watched;
 mod words;
 
 use std::process::ExitCode;

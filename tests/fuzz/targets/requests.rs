@@ -11,7 +11,8 @@ use std::{
 
 use vn100_report::html::Program;
 use vn100_report::{Asked, Evaluation};
-use vn100_serve::{ServeSpec, Server};
+
+use crate::serve::{ServeSpec, Server};
 
 /// A test that waits for longer has failed.
 const DEADLOCK: Duration = Duration::from_secs(60);
@@ -71,10 +72,12 @@ fn answers_to(bytes: &[u8], ends: bool) -> Vec<u8> {
 
 /// One page for all inputs.
 fn page() -> SocketAddr {
-    static PAGE: OnceLock<Server> = OnceLock::new();
+    static PAGE: OnceLock<(SocketAddr, Server)> = OnceLock::new();
     let start = || {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
         let spec = ServeSpec {
-            listener: TcpListener::bind("127.0.0.1:0").unwrap(),
+            listener,
             host_names: vec!["bench".into()],
             host_advice: "",
             sources: Vec::new(),
@@ -83,9 +86,9 @@ fn page() -> SocketAddr {
             program: Program { name: "vn100", commit: None },
             confidence: 0.95,
         };
-        Server::start(spec).unwrap()
+        (address, Server::start(spec).unwrap())
     };
-    PAGE.get_or_init(start).address()
+    PAGE.get_or_init(start).0
 }
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {

@@ -30,9 +30,9 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
-    serve::Watched,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
+    watched::Watched,
     words,
 };
 

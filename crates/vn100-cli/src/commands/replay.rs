@@ -33,8 +33,8 @@ use crate::{
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
     samples::SampleWriter,
-    serve::Watched,
     user_files::evaluation,
+    watched::Watched,
     words,
 };
 

@@ -30,8 +30,8 @@ use crate::{
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
     output::Output,
-    serve::PROGRAM,
     user_files::evaluation,
+    watched::PROGRAM,
 };
 use exports::Exports;
 

@@ -24,7 +24,7 @@ mod tests;
 
 use std::{
     io,
-    net::{SocketAddr, TcpListener},
+    net::TcpListener,
     sync::{Arc, Mutex, PoisonError},
     thread::{self, JoinHandle},
     time::Duration,
@@ -55,39 +55,38 @@ const STREAMS: usize = 16;
 const GRACE: Duration = Duration::from_millis(500);
 
 /// What a [`Server`] serves, and to whom.
-pub struct ServeSpec {
+pub(crate) struct ServeSpec {
     /// Accepts the connections to the page.
-    pub listener: TcpListener,
+    pub(crate) listener: TcpListener,
     /// Host names that a request may ask for, besides the addresses of this machine.
-    pub host_names: Vec<String>,
+    pub(crate) host_names: Vec<String>,
     /// What an answer that refuses another host name advises.
-    pub host_advice: &'static str,
+    pub(crate) host_advice: &'static str,
     /// The sources, in the order of the page.
-    pub sources: Vec<ServedSource>,
+    pub(crate) sources: Vec<ServedSource>,
     /// The data sheet and the reference that the results are compared with.
-    pub evaluation: Arc<Evaluation>,
+    pub(crate) evaluation: Arc<Evaluation>,
     /// The command line, as a user would repeat it.
-    pub asked: String,
+    pub(crate) asked: String,
     /// The program that reports name as their maker.
-    pub program: Program<'static>,
+    pub(crate) program: Program<'static>,
     /// Two-sided level of the confidence intervals, 0 < p < 1.
-    pub confidence: f64,
+    pub(crate) confidence: f64,
 }
 
 /// A source that the page shows.
 #[derive(Debug)]
-pub struct ServedSource {
+pub(crate) struct ServedSource {
     /// The published state of its session.
-    pub state: watch::Receiver<SourceState>,
+    pub(crate) state: watch::Receiver<SourceState>,
     /// What its measurement ends by: durations and precisions.
-    pub goals: Goals,
+    pub(crate) goals: Goals,
 }
 
 /// A running server. It serves until it is dropped, which waits half a second at most for slow
 /// readers and then for the end of its thread.
 #[derive(Debug)]
-pub struct Server {
-    address: SocketAddr,
+pub(crate) struct Server {
     ending: CancellationToken,
     thread: Option<JoinHandle<()>>,
 }
@@ -96,10 +95,8 @@ impl Server {
     /// Starts to serve, on a thread of its own.
     ///
     /// # Errors
-    /// When the listener cannot be made non-blocking or its address not be read, or when the thread
-    /// cannot be started.
-    pub fn start(spec: ServeSpec) -> io::Result<Self> {
-        let address = spec.listener.local_addr()?;
+    /// When the listener cannot be made non-blocking, or the thread cannot be started.
+    pub(crate) fn start(spec: ServeSpec) -> io::Result<Self> {
         spec.listener.set_nonblocking(true)?;
         let ending = CancellationToken::new();
         let token = ending.clone();
@@ -113,13 +110,7 @@ impl Server {
             }
         };
         let thread = Some(thread::Builder::new().name("vn100-serve".into()).spawn(run)?);
-        Ok(Self { address, ending, thread })
-    }
-
-    /// The address that the server listens at.
-    #[must_use]
-    pub const fn address(&self) -> SocketAddr {
-        self.address
+        Ok(Self { ending, thread })
     }
 }
 

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 use vn100_report::MetricsForm;
 use vn100_report::html::{live_icon, live_script, live_style};
 
-use crate::{
+use crate::serve::{
     app::App,
     drawing::Drawer,
     events::{EventPlace, PageEvents, ShownParts},

@@ -13,7 +13,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::app::App;
+use crate::serve::app::App;
 
 /// The address of this machine that a connection came to.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +63,7 @@ pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: N
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hosts::Hosts;
+    use crate::serve::hosts::Hosts;
 
     #[test]
     fn a_host_is_an_address_of_the_connection_or_a_name_of_the_machine() {

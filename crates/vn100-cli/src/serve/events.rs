@@ -19,7 +19,7 @@ use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use vn100_report::html::PagePart;
 
-use crate::drawing::PageState;
+use crate::serve::drawing::PageState;
 
 /// How far a reader has come: the run of the program, and the version of its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

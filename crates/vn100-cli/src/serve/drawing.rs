@@ -22,7 +22,7 @@ use vn100_report::{
     metrics_text, run_name, run_prefix,
 };
 
-use crate::{ReportSettings, ServedSource};
+use crate::serve::{ReportSettings, ServedSource};
 
 /// A drawn result is kept at least this long; at first for a third of the time since the start.
 const RESULT_LASTS: Duration = Duration::from_secs(10);

@@ -28,7 +28,7 @@ use tokio::{
 };
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
-use crate::{GRACE, guard::Local};
+use crate::serve::{GRACE, guard::Local};
 
 /// Connections at the same time; further ones are closed at once.
 const CONNECTIONS: usize = 128;

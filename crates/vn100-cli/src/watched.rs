@@ -11,9 +11,12 @@ use vn100_analysis::Settings;
 use vn100_pipeline::Session;
 use vn100_report::html::Program;
 use vn100_report::{Evaluation, goals::Goals};
-use vn100_serve::{ServeSpec, ServedSource, Server};
 
-use crate::{args::ServeArgs, asked::MeasureOptions};
+use crate::{
+    args::ServeArgs,
+    asked::MeasureOptions,
+    serve::{ServeSpec, ServedSource, Server},
+};
 
 /// What makes reports.
 pub(crate) const PROGRAM: Program<'static> =

@@ -10,7 +10,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 
-use crate::{
+use crate::serve::{
     drawing::{Drawer, PageState},
     hosts::Hosts,
 };

@@ -2,7 +2,7 @@
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
-    net::TcpStream,
+    net::{SocketAddr, TcpStream},
 };
 
 use vn100_analysis::{Settings, SourceFacts};
@@ -14,12 +14,20 @@ use super::*;
 /// No answer takes so long.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// A server, and where it is.
+struct Served {
+    _server: Server,
+    address: SocketAddr,
+}
+
 /// A server of one source, and what moves that on.
-fn served() -> (Server, watch::Sender<SourceState>) {
+fn served() -> (Served, watch::Sender<SourceState>) {
     let facts = SourceFacts { name: "imu".into(), ..SourceFacts::default() };
     let (sender, state) = watch::channel(SourceState::new(facts, &Settings::default()));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
     let server = Server::start(ServeSpec {
-        listener: TcpListener::bind("127.0.0.1:0").unwrap(),
+        listener,
         host_names: vec!["bench".into()],
         host_advice: ": name it",
         sources: vec![ServedSource { state, goals: Goals::default() }],
@@ -28,20 +36,20 @@ fn served() -> (Server, watch::Sender<SourceState>) {
         program: Program { name: "vn100 test", commit: None },
         confidence: 0.95,
     });
-    (server.unwrap(), sender)
+    (Served { _server: server.unwrap(), address }, sender)
 }
 
-fn request(server: &Server, method: &str, path: &str, host: &str) -> TcpStream {
-    let mut stream = TcpStream::connect(server.address()).unwrap();
+fn request(served: &Served, method: &str, path: &str, host: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(served.address).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
     stream
 }
 
 /// The status, the head in lower case, and the body.
-fn ask(server: &Server, method: &str, path: &str, host: &str) -> (u16, String, String) {
+fn ask(served: &Served, method: &str, path: &str, host: &str) -> (u16, String, String) {
     let mut answer = String::new();
-    request(server, method, path, host).read_to_string(&mut answer).unwrap();
+    request(served, method, path, host).read_to_string(&mut answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
     let status = head.split(' ').nth(1).unwrap().parse().unwrap();
     (status, head.to_lowercase(), body.to_owned())

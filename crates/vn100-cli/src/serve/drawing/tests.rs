@@ -15,7 +15,7 @@ use vn100_report::Asked;
 use vn100_report::html::Program;
 
 use super::*;
-use crate::events::{PageEvents, ShownParts};
+use crate::serve::events::{PageEvents, ShownParts};
 
 fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
     let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into(), detail_of: None });
