@@ -71,11 +71,6 @@ fn options() {
 }
 
 #[test]
-fn states() {
-    run("states");
-}
-
-#[test]
 fn requests() {
     run("requests");
 }

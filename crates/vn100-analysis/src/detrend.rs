@@ -9,5 +9,3 @@ pub enum Detrend {
     /// is statistically significant in the record.
     Temperature,
 }
-
-state_bytes::encoded!(Detrend = Detrend::Line, Detrend::Temperature);

@@ -1,7 +1,6 @@
 //! A result as text for people: a summary, or sections of everything that is known.
 
 mod noise;
-mod pool;
 mod statistics;
 mod summary;
 
@@ -19,7 +18,6 @@ use vn100_report::{
 };
 
 use crate::args::Section;
-pub(crate) use pool::write_pool;
 pub(crate) use summary::summary;
 use vn100_words::remedy_words;
 

@@ -1,14 +1,14 @@
 //! How files that an export or an archive wrote are recognised: no captures, although they end like
 //! some.
 
-use super::{archive, lot, tables};
+use super::{archive, tables};
 
 /// A bag of ROS 2 in the form of MCAP: magic bytes, then the record of the header, with its length.
 const MCAP: &[u8] = b"\x89MCAP0\r\n\x01";
 const LENGTH: usize = 8;
 
-/// Whether a file with these first bytes is an export: a table, the table of an archive or of a
-/// lot, or a bag made of a capture. A kilobyte of it is enough.
+/// Whether a file with these first bytes is an export: a table, the rows of an archive,
+/// or a bag made of a capture. A kilobyte of it is enough.
 #[must_use]
 pub fn is_export(beginning: &[u8]) -> bool {
     is_own_bag(beginning) || is_own_table(beginning)
@@ -32,7 +32,7 @@ fn is_own_table(beginning: &[u8]) -> bool {
     if header == tables::METADATA {
         return lines.next().is_some_and(|row| row.starts_with(tables::METADATA_ROW.as_bytes()));
     }
-    tables::HEADERS.contains(&header) || header == archive::HEADER.join(",") || header.starts_with(lot::FIRST_COLUMNS)
+    tables::HEADERS.contains(&header) || archive::is_first_line(header)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use vn100_capture::{Capture, Event};
 use vn100_report::{
     Completion, CsvTable, Document, KalibrError, KalibrYaml, Record, Ros2Messages,
     figure::{Figure, Figures},
-    json_line, lot_table, printable,
+    json_line, printable,
 };
 
 use super::{PROGRAM, print_written};
@@ -57,9 +57,6 @@ impl<'a> Exports<'a> {
                 }
             }
         }
-        if exports.forms.contains(&ExportForm::Lot) {
-            output.check(&output.beside(LOT), files)?;
-        }
         if args.export.contains(&ExportForm::Mcap) && files.iter().any(|file| file == Path::new("-")) {
             bail!("--export mcap reads the capture again: give a file instead of standard input");
         }
@@ -99,9 +96,6 @@ impl<'a> Exports<'a> {
                 check(self.write_one(*form, index, record, figures));
             }
         }
-        if self.forms.contains(&ExportForm::Lot) {
-            check(self.text(&self.output.beside(LOT), &lot_table(records)));
-        }
         if records.len() > 1 {
             for form in forms.filter(|form| form.is_figures()) {
                 check(self.write_figures(*form, |ending| self.output.beside(ending), together));
@@ -128,8 +122,6 @@ impl<'a> Exports<'a> {
                 Ok(())
             }
             ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
-            // one file of all captures
-            ExportForm::Lot => Ok(()),
             ExportForm::Mcap => {
                 let files = &self.args.files;
                 let input = self.inputs.get(index).context("no such capture")?;
@@ -186,7 +178,6 @@ const KALIBR: &str = ".imu.yaml";
 // folders, for there are many figures
 const SVG: &str = ".svg-figures";
 const PNG: &str = ".png-figures";
-const LOT: &str = ".lot.csv";
 const MCAP: &str = ".ros2.mcap";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
@@ -197,7 +188,6 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
         ExportForm::Svg => vec![SVG],
         ExportForm::Png => vec![PNG],
         ExportForm::Mcap => vec![MCAP],
-        ExportForm::Lot => Vec::new(),
     }
 }
 
