@@ -1,19 +1,17 @@
-//! Every capture below folders as one document.
+//! Every capture below folders as rows.
 
 use std::{
-    collections::BTreeSet,
     fs,
     io::Write,
     path::Path,
     process::{Command, Stdio},
-    time::SystemTime,
 };
 
 use serde_json::Value;
 
-use crate::support::{capture, document, replay, schema, vn100};
+use crate::support::{capture, replay, vn100};
 
-/// Five recordings of one sensor, one of them louder, a broken file and one that is no capture.
+/// Five recordings of one sensor, a broken file and one that is no capture.
 fn archive(folder: &Path) {
     fs::create_dir_all(folder.join("in/deep")).unwrap();
     for seed in ["1", "2", "3", "4", "5"] {
@@ -33,96 +31,95 @@ fn archive(folder: &Path) {
     fs::write(folder.join("in/notes.md"), "about them").unwrap();
 }
 
-fn run(folder: &Path, options: &[&str]) -> (Vec<u8>, i32, String) {
+fn run(folder: &Path, options: &[&str]) -> (String, i32, String) {
     let output =
         vn100().current_dir(folder).args(["archive", "in", "--rate", "40", "-q"]).args(options).output().unwrap();
-    (output.stdout, output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (text(output.stdout), output.status.code().unwrap(), text(output.stderr))
 }
 
+fn rows(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Channels of `VNIMU`.
+const CHANNELS: usize = 11;
+
 #[test]
-fn each_recording_is_a_row_and_each_sensor_a_pool() {
+fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
     let folder = tempfile::tempdir().unwrap();
     archive(folder.path());
-    let (bytes, exit, said) = run(folder.path(), &[]);
+    let (text, exit, said) = run(folder.path(), &[]);
     assert_eq!(exit, 3, "a file held nothing: {said}");
-    let found: Value = serde_json::from_slice(&bytes).unwrap();
-    let mut seen = BTreeSet::new();
-    assert_eq!(schema::errors(&found, &mut seen), Vec::<String>::new());
-    let names: Vec<&str> =
-        found["recordings"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(
-        names,
-        ["in/3.vnimu", "in/4.vnimu", "in/5.vnimu", "in/broken.vnymr", "in/deep/1.vnimu", "in/deep/2.vnimu"]
-    );
-    let error = found["recordings"][3]["error"].as_str().unwrap();
-    assert!(error.contains("is not a capture") && said.contains(error), "{error}");
     assert!(said.contains("vn100: in/broken.vnymr"), "the place of the file too: {said}");
-    let sensors = found["sensors"].as_array().unwrap();
-    assert_eq!((sensors.len(), &sensors[0]["serial"]), (1, &"0100012345".into()));
-    assert_eq!(sensors[0]["recordings"].as_array().unwrap().len(), 5);
-    let pools = sensors[0]["pools"].as_array().unwrap();
-    assert_eq!(pools.len(), 1);
-    let left_out = pools[0]["not_pooled"].as_array().unwrap();
-    let reason = |what: &str| left_out.iter().find(|left| left["what"] == what).map(|left| &left["reason"]);
-    assert!(reason("spectrum").is_some() && reason("recording").is_none(), "{left_out:?}");
-    // a row says what the replay of the file says
+    let rows = rows(&text);
+    let mut names: Vec<&str> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(names.len(), 5 * CHANNELS + 1);
+    names.dedup();
+    let files = ["in/3.vnimu", "in/4.vnimu", "in/5.vnimu", "in/broken.vnymr", "in/deep/1.vnimu", "in/deep/2.vnimu"];
+    assert_eq!(names, files);
+    let broken = rows.iter().find(|row| row["name"] == "in/broken.vnymr").unwrap();
+    assert!(broken["error"].as_str().unwrap().contains("is not a capture") && broken["channel"].is_null(), "{broken}");
     let (single, _) = replay(&folder.path().join("in/4.vnimu"), &["--rate", "40"]);
-    let white = &single["channels"][6]["noise"]["white"];
-    let row = &found["recordings"][1]["channels"][6];
-    let found_white = row["noise"].as_array().unwrap().iter().find(|row| row["parameter"] == "white").unwrap();
-    assert_eq!(
-        [&found_white["value"], &found_white["lower"], &found_white["status"]],
-        [&white["value"], &white["lower"], &white["status"]]
-    );
-    assert_eq!(
-        (&row["mean"], &row["std"]),
-        (&single["channels"][6]["statistics"]["mean"], &single["channels"][6]["statistics"]["std"])
-    );
-    let stated = |rows: &Value| -> Vec<[Value; 3]> {
-        let rows = rows.as_array().unwrap().iter();
-        rows.map(|row| ["parameter", "claim", "verdict"].map(|key| row[key].clone())).collect()
-    };
-    assert_eq!(stated(&row["verdicts"]), stated(&single["channels"][6]["verdict"]));
-    let (table, ..) = run(folder.path(), &["--csv"]);
-    let table = String::from_utf8(table).unwrap();
-    assert!(table.lines().next().unwrap().ends_with(",verdicts,warnings,error"), "{table}");
-    let gyro = table.lines().find(|line| line.starts_with("in/4.vnimu") && line.contains(",gyro_x,")).unwrap();
-    let cells: Vec<_> = gyro.split(',').collect();
-    let [.., verdicts, warnings, ""] = cells[..] else { panic!("{gyro}") };
+    for row in rows.iter().filter(|row| row["name"] == "in/4.vnimu") {
+        let channel = crate::support::channel(&single, row["channel"].as_str().unwrap());
+        assert_eq!((&row["serial"], &row["rows"]), (&"0100012345".into(), &CHANNELS.into()));
+        for key in ["mean", "std", "min", "max"] {
+            assert_eq!(row[key], channel["statistics"][key], "{key}");
+        }
+        for parameter in ["white", "bias_instability", "rate_random_walk"] {
+            let found = &channel["noise"][parameter];
+            let cells = ["status", "value", "lower", "upper"].map(|key| &found[key]);
+            let keys = ["_status", "", "_lower", "_upper"].map(|end| &row[&format!("{parameter}{end}")]);
+            assert_eq!(keys, cells, "{parameter}");
+        }
+    }
+    let gyro = rows.iter().find(|row| row["name"] == "in/4.vnimu" && row["channel"] == "gyro_x").unwrap();
+    let verdicts = gyro["verdicts"].as_str().unwrap();
     assert!(verdicts.contains("bias_instability limit ") && verdicts.contains("bias_instability typical "), "{gyro}");
-    let kinds: Vec<_> = warnings.split("; ").collect();
-    assert_eq!(kinds.len(), kinds.iter().collect::<BTreeSet<_>>().len(), "{gyro}");
-    assert_eq!(table.lines().count(), 1 + 5 * 11 + 1);
-    assert!(table.lines().all(|line| line.starts_with("name,") || line.starts_with("in/")), "{table}");
+    assert!(run(folder.path(), &["-o", "out.txt"]).2.contains("must end in .jsonl"));
 }
 
 #[test]
-fn unchanged_files_are_not_read_again_and_the_document_is_the_same() {
+fn an_archive_goes_on_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
     archive(folder.path());
-    let (first, ..) = run(folder.path(), &["--state", "kept"]);
-    assert_eq!(run(folder.path(), &[]).0, first);
-    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 6 + 1, "and the beginnings of all");
-    // another content of the same size and time: not read again
-    let path = folder.path().join("in/4.vnimu");
-    let (text, time) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
-    let set = |text: &[u8], time: SystemTime| {
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    for name in ["rows.jsonl", "rows.csv"] {
+        let output = ["-o", name];
+        assert_eq!(run(folder.path(), &output).1, 3);
+        let whole = read(name);
+        if name == "rows.jsonl" {
+            assert_eq!(whole, run(folder.path(), &[]).0, "as on standard output");
+        }
+        let (_, exit, said) = run(folder.path(), &output);
+        assert_eq!((exit, said.as_str(), read(name)), (0, "", whole.clone()), "nothing is read again");
+        // the power failed in the middle of a row, and of the rows of a file
+        for cut in [whole.len() - 7, whole.len() / 2] {
+            fs::write(folder.path().join(name), &whole.as_bytes()[..cut]).unwrap();
+            run(folder.path(), &output);
+            assert_eq!(read(name), whole, "cut at {cut}");
+        }
+        // one of them is another recording now, and stands behind the others
+        let path = folder.path().join("in/4.vnimu");
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, &text[..text.len() / 2]).unwrap();
+        assert_eq!(run(folder.path(), &output).1, 0);
+        let again = read(name);
+        assert_eq!(again.lines().count(), whole.lines().count());
+        assert!(again.lines().last().unwrap().contains("in/4.vnimu"), "{again}");
+        let kept = |text: &str| text.lines().filter(|row| !row.contains("in/4.vnimu")).collect::<String>();
+        assert_eq!(kept(&again), kept(&whole));
         fs::write(&path, text).unwrap();
-        fs::File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
-    };
-    set(&vec![b'x'; text.len()], time);
-    assert_eq!(run(folder.path(), &["--state", "kept"]).0, first);
-    // with another option, and at another time, it is
-    let error = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap()["recordings"][1]["error"].is_string();
-    assert!(error(&run(folder.path(), &["--state", "kept", "--skip", "1s"]).0));
-    set(&text, time);
-    assert!(!error(&run(folder.path(), &["--state", "kept"]).0));
-    // a damaged state is made anew
-    for entry in fs::read_dir(folder.path().join("kept")).unwrap() {
-        fs::write(entry.unwrap().path(), "damaged").unwrap();
+        // other options are another measurement
+        run(folder.path(), &["-o", name, "--skip", "1s"]);
+        assert!(!read(name).contains(again.lines().nth(1).unwrap()));
     }
-    assert_eq!(run(folder.path(), &["--state", "kept", "-o", "out.json"]).0, b"");
-    assert_eq!(fs::read(folder.path().join("out.json")).unwrap(), first);
+    let (_, exit, said) = run(folder.path(), &["-o", "in/notes.csv"]);
+    assert_eq!(exit, 3, "{said}");
+    fs::write(folder.path().join("mine.csv"), "a,b\n1,2\n").unwrap();
+    let (_, exit, said) = run(folder.path(), &["-o", "mine.csv"]);
+    assert!(exit == 1 && said.contains("line 1 of mine.csv is no row of an archive"), "{said}");
 }
 
 #[test]
@@ -130,68 +127,30 @@ fn what_lies_beside_a_capture_counts_as_part_of_it() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("in")).unwrap();
     let path = capture(&folder.path().join("in"), "a.bin", &["--duration", "20s"]);
-    let missing = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap()["recordings"][0]["missing"].clone();
-    let kept = || run(folder.path(), &["--state", "kept"]);
-    assert_eq!(missing(&kept().0), 0);
+    let missing = || {
+        run(folder.path(), &["-o", "rows.jsonl"]);
+        rows(&fs::read_to_string(folder.path().join("rows.jsonl")).unwrap())[0]["missing"].as_u64().unwrap()
+    };
+    assert_eq!(missing(), 0);
     // a second is missing, as the times beside it say
     let half = fs::metadata(&path).unwrap().len() / 2;
     let times = format!("t_ns,offset\n0,0\n9000000000,{half}\n20000000000,{}\n", half * 2);
     fs::write(folder.path().join("in/a.bin.timing"), times).unwrap();
-    assert_eq!(kept().0, run(folder.path(), &[]).0);
+    let with_times = missing();
+    assert_eq!(with_times, rows(&run(folder.path(), &[]).0)[0]["missing"]);
     fs::remove_file(folder.path().join("in/a.bin.timing")).unwrap();
-    assert_eq!(missing(&kept().0), 0);
-}
-
-#[test]
-fn states_that_cannot_be_kept_cost_the_exit_code_and_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
-    archive(folder.path());
-    fs::remove_file(folder.path().join("in/broken.vnymr")).unwrap();
-    let (first, exit, _) = run(folder.path(), &["--state", "kept"]);
-    assert_eq!(exit, 0);
-    // a folder where a file should be
-    for entry in fs::read_dir(folder.path().join("kept")).unwrap() {
-        let path = entry.unwrap().path();
-        fs::remove_file(&path).unwrap();
-        fs::create_dir(path).unwrap();
-    }
-    let (again, exit, said) = run(folder.path(), &["--state", "kept"]);
-    assert_eq!((again == first, exit), (true, 1));
-    assert_eq!(said.matches("cannot keep states in kept").count(), 1, "{said}");
-    let left = fs::read_dir(folder.path().join("kept")).unwrap();
-    assert!(left.map(|entry| entry.unwrap().path()).all(|path| path.is_dir()), "no part of a file is left");
-    fs::copy(folder.path().join("in/3.vnimu"), folder.path().join("in/3.csv")).unwrap();
-    for wrong in [["--state", "in/3.vnimu"], ["-o", "nowhere/out.json"], ["-o", "in/3.csv"]] {
-        assert_eq!(run(folder.path(), &wrong).1, 1, "{wrong:?}");
-    }
-}
-
-#[test]
-fn runs_that_share_their_states_do_not_disturb_each_other() {
-    let folder = tempfile::tempdir().unwrap();
-    archive(folder.path());
-    let start = || {
-        let mut command = vn100();
-        command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "--state", "kept"]);
-        command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap()
-    };
-    let runs = [start(), start(), start()];
-    let (expected, ..) = run(folder.path(), &[]);
-    for child in runs {
-        assert_eq!(child.wait_with_output().unwrap().stdout, expected);
-    }
-    assert_eq!(fs::read_dir(folder.path().join("kept")).unwrap().count(), 7);
+    assert_eq!(missing(), 0);
 }
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_recording_is_marked_and_read_again() {
+fn an_interrupted_archive_keeps_the_rows_it_has() {
     let folder = tempfile::tempdir().unwrap();
     archive(folder.path());
     let pipe = folder.path().join("in/endless.vnimu");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut command = vn100();
-    command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "--state", "kept"]);
+    command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "-o", "rows.jsonl"]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // it is opened once the pipe is read
     let mut writer = fs::File::options().write(true).open(&pipe).unwrap();
@@ -199,12 +158,13 @@ fn an_interrupted_recording_is_marked_and_read_again() {
     assert!(Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     drop(writer);
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let rows = found["recordings"].as_array().unwrap();
-    let row = rows.iter().find(|row| row["name"] == "in/endless.vnimu").unwrap();
-    assert!(row["error"].as_str().unwrap().contains("interrupted"), "{row}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("captures were not measured: the same command measures these alone"), "{said}");
+    let text = fs::read_to_string(folder.path().join("rows.jsonl")).unwrap();
+    assert!(!text.contains("endless"), "{text}");
     fs::remove_file(&pipe).unwrap();
-    assert_eq!(run(folder.path(), &["--state", "kept"]).0, run(folder.path(), &[]).0);
+    run(folder.path(), &["-o", "rows.jsonl"]);
+    assert_eq!(fs::read_to_string(folder.path().join("rows.jsonl")).unwrap(), run(folder.path(), &[]).0);
 }
 
 #[test]
@@ -212,7 +172,7 @@ fn exports_beside_the_captures_are_skipped_and_counted() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("in")).unwrap();
     capture(&folder.path().join("in"), "a.mcap", &["--message", "VNIMU", "--duration", "30s"]);
-    let forms = ["--export", "csv,json,lot", "--force", "-q"];
+    let forms = ["--export", "csv,json", "--force", "-q"];
     let report = vn100().current_dir(folder.path().join("in")).args(["report", "a.mcap"]).args(forms).output().unwrap();
     assert!(report.status.success(), "{report:?}");
     let table = ["-o", "in/all.csv"];
@@ -224,12 +184,4 @@ fn exports_beside_the_captures_are_skipped_and_counted() {
     let (_, exit, said) = run(folder.path(), &table);
     assert_eq!(exit, 0, "its own table of the run before is no capture: {said}");
     assert_eq!(fs::read_to_string(folder.path().join("in/all.csv")).unwrap(), first);
-    let (_, exit, said) = run(folder.path(), &["-o", "out.txt"]);
-    assert!(exit == 2 && said.contains("must end in .json") && !folder.path().join("out.txt").exists(), "{said}");
-}
-
-#[test]
-fn the_schema_of_archives_is_printed() {
-    let output = vn100().args(["schema", "archive"]).output().unwrap();
-    assert_eq!(document(&output)["title"], "vn100.archive/1");
 }

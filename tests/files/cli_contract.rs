@@ -61,7 +61,6 @@ fn a_wrong_command_line_is_usage() {
     // the usage is that of the command
     for arguments in [
         &["attach", "sim", "--resume"][..],
-        &["replay", "x", "--pool"],
         &["report", "x", "-o", "/dev/full"],
         &["sim", "-o", "x.bin", "--faults", "drop@1s"],
         &["archive", "-"],

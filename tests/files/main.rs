@@ -22,7 +22,6 @@ mod measure_options;
 mod numbers;
 mod packets;
 mod parts;
-mod pool;
 mod real_captures;
 mod replay_logs;
 mod report;

@@ -288,39 +288,26 @@ fn cells(line: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_lot_has_a_row_for_each_capture_in_the_units_of_data_sheets() {
+fn tables_have_a_row_for_each_verdict_warning_and_unit() {
     let folder = TempDir::new().unwrap();
     let a = simulated(&folder, "a.vnimu", &["--seed", "1", "--message", "VNIMU"]);
     let b = simulated(&folder, "b.vnymr", &["--seed", "2"]);
-    let (page, _) = report(&folder, &[&a, &b], &["--export", "lot,csv,json,svg", "--figures", "allan-gyro_y,spectrum"]);
-    let lot = fs::read_to_string(page.with_extension("lot.csv")).unwrap();
-    let rows: Vec<Vec<String>> = lot.lines().map(cells).collect();
-    assert!(rows.len() == 3 && rows.iter().all(|row| row.len() == rows[0].len()), "{lot}");
-    let cell = |row: usize, name: &str| rows[row][rows[0].iter().position(|found| found == name).unwrap()].as_str();
-    assert_eq!((cell(1, "capture"), cell(2, "capture")), ("a.vnimu", "b.vnymr"));
-    assert_eq!((cell(1, "message"), cell(2, "gyro_x B status")), ("VNIMU", "not-measurable"));
+    let (page, _) = report(&folder, &[&a, &b], &["--export", "csv,json,svg", "--figures", "allan-gyro_y,spectrum"]);
     let json = fs::read_to_string(page.with_file_name("report-1.json")).unwrap();
     let document: Value = serde_json::from_str(&json).unwrap();
     let gyro = document["channels"].as_array().unwrap().iter().find(|channel| channel["name"] == "gyro_y").unwrap();
     let density = gyro["noise"]["white"]["value"].as_f64().unwrap();
-    let in_lot: f64 = cell(1, "gyro_y N [deg/sqrt(h)]").parse().unwrap();
-    assert!((in_lot / (density.to_degrees() * 60.0) - 1.0).abs() < 1e-12, "{in_lot}, {density}");
     let verdicts = fs::read_to_string(page.with_file_name("report-1.verdicts.csv")).unwrap();
     let rows: Vec<Vec<String>> = verdicts.lines().map(cells).collect();
     assert!(rows.len() > 6 && rows.iter().all(|row| row.len() == rows[0].len()), "{verdicts}");
-    let judged: Vec<&str> = rows[1..].iter().map(|row| row[2].as_str()).collect();
-    assert!(judged.contains(&cell(1, "verdict")), "{judged:?}");
     let warnings = fs::read_to_string(page.with_file_name("report-1.warnings.csv")).unwrap();
-    let mut kinds: Vec<String> =
-        warnings.lines().skip(1).map(|line| format!("{1}:{0}", cells(line)[0], cells(line)[1])).collect();
-    let all = kinds.len();
-    kinds.dedup();
-    assert!(kinds.len() < all, "no kind of several warnings: {kinds:?}");
-    assert_eq!(kinds.join(" "), cell(1, "warnings"), "each kind once");
+    let told = document["warnings"].as_array().unwrap().len();
+    assert_eq!(warnings.lines().count(), 1 + told, "{warnings}");
     let units = fs::read_to_string(page.with_file_name("report-1.parameters.csv")).unwrap();
     let of_gyro = units.lines().map(cells).filter(|row| row[0] == "gyro_y" && row[1] == "white");
     let named: Vec<(String, f64)> = of_gyro.map(|row| (row[6].clone(), row[3].parse().unwrap())).collect();
-    assert!(named.len() == 6 && named.contains(&("deg/sqrt(h)".into(), in_lot)), "{named:?}");
+    let in_sheets = named.iter().find(|(unit, _)| unit == "deg/sqrt(h)").unwrap().1;
+    assert!(named.len() == 6 && (in_sheets / (density.to_degrees() * 60.0) - 1.0).abs() < 1e-12, "{named:?}");
     let figures = |name: &str| {
         let files = fs::read_dir(page.with_file_name(name)).unwrap();
         let mut names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();

@@ -74,11 +74,6 @@ fn options() {
 }
 
 #[test]
-fn states() {
-    run("states");
-}
-
-#[test]
 fn requests() {
     run("requests");
 }

@@ -13,7 +13,6 @@ mod packets;
 mod requests;
 mod seeds;
 mod session;
-mod states;
 
 /// One thing that is fuzzed.
 pub(crate) struct Target {
@@ -23,7 +22,7 @@ pub(crate) struct Target {
 }
 
 #[rustfmt::skip]
-pub(crate) const TARGETS: [Target; 10] = [
+pub(crate) const TARGETS: [Target; 9] = [
     Target { name: "framer", check: framer::check, seeds: seeds::streams },
     Target { name: "messages", check: messages::check, seeds: seeds::bodies },
     Target { name: "packets", check: packets::check, seeds: seeds::packets },
@@ -32,6 +31,5 @@ pub(crate) const TARGETS: [Target; 10] = [
     Target { name: "bags", check: captures::check, seeds: seeds::bags },
     Target { name: "timing", check: captures::check_with_sidecar, seeds: seeds::sidecars },
     Target { name: "options", check: options::check, seeds: seeds::options },
-    Target { name: "states", check: states::check, seeds: states::seeds },
     Target { name: "requests", check: requests::check, seeds: requests::seeds },
 ];

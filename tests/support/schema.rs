@@ -46,7 +46,6 @@ pub(crate) fn check(document: &Value) {
 pub(crate) fn errors(document: &Value, seen: &mut BTreeSet<String>) -> Vec<String> {
     let schema = match document["schema"].as_str() {
         Some("vn100.progress/1") => progress(),
-        Some("vn100.archive/1") => serde_json::from_str(vn100_report::ARCHIVE_SCHEMA).unwrap(),
         _ => analysis(),
     };
     let mut errors = Vec::new();

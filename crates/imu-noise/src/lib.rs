@@ -48,21 +48,20 @@
 //! Each accumulator holds one channel, and knows no sensor, no clock and no sampling interval: the
 //! averaging time is m times the interval that the user of the result knows.
 //!
-//! # Pieces of a record
+//! # Divisions of a record
 //!
-//! [`ChannelAccumulator`] and [`ChannelSignal`] also take a record in pieces, each begun at its
-//! absolute index (`starting_at`) and appended to the piece before (`append`). The result is the
-//! same, bit by bit, in whatever order neighbours are appended. That rests on these properties:
+//! The result is the same, bit by bit, for any division of a record over calls. That rests on these
+//! properties:
 //!
 //! - Windows of octaves, blocks, windows for disturbances and segments of the spectrum lie on the
-//!   grid of absolute indices. A piece keeps the incomplete ones at both of its ends.
+//!   grid of absolute indices.
 //! - What is kept are sums of integers. A window of an octave that lacks samples, a block of the
 //!   slope that does, and the power of a segment at each frequency are rounded once, by the samples
 //!   of that window alone: to 2^-16 counts², a whole count times half a sample, and 2^-12 counts².
-//! - Where the record outgrows its room, blocks of twice the length replace pairs of them, and
-//!   segments are taken twice as far apart, by the number of samples before: where and when does
-//!   not depend on the pieces. Of the high numbers among windows those of the 16 highest cells are
-//!   kept, whose order is that of their size, then of time.
+//! - If the record outgrows its room, blocks of twice the length replace pairs of them, and
+//!   segments are taken twice as far apart, by the number of samples before. Of the high numbers
+//!   among windows those of the 16 highest cells are kept, whose order is that of their size, then
+//!   of time.
 //!
 //! Exact for any length of the record are the octaves (`None` beyond 128 bits), moments and
 //! histogram; all other sums are exact up to 2^32 samples of full scale. The transforms of the
@@ -90,10 +89,8 @@ pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::channel::ChannelAccumulator;
 pub use accumulate::counts::counts_to_unit;
 pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
-pub use accumulate::layout_of_sums;
 pub use accumulate::moments::Moments;
 pub use accumulate::octaves::{OctaveSum, Octaves};
-pub use accumulate::piece::PieceNotAppended;
 pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
 pub use accumulate::signal::ChannelSignal;
 pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};

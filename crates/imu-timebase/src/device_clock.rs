@@ -9,7 +9,6 @@ use super::envelope::Envelope;
 use super::gap_event::{GapEvent, NominalRate, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
 use super::rate_estimates::RUN;
-use super::sample_counter::CounterSummary;
 use doubtful_run::{DoubtfulRun, Stamped};
 use ticks::period_ns;
 
@@ -149,11 +148,6 @@ impl DeviceClock {
         self.after_outage = whole_periods(interval_ns, period_ns).is_some()
             && difference <= LATEST_ARRIVAL + interval.mul_f64(CLOCK_DIFFERENCE);
         if self.after_outage { ClockAfterOutage::RunsOn } else { ClockAfterOutage::Unknown }
-    }
-
-    pub(super) fn counter(&self) -> Option<CounterSummary> {
-        let (first, last) = (self.first_ns, self.last_ns);
-        (self.samples > 0).then_some(CounterSummary { first, last, step: self.period_ns, is_device_time: true })
     }
 
     /// What the arrival times show of the clock of the sensor; `None` without arrival times.

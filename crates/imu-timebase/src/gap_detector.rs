@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::arrival_times::ArrivalTimes;
 use super::device_clock::{ClockAfterOutage, DeviceClock};
 use super::gap_event::{GapEvent, TimebaseSummary};
-use super::sample_counter::{CounterSummary, SampleCounter};
+use super::sample_counter::SampleCounter;
 
 /// Finds the gaps of one stream, sample by sample, in bounded memory and without a clock of its
 /// own.
@@ -143,15 +143,6 @@ impl GapDetector {
         }
         if let Some(counter) = &mut self.counter {
             counter.finish();
-        }
-    }
-
-    /// The counters or device times so far; `None` if the first sample had neither.
-    #[must_use]
-    pub fn counter(&self) -> Option<CounterSummary> {
-        match &self.device_clock {
-            Some(clock) => clock.counter(),
-            None => self.counter.as_ref()?.summary(),
         }
     }
 

@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use state_bytes::{BadEncoding, ByteReader, Encoded};
-
 use super::interval_statistics::Arrivals;
 
 /// The next decided event of a stream. When the detector is polled has no effect but on how the
@@ -159,58 +157,3 @@ impl TimebaseSummary {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
     }
 }
-
-impl Encoded for NominalRate {
-    fn encode(&self, out: &mut Vec<u8>) {
-        let (kind, hz) = match *self {
-            Self::Known(hz) => (0, hz),
-            Self::Snapped(hz) => (1, hz),
-            Self::Measured(hz) => (2, hz),
-        };
-        out.push(kind);
-        hz.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let of = match u8::decode(input)? {
-            0 => Self::Known,
-            1 => Self::Snapped,
-            2 => Self::Measured,
-            _ => return Err(BadEncoding::Contradictory),
-        };
-        Ok(of(f64::decode(input)?))
-    }
-}
-
-impl Encoded for Refusal {
-    fn encode(&self, out: &mut Vec<u8>) {
-        match *self {
-            Self::Backwards { times, samples } => (0_u8, times, samples).encode(out),
-            Self::TooFast { measured_hz, fastest_hz } => (1_u8, measured_hz, fastest_hz).encode(out),
-            Self::OtherRate { known_hz, measured_hz } => (2_u8, known_hz, measured_hz).encode(out),
-            Self::NoTimePasses { samples } => (3_u8, samples).encode(out),
-        }
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        Ok(match u8::decode(input)? {
-            0 => Self::Backwards { times: Encoded::decode(input)?, samples: Encoded::decode(input)? },
-            1 => Self::TooFast { measured_hz: Encoded::decode(input)?, fastest_hz: Encoded::decode(input)? },
-            2 => Self::OtherRate { known_hz: Encoded::decode(input)?, measured_hz: Encoded::decode(input)? },
-            3 => Self::NoTimePasses { samples: Encoded::decode(input)? },
-            _ => return Err(BadEncoding::Contradictory),
-        })
-    }
-}
-
-state_bytes::encoded!(TimebaseSummary {
-    samples,
-    backwards,
-    nominal,
-    measured_hz,
-    offset_ppm,
-    refusal,
-    missing,
-    gaps,
-    arrivals,
-});

@@ -94,5 +94,3 @@ impl IntervalStatistics {
         self.max_us = self.max_us.max(interval_us);
     }
 }
-
-state_bytes::encoded!(Arrivals { p50_us, p99_us, max_us, share_together, samples_together });

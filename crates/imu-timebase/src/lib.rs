@@ -72,5 +72,4 @@ pub use device_clock::ClockAfterOutage;
 pub use gap_detector::GapDetector;
 pub use gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
 pub use interval_statistics::Arrivals;
-pub use sample_counter::{CounterSummary, OtherCounter};
 pub use stall::{LATEST_ARRIVAL, StallDetector};

@@ -2,10 +2,6 @@
 
 use std::collections::VecDeque;
 
-use state_bytes::{BadEncoding, ByteReader, Encoded, encode_hash};
-
-use thiserror::Error;
-
 use super::gap_event::GapEvent;
 use super::rate_estimates::RUN;
 
@@ -69,11 +65,6 @@ impl SampleCounter {
         self.has_ended = true;
     }
 
-    pub(super) fn summary(&self) -> Option<CounterSummary> {
-        let (first, last) = self.first.zip(self.last)?;
-        Some(CounterSummary { first, last, step: self.step, is_device_time: false })
-    }
-
     fn learn_step(&mut self) {
         if self.pending.is_empty() {
             return;
@@ -112,60 +103,6 @@ impl SampleCounter {
     }
 }
 
-/// The counters of the samples of a stream so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CounterSummary {
-    /// Counter of the first sample.
-    pub first: u64,
-    /// Counter of the last sample.
-    pub last: u64,
-    /// The step of the counter from sample to sample, 0 for a counter that is ignored; `None` while
-    /// the step is not known, at least until the second sample.
-    pub step: Option<f64>,
-    /// Whether the counter is the device time in nanoseconds.
-    pub is_device_time: bool,
-}
-
-/// The counter of a piece does not continue that of the piece before.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error(
-    "the counter rises by {next_step} per sample, previously by {step}: cut longer pieces, and start each with its place"
-)]
-pub struct OtherCounter {
-    /// Step of the counter in the piece before.
-    pub step: f64,
-    /// Step of the counter in the next piece.
-    pub next_step: f64,
-}
-
-impl CounterSummary {
-    /// The summary over this piece of a stream and the next, whose first sample is `distance`
-    /// places, at least 1, after the last sample of this one.
-    ///
-    /// # Errors
-    /// [`OtherCounter`] where the counters rise by different steps, or the difference between the
-    /// pieces does not match the number of places.
-    pub fn append(&self, next: &Self, distance: u64) -> Result<Self, OtherCounter> {
-        let increment = match self.is_device_time {
-            // device times in nanoseconds do not wrap
-            true => next.first.checked_sub(self.last).map_or(Increment::Back, Increment::By),
-            false => increment(self.last, next.first),
-        };
-        let between = match increment {
-            Increment::By(events) => events as f64 / distance as f64,
-            Increment::Back => -1.0,
-        };
-        let step = self.step.or(next.step).unwrap_or_else(|| between.max(0.0));
-        let is_other = |next_step: f64, places: f64| (next_step - step).abs() * places > TOLERANCE * step;
-        let places = if step > 0.0 { distance as f64 } else { 0.0 };
-        let next_step = next.step.filter(|next_step| is_other(*next_step, 1.0));
-        match next_step.or_else(|| is_other(between, places).then_some(between)) {
-            Some(next_step) => Err(OtherCounter { step, next_step }),
-            None => Ok(Self { last: next.last, step: Some(step), ..*self }),
-        }
-    }
-}
-
 fn increment(last: u64, count: u64) -> Increment {
     const WRAP: u64 = 1 << 32;
     match count.checked_sub(last) {
@@ -189,24 +126,6 @@ fn step(increments: &[Increment]) -> f64 {
     };
     let single: Vec<_> = events.filter(|&events| events <= 1.5 * least).collect();
     single.iter().sum::<f64>() / single.len() as f64
-}
-
-impl Encoded for CounterSummary {
-    fn encode(&self, out: &mut Vec<u8>) {
-        encode_hash(self.first, out);
-        encode_hash(self.last, out);
-        self.step.encode(out);
-        self.is_device_time.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        Ok(Self {
-            first: input.hash()?,
-            last: input.hash()?,
-            step: Encoded::decode(input)?,
-            is_device_time: Encoded::decode(input)?,
-        })
-    }
 }
 
 #[cfg(test)]
@@ -306,32 +225,5 @@ mod tests {
             }
             prop_assert_eq!(events(counts), expected);
         }
-    }
-
-    #[test]
-    fn a_counter_continues_if_it_rises_by_as_many_as_there_are_places() {
-        let piece = |counts: &[u64]| {
-            let mut counter = SampleCounter::default();
-            counts.iter().for_each(|count| counter.push(*count));
-            counter.finish();
-            counter.summary().unwrap()
-        };
-        let joined = |before: &[u64], next: &[u64], distance| {
-            piece(before).append(&piece(next), distance).map(|joined| (joined.first, joined.last, joined.step))
-        };
-        let other = |step, next_step| Err(OtherCounter { step, next_step });
-        assert_eq!(SampleCounter::default().summary(), None);
-        assert_eq!(joined(&[5, 25], &[45, 65], 1), Ok((5, 65, Some(20.0))));
-        assert_eq!(joined(&[5], &[65], 3), Ok((5, 65, Some(20.0))), "neither knows the step");
-        assert_eq!(joined(&[5, 25], &[85], 3), Ok((5, 85, Some(20.0))));
-        assert_eq!(joined(&[5], &[85, 105], 4), Ok((5, 105, Some(20.0))));
-        assert_eq!(joined(&[(1 << 32) - 10], &[10], 1), Ok(((1 << 32) - 10, 10, Some(20.0))), "it wraps");
-        assert_eq!(joined(&[5, 25], &[86], 2), other(20.0, 30.5), "one sample more is missing");
-        assert_eq!(joined(&[5, 25], &[45, 95], 1), other(20.0, 50.0), "no two of a piece follow each other");
-        assert_eq!(joined(&[5, 25], &[3], 1), other(20.0, -1.0), "it starts anew");
-        assert_eq!(joined(&[5, 5], &[5], 1), Ok((5, 5, Some(0.0))), "it counts something slower");
-        assert_eq!(joined(&[5], &[5], 1), Ok((5, 5, Some(0.0))));
-        assert_eq!(joined(&[5, 25], &[25], 1), other(20.0, 0.0));
-        assert_eq!(joined(&[5, 5], &[45, 65], 2), other(0.0, 20.0));
     }
 }

@@ -3,7 +3,6 @@
 use std::{fmt, str::FromStr};
 
 use imu_noise::{Deviation, RecordShape};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use thiserror::Error;
 
 /// The averaging times at which the deviation is given. The noise model is fitted to the octaves in
@@ -143,24 +142,6 @@ impl fmt::Display for AveragingTimes {
     }
 }
 
-impl Encoded for AveragingTimes {
-    fn encode(&self, out: &mut Vec<u8>) {
-        let (kind, list) = match self {
-            Self::Octave => (0, Vec::new()),
-            Self::Decade => (1, Vec::new()),
-            Self::List(list) => (2, list.clone()),
-        };
-        out.push(kind);
-        list.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let (kind, list) = (u8::decode(input)?, Vec::<f64>::decode(input)?);
-        check((kind == 2 || list.is_empty()) && list.iter().all(|tau_s| *tau_s > 0.0))?;
-        [Self::Octave, Self::Decade, Self::List(list)].into_iter().nth(kind.into()).ok_or(BadEncoding::Contradictory)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use imu_noise::Estimator;
@@ -198,22 +179,6 @@ mod tests {
             "the averaging time of 0.01 s is no multiple of the sample interval of 0.025 s; the nearest: 0.025 s",
         ];
         assert_eq!(missing, expected);
-    }
-
-    #[test]
-    fn encoded_times_are_the_same_and_above_zero() {
-        let decoded = |times: &AveragingTimes| {
-            let mut bytes = Vec::new();
-            times.encode(&mut bytes);
-            AveragingTimes::decode(&mut ByteReader::new(&bytes)).ok()
-        };
-        let list = AveragingTimes::List(vec![0.5, 10.0]);
-        for times in [AveragingTimes::Octave, AveragingTimes::Decade, list] {
-            assert_eq!(decoded(&times), Some(times));
-        }
-        for tau_s in [0.0, -1.0, f64::NAN] {
-            assert_eq!(decoded(&AveragingTimes::List(vec![0.5, tau_s])), None, "{tau_s} s");
-        }
     }
 
     #[test]

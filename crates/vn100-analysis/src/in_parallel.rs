@@ -12,7 +12,7 @@ use std::{
 ///
 /// # Panics
 /// With the panic of `work`, once all other items are done.
-pub fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+pub(crate) fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     // no more threads than items
     let most = items.size_hint().1.unwrap_or(usize::MAX).saturating_sub(1);
     let queue = Mutex::new(items.enumerate());

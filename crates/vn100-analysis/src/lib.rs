@@ -24,14 +24,12 @@ mod goal_check;
 mod in_parallel;
 mod noise_figure;
 mod plan;
-mod pool;
 mod remedy;
 mod selftest;
 mod sensor;
 mod settings;
 mod snapshot;
 mod source_facts;
-mod state;
 mod want;
 mod warning;
 
@@ -39,7 +37,6 @@ pub use accumulate::{
     analysis::Analysis,
     fingerprint::{Fingerprint, SharedRows},
     magnitude::Magnitude,
-    piece::{NotAppended, PieceStart},
     recent::{Recent, Slot},
     temperature_record::TemperatureRecord,
 };
@@ -59,10 +56,8 @@ pub use datasheet::{
 };
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
-pub use in_parallel::in_parallel;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
-pub use pool::{NotPooled, Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, Unpooled};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
@@ -75,6 +70,5 @@ pub use source_facts::{
     EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
     SourceFacts,
 };
-pub use state::{RecordedPieces, State, StateError};
 pub use want::{Known, Want, WantError};
 pub use warning::{Severity, Warning, WarningKind};

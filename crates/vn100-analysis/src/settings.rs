@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, goal::Goal};
 
@@ -63,41 +62,5 @@ impl Default for Settings {
             recent: false,
             watch_every: Duration::from_millis(100),
         }
-    }
-}
-
-impl Settings {
-    /// The settings on which the sums of a finished record depend: without goals, and without what
-    /// is kept for screens.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let Self { rate_hz, estimator, deviation, averaging_times, skip, duration, quantization, window, .. } = self;
-        rate_hz.encode(out);
-        estimator.encode(out);
-        deviation.encode(out);
-        averaging_times.encode(out);
-        skip.encode(out);
-        duration.encode(out);
-        quantization.encode(out);
-        window.encode(out);
-        self.compensated.encode(out);
-        self.confidence.encode(out);
-    }
-
-    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let settings = Self {
-            rate_hz: Encoded::decode(input)?,
-            estimator: Encoded::decode(input)?,
-            deviation: Encoded::decode(input)?,
-            averaging_times: Encoded::decode(input)?,
-            skip: Encoded::decode(input)?,
-            duration: Encoded::decode(input)?,
-            quantization: Encoded::decode(input)?,
-            window: Encoded::decode(input)?,
-            compensated: Encoded::decode(input)?,
-            confidence: Encoded::decode(input)?,
-            ..Self::default()
-        };
-        check(settings.rate_hz.is_none_or(|hz| hz > 0.0) && settings.confidence > 0.0 && settings.confidence < 1.0)?;
-        Ok(settings)
     }
 }

@@ -394,22 +394,3 @@ pub struct RegisterChannel {
     /// The statistics of the channel; it has no deviation.
     pub results: ChannelSnapshot,
 }
-
-state_bytes::encoded!(PlaceMark { at_s, text });
-state_bytes::encoded!(Outages { times, down_ns, since_ns, closed_ns });
-state_bytes::encoded!(RateChange { after_samples, from_hz, to_hz });
-state_bytes::encoded!(FalseReport { reported_hz, arrival_hz });
-state_bytes::encoded!(FalseRate { samples, arrival_hz, device_hz });
-state_bytes::encoded!(
-    MissingFrom = MissingFrom::DeviceTime,
-    MissingFrom::Counter,
-    MissingFrom::Arrival,
-    MissingFrom::RejectedRows
-);
-state_bytes::encoded!(
-    RateFrom = RateFrom::Option,
-    RateFrom::DeviceTime,
-    RateFrom::Device,
-    RateFrom::Arrival,
-    RateFrom::Assumed
-);

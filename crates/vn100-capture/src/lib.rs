@@ -32,6 +32,7 @@ mod captures_below;
 mod counted_reader;
 mod csv;
 mod detect_format;
+mod file_stamp;
 mod mcap_records;
 mod read_samples;
 mod recording;
@@ -46,6 +47,7 @@ pub use capture_options::CaptureOptions;
 pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
+pub use file_stamp::file_stamp;
 pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,

@@ -67,9 +67,6 @@ impl Args {
                 .or_else(|| result.refused(sources.len()))
                 .or_else(|| serve.refused(sources.iter().map(ToString::to_string))),
             Subcommand::Record(RecordArgs { change, .. }) => change.not_measured(),
-            Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
-                Some("--pool needs two recordings or more; intervals need three".into())
-            }
             Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
                 Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
             }
@@ -356,8 +353,8 @@ pub(crate) struct SelftestArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SchemaArgs {
-    /// The document: analysis, of `vn100 attach` and `vn100 replay`; archive, of `vn100 archive`;
-    /// progress, of --ndjson=thin and of heartbeats
+    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin and of
+    /// heartbeats
     #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
     pub(crate) document: DescribedDocument,
 }
@@ -367,8 +364,6 @@ pub(crate) struct SchemaArgs {
 pub(crate) enum DescribedDocument {
     /// The result of a measurement, vn100.analysis/1
     Analysis,
-    /// The recordings of an archive, vn100.archive/1
-    Archive,
     /// The lines of a measurement under way, vn100.progress/1
     Progress,
 }

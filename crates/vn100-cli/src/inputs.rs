@@ -5,7 +5,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serde::{Deserialize, Serialize};
 use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts, missing_parts};
 
 use crate::{args::FileArgs, exit::report};
@@ -26,50 +25,25 @@ impl FileStream {
     }
 }
 
-/// What the beginning of a file says: which part of a recording it is, and its streams. Standard
-/// input, which cannot be read twice, counts as one stream.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Head {
-    part: Option<(String, u32)>,
-    topics: Vec<Option<String>>,
-}
-
-impl Head {
-    pub(crate) fn read(path: &Path, args: &FileArgs) -> Self {
-        if path == Path::new("-") {
-            return Self { part: None, topics: vec![args.topic.clone()] };
-        }
-        let part = (!args.separate).then(|| RecordingPart::of(path)).flatten();
-        Self {
-            part: part.map(|part| (part.id, part.number)),
-            topics: Capture::streams(path, &capture_options(args, Vec::new())),
-        }
-    }
-}
-
-fn capture_options(args: &FileArgs, later_parts: Vec<PathBuf>) -> CaptureOptions {
+/// What the user says of the content of the files.
+pub(crate) fn capture_options(args: &FileArgs, later_parts: Vec<PathBuf>) -> CaptureOptions {
     CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone(), later_parts }
 }
 
 /// The streams of the files, in their order; parts of one recording stand where the first of them
 /// is named.
 pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
-    let heads = args.files.iter().map(|path| (&**path, Head::read(path, args))).collect();
-    inputs_of(args, &heads)
-}
-
-/// The same where the beginnings of all files are known.
-pub(crate) fn inputs_of(args: &FileArgs, heads: &BTreeMap<&Path, Head>) -> Vec<FileStream> {
-    let part = |path: &PathBuf| {
-        let (id, number) = heads.get(&**path)?.part.clone()?;
-        Some(RecordingPart { id, number, resumed: false })
-    };
+    let part = |path: &PathBuf| (!args.separate && !is_stdin(path)).then(|| RecordingPart::of(path)).flatten();
     let mut inputs = Vec::new();
     for parts in joined_parts(args.files.iter().map(|path| (path.clone(), part(path)))) {
         report_missing(&parts);
         let mut files: Vec<PathBuf> = parts.into_values().collect();
         let path = files.remove(0);
-        let topics = heads.get(&*path).map_or_else(Vec::new, |head| head.topics.clone());
+        // standard input, which cannot be read twice, counts as one stream
+        let topics = match is_stdin(&path) {
+            true => vec![args.topic.clone()],
+            false => Capture::streams(&path, &capture_options(args, Vec::new())),
+        };
         let options = capture_options(args, files);
         let is_one_of_several = topics.len() > 1;
         inputs.extend(topics.into_iter().map(|topic| FileStream {
@@ -79,6 +53,10 @@ pub(crate) fn inputs_of(args: &FileArgs, heads: &BTreeMap<&Path, Head>) -> Vec<F
         }));
     }
     inputs
+}
+
+fn is_stdin(path: &Path) -> bool {
+    path == Path::new("-")
 }
 
 /// Reports the parts of a recording that are not there; of a part alone it is known which it is.

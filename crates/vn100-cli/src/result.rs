@@ -7,14 +7,12 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use imu_noise::{Deviation, Estimator};
 use indicatif::HumanBytes;
-use serde::Serialize;
 use tokio::task::{self, JoinHandle};
-use vn100_analysis::{Goal, Pool};
+use vn100_analysis::Goal;
 use vn100_capture::RecordingState;
 use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
-use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, PoolDocument, ProgressDocument};
+use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, ProgressDocument};
 
 use vn100_report::words::{self, remedy_words};
 
@@ -129,17 +127,9 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
     measured.note_failed_recording(text);
 }
 
-/// What an array of documents holds.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum AnyDocument {
-    Source(Box<Document>),
-    Pool(PoolDocument),
-}
-
 pub(crate) struct ResultWriter {
     format: OutputFormat,
-    documents: Vec<AnyDocument>,
+    documents: Vec<Document>,
     completion: Completion,
     /// A result was written.
     is_begun: bool,
@@ -177,7 +167,7 @@ impl ResultWriter {
         match &self.format {
             OutputFormat::Json => {
                 let document = Document::new(measured, true, remedy_words);
-                self.documents.push(AnyDocument::Source(Box::new(document)));
+                self.documents.push(document);
             }
             OutputFormat::Summary(color) if has_text => {
                 let separator = if self.is_begun { "\n" } else { "" };
@@ -188,27 +178,6 @@ impl ResultWriter {
             OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
         }
         self.is_begun = true;
-        Ok(())
-    }
-
-    /// Writes what the recordings say together; one that does not belong to the others fails the
-    /// command.
-    pub(crate) fn write_pool(&mut self, pool: &Pool, measured_by: (Deviation, Estimator)) -> Result<()> {
-        for part in &pool.parts {
-            if let Some(reason) = &part.refused {
-                report(&format!("{} is excluded from the pool: {reason}", part.name));
-            }
-        }
-        if !pool.is_whole() {
-            self.completion = self.completion.max(Completion::Failed);
-        }
-        let document = || PoolDocument::new(pool, measured_by);
-        match self.format {
-            OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
-            OutputFormat::Ndjson(_) => print_json_line(&document())?,
-            OutputFormat::Samples => {}
-            OutputFormat::Summary(_) | OutputFormat::Head => print(&text::text(|out| text::write_pool(out, pool)))?,
-        }
         Ok(())
     }
 

@@ -1,6 +1,5 @@
 //! A result as text for people: a summary, or the head of a recording.
 
-mod pool;
 mod summary;
 
 use std::fmt::{self, Write};
@@ -16,18 +15,11 @@ use vn100_report::{
     printable,
 };
 
-pub(crate) use pool::write_pool;
 pub(crate) use summary::summary;
 use vn100_report::words::remedy_words;
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;
-
-/// Of the column that names the rows of a table with an axis in each of the others.
-const LABEL: usize = 24;
-
-/// Of the column of an axis.
-const COLUMN: usize = 17;
 
 /// What `write` puts into a text.
 pub(crate) fn text(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
@@ -48,15 +40,6 @@ pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
     let ParameterNames { name, short, symbol, .. } = parameter_names(sensor, term);
     let short = if short.is_empty() { String::new() } else { format!(" ({short})") };
     format!("{name}{short} {symbol}")
-}
-
-/// A row of a table with an axis in each column.
-fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
-    let mut line = format!("{label:<LABEL$}");
-    for value in cells {
-        write!(line, " {:>COLUMN$}", cell(value))?;
-    }
-    writeln!(out, "{}", line.trim_end())
 }
 
 /// The source, and its warnings. Ends with a line feed.

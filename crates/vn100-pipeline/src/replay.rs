@@ -96,6 +96,20 @@ impl ReplaySpec {
         }
     }
 
+    /// A number, in hexadecimal digits, of this program's version, the options with which a file is
+    /// measured, and what it is `judged_by`: rows of an archive with another number are not comparable.
+    #[must_use]
+    pub fn options_digest(&self, judged_by: &str) -> String {
+        let Self { settings, read, capture, .. } = self;
+        let version = env!("CARGO_PKG_VERSION");
+        let text = format!("{version} {settings:?} {read:?} {:?} {:?} {judged_by}", capture.columns, capture.topic);
+        // FNV-1a
+        let number = text
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        format!("{number:016x}")
+    }
+
     async fn open(&self) -> Result<Capture, OpenError> {
         let (path, options) = (self.path.clone(), self.capture.clone());
         let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };

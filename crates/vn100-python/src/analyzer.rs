@@ -4,7 +4,7 @@ use std::{mem, sync::Arc};
 
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{exceptions::PyValueError, prelude::*};
-use vn100_analysis::{Analysis, Assessment, PieceStart, Settings, SourceFacts};
+use vn100_analysis::{Analysis, Assessment, Settings, SourceFacts};
 use vn100_protocol::stream::{AbsentCell, Batch};
 use vn100_protocol::{Channel, Layout, Quantity};
 use vn100_report::Measured;
@@ -12,7 +12,6 @@ use vn100_report::Measured;
 use crate::{
     measured,
     options::{self, named},
-    state::State,
 };
 
 /// Rows that are taken at a time, between looks at signals, while the interpreter is free.
@@ -38,12 +37,8 @@ pub(crate) struct Sums {
     /// Channels whose first rows do not say what a count is worth: all of them are zero.
     is_zero: Vec<bool>,
     analysis: Analysis,
-    /// Of the first sample, as far as it is known.
-    start: PieceStart,
     /// Rows missing since the last one: a gap counts once a row follows, however it was divided.
     missing: u64,
-    /// Whether an unknown number is missing before the first row of a piece.
-    is_broken: bool,
     confidence: f64,
 }
 
@@ -61,7 +56,7 @@ fn quantity(name: &str) -> (Quantity, &'static str) {
 #[pymethods]
 impl Sums {
     #[new]
-    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, compensated, start, samples_before))]
+    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, compensated))]
     #[expect(clippy::too_many_arguments, reason = "the Python class around it names and documents them")]
     fn new(
         py: Python<'_>,
@@ -72,8 +67,6 @@ impl Sums {
         deviation: &str,
         confidence: f64,
         compensated: Option<Bound<'_, PyAny>>,
-        start: u64,
-        samples_before: u64,
     ) -> PyResult<Self> {
         if channels.is_empty() {
             return Err(PyValueError::new_err("name a channel at least, as in channels=[\"gyro_x\"]"));
@@ -94,7 +87,6 @@ impl Sums {
             compensated: named(py, "compensated", compensated.as_ref().map(options::is_compensated).transpose())?,
             ..Settings::default()
         };
-        let start = PieceStart { index: start, places: start, samples: samples_before };
         let named = |name: String| {
             let (quantity, unit) = quantity(&name);
             (name, quantity, unit.to_owned())
@@ -104,10 +96,8 @@ impl Sums {
             resolution,
             layout: None,
             is_zero: Vec::new(),
-            analysis: Analysis::new(settings).starting_at(start),
-            start,
+            analysis: Analysis::new(settings),
             missing: 0,
-            is_broken: false,
             confidence,
         })
     }
@@ -140,10 +130,7 @@ impl Sums {
     fn gap(&mut self, missing: Option<u64>) {
         match missing {
             Some(missing) => self.missing += missing,
-            None => {
-                self.is_broken = !self.has_rows();
-                self.analysis.gap(None);
-            }
+            None => self.analysis.gap(None),
         }
     }
 
@@ -154,7 +141,7 @@ impl Sums {
 
     /// The document `vn100.analysis/1`.
     fn document(&mut self, py: Python<'_>) -> PyResult<String> {
-        let evaluation = measured::evaluation(false)?;
+        let evaluation = measured::evaluation()?;
         let measured = py.detach(|| {
             let snapshot = self.analysis.final_snapshot();
             let assessment = Assessment::new(&snapshot, self.confidence);
@@ -162,11 +149,6 @@ impl Sums {
             evaluation.complete(Measured::so_far(facts, snapshot.into(), assessment))
         });
         measured::document(&measured)
-    }
-
-    /// Of what was pushed so far, as a recording of this name or a piece of it.
-    fn state(&mut self, py: Python<'_>, name: &str) -> State {
-        py.detach(|| State::of(&vn100_analysis::State::of(name, None, &mut self.analysis)))
     }
 }
 
@@ -204,27 +186,10 @@ impl Sums {
         Ok(Arc::clone(self.layout.insert(Arc::new(layout))))
     }
 
-    fn has_rows(&self) -> bool {
-        self.analysis.end() != self.start
-    }
-
-    /// Counts the rows missing before those that follow. A record begins with its first sample, and
-    /// a later piece of it with what is missing before its own.
-    fn count_missing(&mut self, layout: &Arc<Layout>) {
-        let missing = mem::take(&mut self.missing);
-        if self.has_rows() || self.start.samples == 0 {
-            if missing > 0 {
-                self.analysis.gap(Some(missing));
-            }
-            return;
-        }
-        self.start.index += missing;
-        self.start.places += missing;
-        self.analysis = Analysis::new(self.analysis.settings().clone()).starting_at(self.start);
-        if mem::take(&mut self.is_broken) {
-            // a break counts where the channels are known
-            self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), ..Batch::default() });
-            self.analysis.gap(None);
+    /// Counts the rows missing before those that follow.
+    fn count_missing(&mut self) {
+        if let missing @ 1.. = mem::take(&mut self.missing) {
+            self.analysis.gap(Some(missing));
         }
     }
 
@@ -242,7 +207,7 @@ impl Sums {
             }
         }
         if is_plain {
-            self.count_missing(layout);
+            self.count_missing();
             self.analysis.absorb(&Batch { layout: Some(Arc::clone(layout)), counts, ..Batch::default() });
         } else {
             self.absorb_with_missing(layout, values, &counts);
@@ -261,7 +226,7 @@ impl Sums {
                 }
                 continue;
             }
-            self.count_missing(layout);
+            self.count_missing();
             let mut batch = Batch { layout: Some(Arc::clone(layout)), ..Batch::default() };
             while let Some((row, counts)) = rows.next_if(|(row, _)| !is_missing(row)) {
                 let place = batch.counts.len() / width;

@@ -2,13 +2,13 @@
 //! the documents of the command line; classes around these are in `python/vn100/`.
 
 mod analyzer;
+mod archive;
 mod captures;
 mod deviations;
 mod measured;
 mod options;
 mod rows;
 mod sessions;
-mod state;
 
 use pyo3::prelude::*;
 
@@ -17,6 +17,8 @@ use pyo3::prelude::*;
 mod _vn100 {
     #[pymodule_export]
     use super::analyzer::Sums;
+    #[pymodule_export]
+    use super::archive::archive_rows;
     #[pymodule_export]
     use super::captures::captures;
     #[pymodule_export]
@@ -27,6 +29,4 @@ mod _vn100 {
     use super::rows::Rows;
     #[pymodule_export]
     use super::sessions::replay;
-    #[pymodule_export]
-    use super::state::State;
 }

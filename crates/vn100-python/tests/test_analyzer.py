@@ -1,7 +1,6 @@
 """Arrays as they come."""
 
 import json
-import pickle
 import threading
 
 import numpy as np
@@ -63,68 +62,6 @@ def test_missing_rows_are_counted_and_so_are_missing_numbers(noise):
     np.testing.assert_array_equal(by_gap.curve("gyro_x").deviation, result.channels["gyro_x"].curve.deviation)
 
 
-def test_pieces_merge_to_the_bits_of_the_whole_through_pickles(noise):
-    whole = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0)
-    whole.push(noise)
-    expected = whole.state("run").documents()
-    pieces = []
-    for start, end in [(0, 1), (1, 1700), (1700, 1733), (1733, 5000)]:
-        piece = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start)
-        piece.push(noise[start:end])
-        pieces.append(pickle.loads(pickle.dumps(piece.state("run"))))
-    for order in [(0, 1, 2, 3), (3, 1, 0, 2), (2, 3, 0, 1)]:
-        merged = vn100.State.merged(*(pieces[place] for place in order))
-        assert merged.documents() == expected
-    with pytest.raises(ValueError, match="both states hold"):
-        vn100.State.merged(pieces[1], pieces[1])
-
-
-def test_pieces_of_other_resolutions_do_not_merge(noise):
-    first, second = (vn100.Analyzer(["gyro_x"], rate=40.0, start=start) for start in (0, 1000))
-    first.push(noise[:1000])
-    second.push(100 * noise[1000:])
-    with pytest.raises(ValueError, match="run: a count of gyro_x is worth .* in its pieces: .* the same resolution"):
-        vn100.State.merged(first.state("run"), second.state("run"))
-
-
-@pytest.mark.parametrize("cuts", [(600,), (700,), (1500,), (690, 800, 1500, 1600, 1700, 2000)])
-def test_a_cut_inside_a_gap_changes_no_bit(noise, cuts):
-    rows = noise.astype(float)
-    rows[700:1700] = np.nan
-
-    def piece(start, end, by_gap):
-        before = int(np.isfinite(rows[:start]).sum())
-        piece = vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start, samples_before=before)
-        missing = np.flatnonzero(np.isfinite(np.append(rows[start:end], 0.0)))[0] if by_gap else 0
-        piece.gap(int(missing))
-        piece.push(rows[start + missing : end])
-        return piece.state("run")
-
-    expected = piece(0, 5000, False).documents()
-    for by_gap in (False, True):
-        ends = (0, *cuts, 5000)
-        pieces = [piece(start, end, by_gap) for start, end in zip(ends, ends[1:], strict=False)]
-        assert vn100.State.merged(*pieces).documents() == expected
-
-
-@pytest.mark.parametrize("gaps", [[None], [None, None], [7], [7, 5]])
-@pytest.mark.parametrize("before", [0, 1, 2])
-def test_gaps_may_stand_on_either_side_of_a_cut(noise, gaps, before):
-    def analyzer(start=0, samples=0):
-        return vn100.Analyzer(["gyro_x"], rate=40.0, resolution=1.0, start=start, samples_before=samples)
-
-    whole, first = analyzer(), analyzer()
-    second = analyzer(1000 + sum(gap or 0 for gap in gaps[:before]), 1000)
-    whole.push(noise[:1000])
-    first.push(noise[:1000])
-    for place, gap in enumerate(gaps):
-        whole.gap(gap)
-        (first if place < before else second).gap(gap)
-    whole.push(noise[1000:])
-    second.push(noise[1000:])
-    assert vn100.State.merged(first.state("run"), second.state("run")).documents() == whole.state("run").documents()
-
-
 def test_what_is_known_of_the_sensor_is_given():
     random = np.random.default_rng(2)
     rows = 1e-5 * random.standard_normal(100_000) + np.cumsum(1e-6 * random.standard_normal(100_000))
@@ -180,11 +117,6 @@ def test_a_result_is_kept_until_rows_follow(noise):
         ({"confidence": 1.0}, ValueError, "between 0 and 1"),
         ({"estimator": "all"}, ValueError, "estimator"),
         ({"compensated": "perhaps"}, ValueError, 'compensated: "perhaps"'),
-        ({"start": -1}, ValueError, "start: -1"),
-        ({"start": 10, "samples_before": 11}, ValueError, "11 is not between 1 and 10"),
-        ({"start": 10, "samples_before": 0}, ValueError, "0 is not between 1 and 10"),
-        ({"samples_before": 1}, ValueError, "1 is not between 0 and 0"),
-        ({"samples_before": 2**70}, ValueError, "samples_before"),
     ],
 )
 def test_options_that_do_not_exist_are_said(options, error, words):

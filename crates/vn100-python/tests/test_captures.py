@@ -5,7 +5,6 @@ import gzip
 import html
 import json
 import os
-import pickle
 import re
 import signal
 import subprocess
@@ -70,25 +69,20 @@ def test_threads_may_share_the_rows(log, tmp_path):
     assert isinstance(rows, vn100.Rows) and repr(rows) == "<vn100.Rows of long.vnymr: 12 channels>"
 
 
-def test_states_of_files(log, tmp_path):
-    state = vn100.State.of_file(log, name="a", rate=40)
-    assert state.recordings == [("a", None)] and pickle.loads(pickle.dumps(state)) == state
-    (document,) = state.documents()
-    found, whole = json.loads(document), vn100.replay(log, rate=40).to_dict()
-    assert found["channels"] == whole["channels"]
-    broken = vn100.State.of_error("b", "b: no such file")
-    both = vn100.State.merged(state, None, broken)
-    assert both == vn100.State.merged(broken, state)
-    archive = json.loads(both.archive())
-    assert [row["error"] for row in archive["recordings"]] == [None, "b: no such file"]
-    assert both.to_dict() == archive
-    damaged = bytearray(state.to_bytes())
-    damaged[77] ^= 1
-    with pytest.raises(ValueError, match="damaged"):
-        vn100.State.from_bytes(bytes(damaged))
+def test_rows_of_an_archive_are_the_numbers_of_the_result(log, tmp_path):
+    rows = [json.loads(line) for line in vn100.archive_rows(log, rate=40)]
+    result = vn100.replay(log, rate=40)
+    assert [row["channel"] for row in rows] == list(result.channels) and {row["rows"] for row in rows} == {len(rows)}
+    gyro = next(row for row in rows if row["channel"] == "gyro_x")
+    white = result.channels["gyro_x"].noise.white
+    assert (gyro["white_status"], gyro["white"], gyro["white_upper"]) == (white.status, white.value, white.upper)
+    broken = tmp_path / "broken.vnymr"
+    broken.write_bytes(b"nothing of a sensor")
+    (row,) = [json.loads(line) for line in vn100.archive_rows(broken)]
+    assert row["channel"] is None and "is not a capture" in row["error"]
 
 
-MEASURES = [vn100.replay, vn100.State.of_file, vn100.rows]
+MEASURES = [vn100.replay, vn100.rows]
 
 
 @pytest.mark.parametrize("measure", MEASURES)
@@ -96,7 +90,7 @@ def test_parts_are_taken_in_their_order(measure, parts):
     def bits(found):
         if isinstance(found, vn100.Result):
             return json.dumps(found.to_dict())
-        return found.to_bytes() if isinstance(found, vn100.State) else [values.tolist() for _, values in found]
+        return [values.tolist() for _, values in found]
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -165,9 +159,8 @@ def test_a_file_without_permission_is_a_permission_error(log, tmp_path):
     ],
 )
 def test_options_that_cannot_be_given_are_said(log, options, error, words):
-    for measure in (vn100.replay, vn100.State.of_file):
-        with pytest.raises(error, match=words):
-            measure(log, **options)
+    with pytest.raises(error, match=words):
+        vn100.replay(log, **options)
     with pytest.raises(TypeError, match="rows has no option|topic: 'int'"):
         vn100.rows(log, **options)
 
@@ -232,8 +225,7 @@ def test_without_matplotlib_a_plot_says_what_to_install(log, monkeypatch):
 
 
 def test_objects_show_themselves_in_a_line(log):
-    state, channel = vn100.State.of_file(log, name="monday", rate=40), vn100.replay(log, rate=40).channels["gyro_x"]
-    assert repr(state) == "<vn100.State of monday>" and repr(vn100.State()) == "<vn100.State of 0 recordings>"
+    channel = vn100.replay(log, rate=40).channels["gyro_x"]
     assert repr(channel) == f"<vn100.Channel gyro_x: {channel.count} samples in rad/s>"
     assert repr(channel.curve) == f"<vn100.Curve: allan deviation at {len(channel.curve.tau)} averaging times>"
 

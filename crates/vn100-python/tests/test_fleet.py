@@ -1,23 +1,26 @@
-"""The Dask example on two worker processes beside the command line, bit for bit."""
+"""The Dask example on two worker processes beside the command line, line for line."""
 
 import gzip
+import importlib.util
 import os
 import shutil
+import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+import vn100
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "fleet_dask.py"
 
 
-def test_two_workers_write_the_bytes_of_the_command_line(log, tmp_path):
-    pytest.importorskip("dask.distributed")
+def test_two_workers_one_of_them_killed_write_the_rows_of_the_command_line(log, tmp_path, monkeypatch):
+    distributed = pytest.importorskip("dask.distributed")
     program = os.environ.get("VN100_PROGRAM")
+    monkeypatch.chdir(tmp_path)
     captures = tmp_path / "captures"
     (captures / "deep").mkdir(parents=True)
-    for number in range(6):
+    for number in range(12):
         lines = log.read_bytes().splitlines(keepends=True)[100 * number :]
         (captures / ("deep" if number % 2 else ".") / f"{number}.vnymr").write_bytes(b"".join(lines))
     (captures / "packed.vnymr.gz").write_bytes(gzip.compress(log.read_bytes()))
@@ -28,11 +31,24 @@ def test_two_workers_write_the_bytes_of_the_command_line(log, tmp_path):
         subprocess.run(parts, cwd=captures, input=log.read_bytes(), check=True, capture_output=True)
         assert len(list(captures.glob("night.*.mcap"))) > 1
     shutil.copy(log, captures / "notes.md")
-    dask = [sys.executable, str(EXAMPLE), "captures", "-o", "dask.json", "--workers", "2"]
-    subprocess.run(dask, cwd=tmp_path, check=True, timeout=300)
-    written = (tmp_path / "dask.json").read_bytes()
-    assert written.count(b'"error": null') == 7 + (program is not None) and b"is not a capture" in written
+    specification = importlib.util.spec_from_file_location("fleet_dask", EXAMPLE)
+    example = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(example)
+    monkeypatch.setenv("PYTHONPATH", str(EXAMPLE.parent))
+    rows = []
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        workers = list(client.run(os.getpid).values())
+        assert len(set(workers)) == 2
+        for row in example.fleet(vn100.captures("captures"), client):
+            if not rows:
+                os.kill(workers[0], signal.SIGKILL)
+            rows.append(row)
+    assert sum('"error":null' in row for row in rows) == 12 * (13 + (program is not None))
+    assert any("is not a capture" in row for row in rows)
     if program is None:
         pytest.skip("VN100_PROGRAM names no program to compare with")
-    subprocess.run([program, "archive", "captures", "-o", "cli.json", "-q"], cwd=tmp_path, check=False)
-    assert written == (tmp_path / "cli.json").read_bytes()
+    subprocess.run([program, "archive", "captures", "-o", "rows.jsonl", "-q"], check=False)
+    assert "".join(rows) == (tmp_path / "rows.jsonl").read_text()

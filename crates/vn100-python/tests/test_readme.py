@@ -23,7 +23,7 @@ def test_the_examples_run(log, tmp_path, monkeypatch, capsys):
 
 def test_the_types_are_those_of_the_examples(tmp_path):
     api = pytest.importorskip("mypy.api")
-    wrong = ['vn100.replay("a", rates=40)', 'vn100.State.of_file("a", estimator="all")', 'vn100.rows("a", rate=40)']
+    wrong = ['vn100.replay("a", rates=40)', 'vn100.archive_rows("a", estimator="all")', 'vn100.rows("a", rate=40)']
     script = tmp_path / "script.py"
     script.write_text("".join(BLOCKS) + "\n".join(wrong))
     printed = api.run(["--strict", "--cache-dir", str(tmp_path / "cache"), str(script)])[0]

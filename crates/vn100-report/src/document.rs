@@ -1,11 +1,9 @@
 //! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
 
-pub(crate) mod archive;
 pub(crate) mod comparison;
 mod graphical;
 pub(crate) mod noise;
 pub(crate) mod plan;
-pub(crate) mod pool;
 pub(crate) mod progress;
 pub(crate) mod source;
 mod stationarity;

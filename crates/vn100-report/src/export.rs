@@ -2,7 +2,6 @@
 
 pub(crate) mod archive;
 pub(crate) mod kalibr;
-pub(crate) mod lot;
 pub(crate) mod metrics;
 pub(crate) mod own;
 pub(crate) mod samples;

@@ -4,7 +4,7 @@
 //! Everything is made from a [`Snapshot`](vn100_analysis::Snapshot), its
 //! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)
 //! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
-//! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON;
+//! [`ComparisonDocument`] and [`PlanDocument`] serialise to JSON;
 //! [`Figures`](figure::Figures) are drawn from a [`Record`], a result in the units of a report;
 //! [`CsvTable`] and [`KalibrYaml`] are for other programs. Pure: no file is opened and no clock is
 //! read.
@@ -36,17 +36,14 @@ pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict}
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,
-    archive::{ARCHIVE_SCHEMA, ArchiveDocument, measured_of_state, state_of_measured},
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
-    pool::PoolDocument,
     progress::{HeartbeatDocument, PROGRESS_SCHEMA, ProgressDocument},
     source::RecordingDocument,
 };
 pub use export::{
-    archive::archive_table,
+    archive::{ArchiveRow, ArchivedFile},
     kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
-    lot::lot_table,
     metrics::{MeasuredSource, MetricsForm, metrics_text},
     own::is_export,
     samples::SampleTable,

@@ -81,30 +81,6 @@ impl Blocks {
         self.sums[block].add(sums);
     }
 
-    /// The blocks of another stretch of the same record.
-    pub(crate) fn append(&mut self, other: &Self) {
-        while self.length_log2 < other.length_log2 {
-            self.merge_pairs();
-        }
-        let mut other = other.clone();
-        while other.length_log2 < self.length_log2 {
-            other.merge_pairs();
-        }
-        self.sums.resize(self.sums.len().max(other.sums.len()), BlockSums::EMPTY);
-        self.sums.iter_mut().zip(&other.sums).for_each(|(sums, more)| sums.add(more));
-    }
-
-    /// As if each sample were so many counts larger.
-    pub(crate) fn shift(&mut self, by: i64) {
-        for BlockSums { squares, sum, count, min, max, .. } in self.sums.iter_mut().filter(|sums| sums.count > 0) {
-            let (wide, n) = (i128::from(by), i128::from(*count));
-            // Not negative: a sum of squares.
-            *squares = (*squares as i128 + wide * (2 * i128::from(*sum) + n * wide)) as u128;
-            *sum += by * *count as i64;
-            (*min, *max) = ((i64::from(*min) + by) as i32, (i64::from(*max) + by) as i32);
-        }
-    }
-
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
         let length = 1_u64 << self.length_log2;
         let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);
@@ -293,16 +269,6 @@ fn squares_about(window: &[i32], pivot: i32) -> i128 {
     let deviations = window.iter().map(|&count| i128::from(count) - i128::from(pivot));
     deviations.map(|d| d * d).sum()
 }
-
-state_bytes::encoded!(Spreads { windows, constant, logs, log_squares });
-state_bytes::encoded!(BlockSums { squares, sum, count, min, max, spreads } if |sums| {
-    let most = I256::from(sums.count) * I256::from(sums.squares);
-    sums.squares <= 1 << 120 && I256::from(sums.sum) * I256::from(sums.sum) <= most
-});
-state_bytes::encoded!(Blocks { length_log2, sums } if |blocks| {
-    (WINDOW.ilog2()..56).contains(&blocks.length_log2) && blocks.sums.len() <= MAX_BLOCKS
-});
-
 #[cfg(test)]
 mod tests {
     use proptest::{array::uniform32, prelude::*};

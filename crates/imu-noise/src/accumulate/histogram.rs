@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
-
 /// The most bins of a histogram.
 pub const MAX_BINS: usize = 16_384;
 
@@ -185,34 +183,14 @@ impl Histogram {
         })
     }
 
-    /// Adds the samples of another histogram.
-    pub fn append(&mut self, other: &Self) {
-        let more = other.bins().collect();
-        self.add_bins(self.width_log2.max(other.width_log2), more);
-    }
-
-    /// As if each sample were so many counts larger, a multiple of the width of a bin.
-    pub(crate) fn shift(&mut self, by: i64) {
-        let shifted = self.bins().map(|(lowest, frequency)| (lowest + by, frequency)).collect();
-        let empty = Self { width_log2: self.width_log2, ..Self::new() };
-        *self = empty;
-        self.add_bins(self.width_log2, shifted);
-    }
-
     #[cold]
     #[inline(never)]
     fn push_outside(&mut self, count: i32) {
-        self.add_bins(self.width_log2, vec![(count.into(), 1)]);
-    }
-
-    /// Adds samples by the lowest count of their bins, in bins at least so wide.
-    fn add_bins(&mut self, width_log2: u32, more: Vec<(i64, u64)>) {
-        let occupied: Vec<_> = self.bins().chain(more).collect();
+        let occupied: Vec<_> = self.bins().chain([(count.into(), 1)]).collect();
         let lowest = occupied.iter().map(|(lower, _)| *lower).min();
         let highest = occupied.iter().map(|(lower, _)| *lower).max();
         let Some((lowest, highest)) = lowest.zip(highest) else { return };
         let span = |width_log2: u32| ((highest >> width_log2) - (lowest >> width_log2) + 1) as usize;
-        self.width_log2 = width_log2;
         while span(self.width_log2) > MAX_BINS {
             self.width_log2 += 1;
         }
@@ -243,27 +221,6 @@ impl PartialEq for Histogram {
 
 impl Eq for Histogram {}
 
-impl Encoded for Histogram {
-    fn encode(&self, out: &mut Vec<u8>) {
-        self.width_log2.encode(out);
-        let bins: Vec<(i64, u64)> =
-            self.bins().map(|(lowest, frequency)| (lowest >> self.width_log2, frequency)).collect();
-        bins.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let (width_log2, bins) = (u32::decode(input)?, Vec::<(i64, u64)>::decode(input)?);
-        // a turn of an angle may lie beyond 32 bits
-        let is_bin = |&(bin, frequency): &(i64, u64)| bin.unsigned_abs() <= 1 << 33 >> width_log2 && frequency > 0;
-        check(width_log2 <= 32 && bins.iter().all(is_bin) && bins.is_sorted_by(|one, other| one.0 < other.0))?;
-        let mut histogram = Self { width_log2, ..Self::new() };
-        histogram
-            .add_bins(width_log2, bins.into_iter().map(|(bin, frequency)| (bin << width_log2, frequency)).collect());
-        check(histogram.width_log2 == width_log2)?;
-        Ok(histogram)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -285,17 +242,5 @@ mod tests {
         assert_eq!(histogram.bins().collect::<Vec<_>>(), wide);
         histogram.push(&[6, 6]);
         assert_eq!(histogram.bins().nth(1), Some((6, full + 2)));
-    }
-
-    #[test]
-    fn bins_of_any_width_are_read_back_as_they_were_written() {
-        for far in [1, MAX_BINS as i32, 5 * MAX_BINS as i32] {
-            let mut histogram = Histogram::new();
-            histogram.push(&[-7, 5, 5, 5 + far]);
-            let mut bytes = Vec::new();
-            histogram.encode(&mut bytes);
-            let mut input = ByteReader::new(&bytes);
-            assert_eq!(Histogram::decode(&mut input).unwrap(), histogram, "{far}");
-        }
     }
 }

@@ -43,21 +43,6 @@ impl Moments {
         }
     }
 
-    /// Adds the samples of other moments.
-    pub fn append(&mut self, other: &Self) {
-        self.sums.add(&other.sums);
-        self.min = self.min.min(other.min);
-        self.max = self.max.max(other.max);
-    }
-
-    /// As if each sample were so many counts larger, for which the counts have room.
-    pub(crate) fn shift(&mut self, by: i64) {
-        self.sums = self.sums.about(-by);
-        if self.count() > 0 {
-            (self.min, self.max) = ((i64::from(self.min) + by) as i32, (i64::from(self.max) + by) as i32);
-        }
-    }
-
     /// Number of samples n.
     #[must_use]
     pub const fn count(&self) -> u64 {
@@ -286,12 +271,5 @@ fn in_integers(block: &[i32]) -> PowerSums {
     }
     sums
 }
-
-state_bytes::encoded!(PowerSums { count, first, second, third, fourth } if |sums| {
-    // no sample is beyond 32 bits
-    sums.first.unsigned_abs() <= u128::from(sums.count) << 31 && sums.second >= 0
-});
-state_bytes::encoded!(Moments { sums, min, max });
-
 #[cfg(test)]
 mod tests;

@@ -6,13 +6,11 @@ mod gapped;
 mod overlapping;
 mod squares;
 
-use super::piece::{Piece, PieceNotAppended};
 use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use gapped::Gapped;
 use overlapping::Overlapping;
 use squares::SquareSum;
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 /// Of the strided estimator, from there on where the stride grows with the averaging time.
 pub(crate) const WINDOWS_PER_TAU: usize = 16;
@@ -78,13 +76,12 @@ impl Octaves {
         self
     }
 
-    /// The accumulator for a piece of a record whose first sample has this absolute index. To be
-    /// called before any sample.
+    /// The accumulator for a record whose first sample has this absolute index. To be called before
+    /// any sample.
     #[must_use]
     pub fn starting_at(mut self, index: u64) -> Self {
-        match &mut self.windows {
-            Windows::Strided(cascade) => cascade.start_at(index),
-            Windows::Full(overlapping) => overlapping.start_at(index),
+        if let Windows::Strided(cascade) = &mut self.windows {
+            cascade.start_at(index);
         }
         self
     }
@@ -104,41 +101,7 @@ impl Octaves {
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
-            Windows::Full(overlapping) => overlapping.gap(missing),
-        }
-    }
-
-    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
-    /// as of one record of all samples, in whatever order neighbours are appended. Samples between
-    /// the two pieces count as missing.
-    ///
-    /// # Errors
-    /// [`PieceNotAppended`] where `next` begins before this piece ends, or was made with another
-    /// estimator.
-    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
-        self.piece().check_follows(next.piece())?;
-        match (&mut self.windows, &next.windows) {
-            (Windows::Strided(cascade), Windows::Strided(next)) if cascade.is_kind_of(next) => cascade.append(next),
-            (Windows::Full(overlapping), Windows::Full(next)) if overlapping.is_kind_of(next) => {
-                overlapping.append(next);
-            }
-            _ => return Err(PieceNotAppended::OtherKind),
-        }
-        Ok(())
-    }
-
-    /// As if each sample were so many counts larger.
-    pub(crate) fn shift(&mut self, by: i64) {
-        match &mut self.windows {
-            Windows::Strided(cascade) => cascade.shift(by),
-            Windows::Full(overlapping) => overlapping.shift(by),
-        }
-    }
-
-    pub(crate) const fn piece(&self) -> &Piece {
-        match &self.windows {
-            Windows::Strided(cascade) => cascade.piece(),
-            Windows::Full(overlapping) => overlapping.piece(),
+            Windows::Full(overlapping) => overlapping.gap(),
         }
     }
 
@@ -180,14 +143,6 @@ impl OctaveSum {
         Octave { m: self.m, terms: self.terms, share_present }
     }
 
-    /// Adds the windows of another record in the same octave; the counts must have the same size.
-    pub fn append(&mut self, other: &Self) {
-        let add = |(ours, theirs): (u128, u128)| ours.checked_add(theirs);
-        self.terms += other.terms;
-        self.sum_squares = self.sum_squares.zip(other.sum_squares).and_then(add);
-        self.gapped.append(&other.gapped);
-    }
-
     /// Number of windows that miss no sample, those in [`sum_squares`](Self::sum_squares).
     #[must_use]
     pub const fn whole_terms(&self) -> u64 {
@@ -217,33 +172,5 @@ impl OctaveSum {
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
-    }
-}
-
-impl Encoded for Octaves {
-    fn encode(&self, out: &mut Vec<u8>) {
-        match &self.windows {
-            Windows::Strided(cascade) => {
-                out.push(0);
-                cascade.encode(out);
-            }
-            Windows::Full(overlapping) => {
-                out.push(1);
-                overlapping.encode(out);
-            }
-        }
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        match bool::decode(input)? {
-            false => {
-                let cascade = Cascade::decode(input)?;
-                Ok(Self { deviation: cascade.deviation(), windows: Windows::Strided(cascade) })
-            }
-            true => {
-                let overlapping = Overlapping::decode(input)?;
-                Ok(Self { deviation: overlapping.deviation, windows: Windows::Full(overlapping) })
-            }
-        }
     }
 }

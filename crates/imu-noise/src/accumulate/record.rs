@@ -136,6 +136,3 @@ impl RecordShape {
         (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
     }
 }
-
-state_bytes::encoded!(Estimator = Estimator::Strided, Estimator::Plain, Estimator::Full);
-state_bytes::encoded!(Deviation = Deviation::Allan, Deviation::Hadamard);

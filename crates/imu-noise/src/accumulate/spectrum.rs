@@ -10,7 +10,6 @@ use realfft::RealFftPlanner;
 use super::counts::counts_to_unit;
 use power_sums::{SegmentPowerSums, Transform};
 use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 
 pub(crate) const LONG: usize = 512;
 
@@ -29,7 +28,7 @@ pub(crate) const SHORT: usize = 128;
 ///
 /// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
 /// once, to multiples of 2^-12 counts², and depends on the samples of its segment alone: the sums
-/// are the same bits in any division over calls and pieces, on processors with the same vector
+/// are the same bits in any division over calls, on processors with the same vector
 /// instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
@@ -74,9 +73,9 @@ impl<T: Count> Spectrum<T> {
         self.segments.count_missing();
     }
 
-    /// A piece that begins at this absolute index, with so many samples of the record before it.
-    pub(crate) fn start_at(&mut self, index: u64, samples: u64) {
-        self.segments.start_at(index, samples);
+    /// A record that begins at this absolute index; those before it count as missing.
+    pub(crate) fn start_at(&mut self, index: u64) {
+        self.segments.start_at(index);
     }
 
     /// Absolute index behind the last place.
@@ -98,34 +97,6 @@ impl<T: Count> Spectrum<T> {
         }
     }
 
-    /// Continues with a piece that begins at the end of this one, or behind it.
-    pub(crate) fn append(&mut self, next: &Self) {
-        let Self { plan, segments, sums } = self;
-        segments.append(&next.segments, |places, segment| sums.add(plan, places, segment));
-        sums.long.append(&next.sums.long);
-        sums.short.append(&next.sums.short);
-    }
-
-    pub(crate) fn encode(&self, out: &mut Vec<u8>)
-    where
-        T: Encoded,
-    {
-        self.segments.encode(out);
-        self.sums.encode(out);
-    }
-
-    pub(crate) fn decode(plan: &SpectrumPlan, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding>
-    where
-        T: Encoded,
-    {
-        Ok(Self { plan: plan.clone(), segments: Segments::decode(input)?, sums: SpectrumSums::decode(input)? })
-    }
-
-    /// With other values, of the same differences.
-    pub(crate) fn shift(&mut self, shifted: impl Fn(T) -> T) {
-        self.segments.shift(shifted);
-    }
-
     pub(crate) fn powers(&self) -> Option<Powers> {
         if self.sums.long.segments >= MIN_LONG_SEGMENTS {
             return Some(self.sums.long.powers());
@@ -136,8 +107,6 @@ impl<T: Count> Spectrum<T> {
         (sums.short.segments > 0).then(|| sums.short.powers())
     }
 }
-
-state_bytes::encoded!(SpectrumSums { long, short });
 
 impl SpectrumSums {
     fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {

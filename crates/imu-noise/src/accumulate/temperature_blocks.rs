@@ -1,7 +1,5 @@
 //! Sums of the axes of a sensor and of its temperature, block by block.
 
-use super::piece::PieceNotAppended;
-
 /// Most blocks of a record; once filled, half as many of twice the length hold it.
 pub(crate) const MOST_BLOCKS: u64 = 1024;
 
@@ -11,7 +9,7 @@ const SHORTEST_LOG2: u32 = 5;
 /// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
 /// equal length, the smallest power of two of at least 32 samples with which the record fits. The
 /// blocks lie on the grid of absolute indices. The result is the same, bit by bit, however the
-/// samples were divided over calls or over pieces of the record. At most 64 KiB for six axes.
+/// samples were divided over calls. At most 64 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
     axes: usize,
@@ -22,9 +20,8 @@ pub struct TemperatureBlocks {
     sums: Vec<i64>,
     /// As `sums`: how many samples each axis lacks of those announced. Empty while none does.
     absent: Vec<u64>,
-    /// First sample, and behind the last one.
-    span: Option<(u64, u64)>,
-    begins_with_break: bool,
+    /// Absolute index of the last sample.
+    last: Option<u64>,
 }
 
 /// What is there of a block.
@@ -42,15 +39,7 @@ impl TemperatureBlocks {
     /// Blocks without samples, for this number of axes.
     #[must_use]
     pub const fn new(axes: usize) -> Self {
-        Self {
-            axes,
-            length_log2: SHORTEST_LOG2,
-            blocks: Vec::new(),
-            sums: Vec::new(),
-            absent: Vec::new(),
-            span: None,
-            begins_with_break: false,
-        }
+        Self { axes, length_log2: SHORTEST_LOG2, blocks: Vec::new(), sums: Vec::new(), absent: Vec::new(), last: None }
     }
 
     /// Announces the next samples, the first with this absolute index; the samples of each axis are
@@ -58,7 +47,7 @@ impl TemperatureBlocks {
     pub fn push_samples(&mut self, first: u64, samples: usize) {
         let Some(last) = (first + samples as u64).checked_sub(1).filter(|_| samples > 0) else { return };
         self.reach(last);
-        self.span = Some((self.span.map_or(first, |(start, _)| start), last + 1));
+        self.last = Some(last);
         let mut at = first;
         while at <= last {
             let block = at >> self.length_log2;
@@ -116,49 +105,9 @@ impl TemperatureBlocks {
 
     /// Marks that an unknown number of samples is missing here: no difference spans this place.
     pub fn part(&mut self) {
-        match self.span {
-            Some((_, end)) => self.blocks[((end - 1) >> self.length_log2) as usize].is_broken = true,
-            None => self.begins_with_break = true,
+        if let Some(last) = self.last {
+            self.blocks[(last >> self.length_log2) as usize].is_broken = true;
         }
-    }
-
-    /// Appends the piece of the record that follows this one. The result is the same, bit by bit,
-    /// as of one record of all samples, in whatever order neighbours are appended.
-    ///
-    /// # Errors
-    /// [`PieceNotAppended`] where `next` begins before this piece ends, or has other axes. Then
-    /// nothing is appended.
-    pub fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
-        if self.axes != next.axes {
-            return Err(PieceNotAppended::OtherKind);
-        }
-        if let (Some((_, end)), Some((first_sample, _))) = (self.span, next.span)
-            && first_sample < end
-        {
-            return Err(PieceNotAppended::Overlap { end, first_sample });
-        }
-        if next.begins_with_break {
-            self.part();
-        }
-        let mut next = next.clone();
-        while self.length_log2 < next.length_log2 {
-            self.merge_pairs();
-        }
-        while next.length_log2 < self.length_log2 {
-            next.merge_pairs();
-        }
-        self.resize(self.blocks.len().max(next.blocks.len()));
-        self.blocks.iter_mut().zip(&next.blocks).for_each(|(block, other)| block.add(other));
-        self.sums.iter_mut().zip(&next.sums).for_each(|(sum, other)| *sum += other);
-        if !next.absent.is_empty() {
-            self.absent.resize(self.sums.len(), 0);
-        }
-        self.absent.iter_mut().zip(&next.absent).for_each(|(absent, other)| *absent += other);
-        self.span = match (self.span, next.span) {
-            (Some((start, _)), Some((_, end))) => Some((start, end)),
-            (one, other) => one.or(other),
-        };
-        Ok(())
     }
 
     /// Number of axes.
@@ -254,18 +203,6 @@ fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usiz
     }
 }
 
-state_bytes::encoded!(Presence { samples, readings, temperature_counts, is_broken });
-state_bytes::encoded!(TemperatureBlocks { axes, length_log2, blocks, sums, absent, span, begins_with_break } if |record| {
-    let places = record.blocks.len().checked_mul(record.axes);
-    let reach = (record.blocks.len() as u64) << record.length_log2.min(40);
-    (SHORTEST_LOG2..=40).contains(&record.length_log2)
-        && record.blocks.len() as u64 <= MOST_BLOCKS
-        && places == Some(record.sums.len())
-        && (record.absent.is_empty() || places == Some(record.absent.len()))
-        && record.span.is_none_or(|(start, end)| start < end && end <= reach)
-        && (0..record.absent.len()).all(|place| record.absent[place] <= record.blocks[place / record.axes].samples)
-});
-
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};
@@ -325,29 +262,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn pieces_append_to_the_whole_however_they_are_cut(
+        fn sums_are_the_same_however_the_samples_are_cut(
             start in 0_u64..100,
-            pieces in vec(steps(), 1..6),
+            steps in vec(steps(), 1..6),
             cut in 1_usize..400,
-            order in vec(any::<prop::sample::Index>(), 5),
         ) {
-            let (whole, _) = of(start, &pieces.concat(), 10_000);
-            let mut at = start;
-            let mut parts = Vec::new();
-            for steps in &pieces {
-                let (part, end) = of(at, steps, cut);
-                parts.push(part);
-                at = end;
-            }
-            for place in order {
-                if parts.len() > 1 {
-                    let left = place.index(parts.len() - 1);
-                    let right = parts.remove(left + 1);
-                    parts[left].append(&right).unwrap();
-                }
-            }
-            prop_assert_eq!(&parts[0], &whole);
+            let (whole, _) = of(start, &steps.concat(), 10_000);
             prop_assert!(whole.blocks.len() as u64 <= MOST_BLOCKS);
+            prop_assert_eq!(of(start, &steps.concat(), cut).0, whole);
         }
     }
 
@@ -360,14 +282,5 @@ mod tests {
         assert_eq!(blocks.mean_counts(2, 1), Some(sum as f64 / blocks.blocks()[2].samples as f64));
         let broken: Vec<bool> = blocks.blocks().iter().map(|block| block.is_broken).collect();
         assert_eq!(broken, [false, false, false, false, true, false]);
-    }
-
-    #[test]
-    fn pieces_that_overlap_or_have_other_axes_are_not_appended() {
-        let (mut blocks, _) = of(0, &[Step::Samples(100)], 100);
-        let (other, _) = of(99, &[Step::Samples(10)], 100);
-        assert_eq!(blocks.append(&other), Err(PieceNotAppended::Overlap { end: 100, first_sample: 99 }));
-        assert_eq!(blocks.append(&TemperatureBlocks::new(3)), Err(PieceNotAppended::OtherKind));
-        assert_eq!(blocks, of(0, &[Step::Samples(100)], 100).0);
     }
 }

@@ -54,30 +54,9 @@ impl Trend {
         self.products += product;
     }
 
-    /// As if each sample were so many counts larger.
-    pub(crate) fn shift(&mut self, by: i64) {
-        self.sums += i128::from(by) * self.samples;
-        self.products += i128::from(by) * self.places;
-    }
-
     pub(crate) fn restart(&mut self) {
         let has_blocks = self.blocks > 0;
         self.grids = if has_blocks { Grids::Several } else { Grids::LastOf };
-    }
-
-    pub(crate) fn append(&mut self, next: &Self) {
-        if next.grids != Grids::One {
-            self.restart();
-        }
-        if next.grids == Grids::Several {
-            self.grids = Grids::Several;
-        }
-        self.samples += next.samples;
-        self.places += next.places;
-        self.squares += next.squares;
-        self.sums += next.sums;
-        self.products += next.products;
-        self.blocks += next.blocks;
     }
 
     /// Change per sample, in counts; `None` below three blocks and across a gap of unknown length.
@@ -96,14 +75,6 @@ impl Trend {
 fn rounded_quotient(value: i128, divisor: i128) -> i128 {
     (2 * value + divisor).div_euclid(2 * divisor)
 }
-
-state_bytes::encoded!(Grids = Grids::One, Grids::LastOf, Grids::Several);
-state_bytes::encoded!(Trend { samples, places, squares, sums, products, blocks, grids } if |trend| {
-    // so that no reading overflows
-    let is_below = |sum: i128, bits: u32| sum.unsigned_abs() <= 1 << bits;
-    is_below(trend.samples, 60) && is_below(trend.places, 90) && is_below(trend.sums, 90)
-});
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,8 +17,6 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unwrap {
     turn_counts: i64,
-    /// The first wrapped count, and the continuous one minus that.
-    first: Option<(i64, i64)>,
     /// The last wrapped count, and the continuous one minus that, a multiple of a turn.
     last: Option<(i64, i64)>,
 }
@@ -32,7 +30,7 @@ impl Unwrap {
     #[must_use]
     pub fn new(turn_counts: i32) -> Self {
         assert!(turn_counts > 0, "a turn has {turn_counts} counts, it needs at least 1");
-        Self { turn_counts: turn_counts.into(), first: None, last: None }
+        Self { turn_counts: turn_counts.into(), last: None }
     }
 
     /// Replaces the counts by the continuous series. Returns how many of them are continuous: fewer
@@ -53,25 +51,8 @@ impl Unwrap {
             };
             *count = continuous;
             self.last = Some((wrapped, offset));
-            self.first.get_or_insert((wrapped, offset));
         }
         counts.len()
-    }
-
-    /// The whole turns, in counts, to be added to the continuous series of `next`, whose samples
-    /// follow, so that it continues this one. 0 where either has no sample.
-    #[must_use]
-    pub fn counts_to(&self, next: &Self) -> i64 {
-        let Some(((last, offset), (wrapped, theirs))) = self.last.zip(next.first) else { return 0 };
-        offset - self.turns(wrapped - last) * self.turn_counts - theirs
-    }
-
-    /// Continues with `next`, to whose series [`counts_to`](Self::counts_to) was added.
-    pub fn append(&mut self, next: &Self) {
-        let by = self.counts_to(next);
-        let shifted = |end: Option<(i64, i64)>| end.map(|(wrapped, offset)| (wrapped, offset + by));
-        self.first = self.first.or(shifted(next.first));
-        self.last = shifted(next.last).or(self.last);
     }
 
     /// The whole turns, in counts, that bring a mean of the continuous series to the principal
@@ -95,8 +76,3 @@ impl Unwrap {
         -(self.turn_counts - 2 * counts).div_euclid(2 * self.turn_counts)
     }
 }
-
-state_bytes::encoded!(Unwrap { turn_counts, first, last } if |unwrap| {
-    let is_count = |end: &(i64, i64)| end.0.unsigned_abs() <= 1 << 32 && end.1.unsigned_abs() <= 1 << 40;
-    (1..1 << 31).contains(&unwrap.turn_counts) && unwrap.first.iter().chain(&unwrap.last).all(is_count)
-});

@@ -1,6 +1,6 @@
 //! Change of mean from window to window, spread within windows, and when either was large.
 
-use super::blocks::{BlockSums, WINDOW};
+use super::blocks::BlockSums;
 
 /// Bits of the fraction of a float that count: 8 bins an octave.
 const FRACTION_BITS: u32 = 3;
@@ -19,10 +19,8 @@ pub(crate) struct WindowStatistics {
     pub(crate) changes: Magnitudes,
     /// n Σd² - (Σd)² of each window.
     pub(crate) spreads: Magnitudes,
-    /// The first full window of the piece, unless a break came before, and the last one of the run.
-    first: Option<Window>,
+    /// The last full window of the run.
     last: Option<Window>,
-    parted: bool,
 }
 
 /// A full window.
@@ -39,15 +37,13 @@ const LEAST_CHANGE: f64 = 0.5;
 
 impl WindowStatistics {
     pub(crate) const fn new() -> Self {
-        Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), first: None, last: None, parted: false }
+        Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), last: None }
     }
 
     pub(crate) fn push(&mut self, number: u64, sums: &BlockSums, spread: f64) {
         let window = Window { number, sum: sums.sum, spread };
         if let Some(last) = self.last.replace(window) {
             self.add_change(&last, &window);
-        } else if !self.parted && self.first.is_none() {
-            self.first = Some(window);
         }
         // One sample far out is a matter of the tails: a disturbance has more.
         self.spreads.push(number, spread, || sums.spread_without_farthest(spread));
@@ -56,28 +52,6 @@ impl WindowStatistics {
     /// No change is seen across a break.
     pub(crate) const fn part(&mut self) {
         self.last = None;
-        self.parted = true;
-    }
-
-    /// Continues with the next piece; the window that the two share, if they do, is the last here.
-    pub(crate) fn append(&mut self, next: &Self) {
-        if let (Some(last), Some(first)) = (self.last, next.first) {
-            self.add_change(&last, &first);
-        }
-        self.changes.append(&next.changes);
-        self.spreads.append(&next.spreads);
-        if self.first.is_none() && !self.parted {
-            self.first = next.first;
-        }
-        if next.parted || next.last.is_some() {
-            self.last = next.last;
-        }
-        self.parted |= next.parted;
-    }
-
-    /// As if each sample were so many counts larger.
-    pub(crate) fn shift(&mut self, by: i64) {
-        self.first.iter_mut().chain(&mut self.last).for_each(|window| window.sum += by * WINDOW as i64);
     }
 
     /// Of neighbours.
@@ -97,9 +71,9 @@ pub(crate) struct Magnitudes {
     first: u16,
     frequencies: Vec<u32>,
     pub(crate) total: u32,
-    /// The first cell and the last one, which pieces before and behind may have a part of.
-    ends: Vec<Cell>,
-    /// Rising peaks of the cells between.
+    /// The cell of the last window.
+    last: Option<Cell>,
+    /// Rising peaks of the cells before.
     highest: Vec<PeakWindows>,
     /// The lowest of these once all are kept.
     least: f64,
@@ -123,7 +97,7 @@ pub(crate) struct PeakWindows {
 
 impl Magnitudes {
     pub(crate) const fn new() -> Self {
-        Self { first: 0, frequencies: Vec::new(), total: 0, ends: Vec::new(), highest: Vec::new(), least: 0.0 }
+        Self { first: 0, frequencies: Vec::new(), total: 0, last: None, highest: Vec::new(), least: 0.0 }
     }
 
     /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is what it
@@ -133,10 +107,10 @@ impl Magnitudes {
         // No number below half of the lowest is part of a higher one.
         if number >= self.least / 2.0 {
             let number = window / CELL;
-            if self.ends.last().is_none_or(|last| last.number != number) {
-                self.end_cell(Cell { number, highest: 0.0, peaks: [0.0; CELL as usize] });
+            if self.last.is_none_or(|last| last.number != number) {
+                self.begin_cell(number);
             }
-            if let Some(last) = self.ends.last_mut() {
+            if let Some(last) = &mut self.last {
                 let peak = peak();
                 last.peaks[(window % CELL) as usize] = peak;
                 last.highest = last.highest.max(peak);
@@ -144,31 +118,11 @@ impl Magnitudes {
         }
     }
 
-    /// The numbers of later windows.
-    pub(crate) fn append(&mut self, next: &Self) {
-        for (bin, frequency) in (next.first..).zip(&next.frequencies).filter(|(_, frequency)| **frequency > 0) {
-            self.count(bin, *frequency);
-        }
-        for cell in &next.ends {
-            match self.ends.last_mut() {
-                Some(last) if last.number == cell.number => {
-                    last.peaks.iter_mut().zip(cell.peaks).for_each(|(ours, theirs)| *ours = ours.max(theirs));
-                    last.highest = last.highest.max(cell.highest);
-                }
-                _ => self.end_cell(*cell),
-            }
-        }
-        next.highest.iter().for_each(|stretch| self.keep(*stretch));
-    }
-
-    fn end_cell(&mut self, next: Cell) {
-        if self.ends.len() == 2
-            && let Some(ended) = self.ends.pop().filter(|ended| ended.highest >= self.least)
-            && let Some(stretch) = ended.stretch()
-        {
+    fn begin_cell(&mut self, number: u64) {
+        let ended = self.last.replace(Cell { number, highest: 0.0, peaks: [0.0; CELL as usize] });
+        if let Some(stretch) = ended.filter(|ended| ended.highest >= self.least).and_then(|ended| ended.stretch()) {
             self.keep(stretch);
         }
-        self.ends.push(next);
     }
 
     fn keep(&mut self, stretch: PeakWindows) {
@@ -195,7 +149,7 @@ impl Magnitudes {
     /// At most 16, in rising order of their peaks; those of neighbouring cells may be parts of one.
     pub(crate) fn highest(&self) -> Vec<PeakWindows> {
         let mut highest = self.highest.clone();
-        self.ends.iter().filter_map(Cell::stretch).for_each(|stretch| keep(&mut highest, stretch));
+        self.last.iter().filter_map(Cell::stretch).for_each(|stretch| keep(&mut highest, stretch));
         highest
     }
 
@@ -254,21 +208,6 @@ fn lowest_of(bin: u16) -> f64 {
     let lowest = f64::from_bits(u64::from(bin) << (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS));
     if lowest < 1.0 { 0.0 } else { lowest }
 }
-
-/// Of any number below 2^75.
-const MOST_BINS: usize = 1 << 14;
-
-state_bytes::encoded!(Window { number, sum, spread });
-state_bytes::encoded!(Cell { number, highest, peaks });
-state_bytes::encoded!(PeakWindows { first_window, last_window, peak });
-state_bytes::encoded!(Magnitudes { first, frequencies, total, ends, highest, least } if |magnitudes| {
-    usize::from(magnitudes.first) + magnitudes.frequencies.len() <= MOST_BINS
-        && magnitudes.ends.len() <= 2
-        && magnitudes.highest.len() <= KEPT
-        && magnitudes.ends.iter().all(|cell| cell.number <= 1 << 56)
-});
-state_bytes::encoded!(WindowStatistics { changes, spreads, first, last, parted });
-
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};

@@ -189,17 +189,3 @@ fn a_constant_deviates_by_exactly_zero() {
         }
     }
 }
-
-#[test]
-fn windows_of_two_records_in_one_octave_are_counted_together() {
-    let counts: Vec<i32> = (0..100).map(|i| i * i % 37).collect();
-    for (_, estimator, deviation) in STATISTICS {
-        let [long, short] = [&counts[..], &counts[..50]].map(|counts| one_pass(estimator, deviation, counts));
-        for (long, short) in long.iter().zip(&short) {
-            let mut both = *long;
-            both.append(short);
-            assert_eq!((both.m, both.terms), (long.m, long.terms + short.terms));
-            assert_eq!(both.sum_squares, long.sum_squares.zip(short.sum_squares).map(|(a, b)| a + b));
-        }
-    }
-}

@@ -158,58 +158,6 @@ proptest! {
     }
 
     #[test]
-    fn pieces_append_to_the_whole(
-        (estimator, deviation) in estimators(),
-        start in prop_oneof![Just(0_u64), 0_u64..5000],
-        pieces in vec(steps(), 1..7),
-        order in vec(any::<prop::sample::Index>(), 6),
-    ) {
-        let kind = || Octaves::new(estimator, deviation);
-        let whole = run(kind().starting_at(start), &pieces.concat());
-        let mut parts: Vec<_> = pieces.iter().scan(start, |end, steps| {
-            let piece = run(kind().starting_at(*end), steps);
-            *end = steps.iter().fold(*end, |end, step| match step {
-                Step::Push(counts) => end + counts.len() as u64,
-                Step::Gap(missing) => end + missing.unwrap_or(0),
-            });
-            Some(piece)
-        }).collect();
-        for place in order {
-            if parts.len() > 1 {
-                let left = place.index(parts.len() - 1);
-                let right = parts.remove(left + 1);
-                parts[left].append(&right).unwrap();
-            }
-        }
-        prop_assert_eq!(parts.len(), 1);
-        let joined = &mut parts[0];
-        prop_assert_eq!(joined.sums().collect::<Vec<_>>(), whole.sums().collect::<Vec<_>>());
-        // and they go on alike
-        let more = [Step::Push((0..150).map(|i| i * i % 91).collect()), Step::Gap(Some(2)), Step::Push(vec![7; 40])];
-        let (joined, whole) = (run(joined.clone(), &more), run(whole, &more));
-        prop_assert_eq!(joined.sums().collect::<Vec<_>>(), whole.sums().collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn samples_between_two_pieces_are_missing(
-        (estimator, deviation) in estimators(),
-        [first, second] in [vec(-4000..4000, 0..300), vec(-4000..4000, 0..300)],
-        between in prop_oneof![0_u64..70, 0_u64..100_000],
-    ) {
-        let mut left = octaves(estimator, deviation, &[Step::Push(first.clone())]);
-        let start = first.len() as u64 + between;
-        let right = run(Octaves::new(estimator, deviation).starting_at(start), &[Step::Push(second.clone())]);
-        prop_assert_eq!(right.clone().append(&left).is_err(), start + second.len() as u64 > 0);
-        left.append(&right).unwrap();
-        let gap = if between > 0 { vec![Step::Gap(Some(between))] } else { vec![] };
-        let whole = [vec![Step::Push(first)], gap, vec![Step::Push(second)]].concat();
-        prop_assert_eq!(
-            left.sums().collect::<Vec<_>>(),
-            octaves(estimator, deviation, &whole).sums().collect::<Vec<_>>()
-        );
-    }
-
-    #[test]
     fn a_long_gap_is_as_many_single_ones(
         (estimator, deviation) in estimators(),
         parts in vec((vec(-4000..4000, 0..200), 1_u64..3000), 1..5),

@@ -1,7 +1,5 @@
 //! A channel's blocks are exact, and nothing depends on the division of its samples over calls.
 
-use std::collections::VecDeque;
-
 use imu_noise::{
     ChannelSignal, Histogram, LevelFindings, LevelSearch, MAX_BLOCKS, Moments, NoiseChanges, Sides, SpectrumPlan,
 };
@@ -32,53 +30,6 @@ fn disturbed() -> impl Strategy<Value = Stretches> {
     vec((counts, missing), 1..9)
 }
 
-/// Samples, or how many are missing.
-type Step = Result<Vec<i32>, Option<u64>>;
-
-fn places(step: &Step) -> u64 {
-    step.as_ref().map_or_else(|missing| missing.unwrap_or(0), |counts| counts.len() as u64)
-}
-
-/// The record in pieces that begin behind so many samples or missing ones.
-fn cut(stretches: &Stretches, mut starts: Vec<u64>) -> Vec<Vec<Step>> {
-    let steps = stretches.iter().flat_map(|(counts, missing)| [Ok(counts.clone()), Err(*missing)]);
-    let mut steps: VecDeque<Step> = steps.collect();
-    starts.sort_unstable();
-    let (mut pieces, mut at) = (Vec::new(), 0);
-    for start in starts {
-        let mut piece = Vec::new();
-        while let Some(step) = steps.pop_front() {
-            let room = start - at;
-            if places(&step) <= room {
-                at += places(&step);
-                piece.push(step);
-                continue;
-            }
-            let (now, later) = match step {
-                Ok(counts) => (Ok(counts[..room as usize].to_vec()), Ok(counts[room as usize..].to_vec())),
-                Err(missing) => (Err(Some(room)), Err(missing.map(|missing| missing - room))),
-            };
-            piece.extend((room > 0).then_some(now));
-            steps.push_front(later);
-            at = start;
-            break;
-        }
-        pieces.push(piece);
-    }
-    pieces.push(steps.into());
-    pieces
-}
-
-fn fed(mut signal: ChannelSignal, steps: &[Step]) -> ChannelSignal {
-    for step in steps {
-        match step {
-            Ok(counts) => signal.push(counts),
-            Err(missing) => signal.gap(*missing),
-        }
-    }
-    signal
-}
-
 fn assert_same(one: &ChannelSignal, other: &ChannelSignal) -> Result<(), TestCaseError> {
     for sides in [Sides::One, Sides::Two] {
         prop_assert_eq!(one.spectrum().density(sides, 0.025, 3), other.spectrum().density(sides, 0.025, 3));
@@ -98,42 +49,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn pieces_append_to_the_whole(
-        stretches in disturbed(),
-        (start, before) in prop_oneof![Just((0_u64, 0_u64)), (0_u64..2000, 0_u64..40_000)],
-        cuts in vec(0_u64..12_000, 1..9),
-        order in vec(any::<prop::sample::Index>(), 9),
+    fn any_division_gives_the_same_bits(
+        stretches in prop_oneof![stretches(-9000..9000), disturbed()],
+        part in 1_usize..700,
     ) {
-        let new = |start, before| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, before);
-        let pieces = cut(&stretches, cuts);
-        let (mut end, mut samples) = (start, before);
-        let mut parts = Vec::new();
-        for steps in &pieces {
-            parts.push(fed(new(end, samples), steps));
-            end += steps.iter().map(places).sum::<u64>();
-            samples += steps.iter().flatten().map(|counts| counts.len() as u64).sum::<u64>();
-        }
-        for place in order {
-            if parts.len() > 1 {
-                let left = place.index(parts.len() - 1);
-                let right = parts.remove(left + 1);
-                parts[left].append(&right).unwrap();
-            }
-        }
-        let mut joined = parts.remove(0);
-        prop_assert!(parts.is_empty());
-        let mut whole = fed(new(start, before), &pieces.concat());
-        // they are the same, and continue alike
-        for more in [0, 1, 700, 40_000] {
-            let counts: Vec<_> = (0..more).map(|i| i * i % 91).collect();
-            joined.push(&counts);
-            whole.push(&counts);
-            assert_same(&whole, &joined)?;
-        }
-    }
-
-    #[test]
-    fn any_division_gives_the_same_bits(stretches in stretches(-9000..9000), part in 1_usize..700) {
         let (whole, parts) = (divided(&stretches, usize::MAX), divided(&stretches, part));
         assert_same(&whole, &parts)?;
         let mut moments = Moments::new();
@@ -181,33 +100,6 @@ proptest! {
         signal.push(&[i32::MAX; 1000]);
         let _ = (signal.blocks(), signal.disturbances(1.0), LevelSearch::of([&signal]).find(&signal, 1.0, 0), signal.lines(1.0, 0));
     }
-}
-
-/// Pieces that hold these steps, one behind the other, and the record of them all.
-fn assert_pieces_are_the_whole(pieces: &[(u64, &[Step])]) {
-    let new = |start, samples| ChannelSignal::new(&SpectrumPlan::new()).starting_at(start, samples);
-    let counts: Vec<_> = (0..40_000).map(|i| i * i % 91).collect();
-    let (mut whole, mut joined, mut samples) = (new(0, 0), new(0, 0), 0);
-    for (start, steps) in pieces {
-        whole = fed(whole, steps);
-        joined.append(&fed(new(*start, samples), steps)).unwrap();
-        samples += steps.iter().flatten().map(|counts| counts.len() as u64).sum::<u64>();
-    }
-    whole.push(&counts);
-    joined.push(&counts);
-    assert_same(&whole, &joined).unwrap();
-}
-
-#[test]
-fn a_break_behind_a_gap_over_the_boundary_is_where_it_is_in_the_whole() {
-    assert_pieces_are_the_whole(&[(0, &[Err(Some(8193))]), (8193, &[Err(Some(1807)), Err(None)])]);
-}
-
-#[test]
-fn an_empty_piece_within_a_window_leaves_the_window_open() {
-    let counts: Vec<_> = (0..320).map(|i| i * i % 91).collect();
-    let (before, behind) = counts.split_at(289);
-    assert_pieces_are_the_whole(&[(0, &[Ok(before.to_vec())]), (289, &[]), (289, &[Ok(behind.to_vec())])]);
 }
 
 #[test]

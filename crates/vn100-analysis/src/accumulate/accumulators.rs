@@ -3,15 +3,12 @@
 use std::{borrow::Cow, mem, sync::Arc};
 
 use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
     fingerprint::Fingerprint,
-    foreign,
     magnitude::Magnitude,
-    piece::{NotAppended, PieceStart},
     printed::Printed,
     quaternion::QuaternionSign,
     recent::Recent,
@@ -68,10 +65,10 @@ struct RowPlace {
 }
 
 impl Accumulators {
-    /// Starts the channels of this message anew, at this place of the record.
-    pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings, start: PieceStart) {
+    /// Starts the channels of this message anew.
+    pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
         let plan = SpectrumPlan::new();
-        let new = |channel| ChannelState::new(channel, settings, start, &plan);
+        let new = |channel| ChannelState::new(channel, settings, &plan);
         self.channels = layout.channels.iter().map(new).collect();
         self.magnitudes = Magnitude::all(&layout);
         self.temperature = TemperatureRecord::of_stream(&layout);
@@ -238,30 +235,6 @@ impl Accumulators {
         }
     }
 
-    /// Continues with a piece of the same message that begins at the end of this one, or behind it.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
-        self.settle();
-        let next = &*next.settled();
-        if let Some((ours, theirs)) = self.quaternion.as_mut().zip(next.quaternion.as_ref()) {
-            ours.append(theirs)?;
-        }
-        for (channel, (state, next)) in self.channels.iter_mut().zip(&next.channels).enumerate() {
-            let next = state.continued(next).ok_or(NotAppended::Turned { channel })?;
-            state.append(&next)?;
-        }
-        for (magnitude, next) in self.magnitudes.iter_mut().zip(&next.magnitudes) {
-            magnitude.moments.append(&next.moments);
-        }
-        if let Some((ours, theirs)) = self.temperature.as_mut().zip(next.temperature.as_ref()) {
-            ours.append(theirs)?;
-        }
-        self.end = next.end;
-        self.fingerprint.append(&next.fingerprint);
-        self.repeats.append(&next.repeats);
-        self.recent.clone_from(&next.recent);
-        Ok(())
-    }
-
     /// The results.
     pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
         let coarsest = self.printed.coarsest;
@@ -298,57 +271,6 @@ impl Accumulators {
     }
 }
 
-impl Accumulators {
-    /// The form in bytes, without the recent samples for a screen.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let settled = self.settled();
-        let Some(layout) = &settled.layout else {
-            return false.encode(out);
-        };
-        true.encode(out);
-        foreign::encode_layout(layout, out);
-        settled.channels.iter().for_each(|channel| channel.encode(out));
-        settled.magnitudes.iter().for_each(|magnitude| magnitude.moments.encode(out));
-        settled.quaternion.iter().for_each(|quaternion| quaternion.encode(out));
-        settled.temperature.is_some().encode(out);
-        settled.temperature.iter().for_each(|temperature| temperature.encode(out));
-        settled.end.encode(out);
-        settled.end_of_sums.encode(out);
-        settled.repeats.encode(out);
-        settled.fingerprint.encode(out);
-        settled.printed.encode(out);
-    }
-
-    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        if !bool::decode(input)? {
-            return Ok(Self::default());
-        }
-        let layout = foreign::decode_layout(input)?;
-        let plan = SpectrumPlan::new();
-        let mut channels = Vec::new();
-        for channel in layout.channels.iter() {
-            channels.push(ChannelState::decode(channel, &plan, input)?);
-        }
-        let mut magnitudes = Magnitude::all(&layout);
-        for magnitude in &mut magnitudes {
-            magnitude.moments = Encoded::decode(input)?;
-        }
-        Ok(Self {
-            channels,
-            magnitudes,
-            quaternion: QuaternionSign::of(&layout).map(|quaternion| quaternion.decode(input)).transpose()?,
-            temperature: bool::decode(input)?.then(|| TemperatureRecord::decode(&layout, input)).transpose()?,
-            end: Encoded::decode(input)?,
-            end_of_sums: Encoded::decode(input)?,
-            repeats: Encoded::decode(input)?,
-            fingerprint: Encoded::decode(input)?,
-            printed: Encoded::decode(input)?,
-            layout: Some(layout.into()),
-            ..Self::default()
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
@@ -360,7 +282,7 @@ mod tests {
     fn of(channels: usize) -> Accumulators {
         let mut accumulators = Accumulators::default();
         let layout = Layout { channels: VNYMR.channels[..channels].to_vec().into(), ..VNYMR.clone() };
-        accumulators.begin(Arc::new(layout), &Settings::default(), PieceStart::default());
+        accumulators.begin(Arc::new(layout), &Settings::default());
         accumulators
     }
 
@@ -458,7 +380,7 @@ mod tests {
         accumulators.push(RowSlice::new(&turning.collect::<Vec<_>>(), accumulators.width(), &[]), 0, 40.0, false);
         assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
         let layout = accumulators.layout.clone().into_iter();
-        layout.for_each(|layout| accumulators.begin(layout, &Settings::default(), PieceStart::default()));
+        layout.for_each(|layout| accumulators.begin(layout, &Settings::default()));
         assert_eq!(
             (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
             (0, 0)
@@ -470,7 +392,7 @@ mod tests {
         let mut accumulators = Accumulators::default();
         let mag = Channel { refresh_hz: Some(250), ..VNYMR.channels[3].clone() };
         let layout = Layout { channels: vec![mag, VNYMR.channels[9].clone()].into(), ..VNYMR.clone() };
-        accumulators.begin(Arc::new(layout), &Settings::default(), PieceStart::default());
+        accumulators.begin(Arc::new(layout), &Settings::default());
         accumulators
     }
 

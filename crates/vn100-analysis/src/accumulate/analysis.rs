@@ -1,18 +1,16 @@
 //! The analysis of one source: batches in, snapshots out.
 
-mod appending;
 mod reading;
 
 use std::time::Duration;
 
-use imu_timebase::{ClockAfterOutage, CounterSummary, GapDetector, LATEST_ARRIVAL, TimebaseSummary};
+use imu_timebase::{ClockAfterOutage, GapDetector, LATEST_ARRIVAL, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
     data_record::DataRecord,
     pending_rows::PendingRows,
-    piece::PieceStart,
     rate_authority::{Rate, RateEffect},
     row_slice::RowSlice,
 };
@@ -30,9 +28,6 @@ pub struct Analysis {
     record: DataRecord,
     /// Rows with stamps or counters since the link was connected.
     pending: Option<PendingRows>,
-    /// The counters of the pieces that were appended, and of a record that was read from bytes.
-    counter_before: Option<CounterSummary>,
-    arrivals_before: Option<TimebaseSummary>,
     link: StreamCounts,
     outages: Outages,
     marks: Vec<PlaceMark>,
@@ -61,8 +56,6 @@ impl Analysis {
         Self {
             record: DataRecord::new(settings),
             pending: None,
-            counter_before: None,
-            arrivals_before: None,
             link: StreamCounts::default(),
             outages: Outages::default(),
             marks: Vec::new(),
@@ -73,32 +66,8 @@ impl Analysis {
         }
     }
 
-    /// Makes this the analysis of a piece of a record that begins at `start`. To be called before
-    /// the first batch; the result is appended to the pieces before it.
-    #[must_use]
-    pub fn starting_at(mut self, start: PieceStart) -> Self {
-        self.record.span.start_at(start);
-        self
-    }
-
-    /// Where the next piece begins if no sample is missing between the two. Where samples are
-    /// missing, their number is to be added to `index` and to `places`.
-    #[must_use]
-    pub const fn end(&self) -> PieceStart {
-        self.record.span.so_far()
-    }
-
-    fn counter(&self) -> Option<CounterSummary> {
-        self.counter_before.or_else(|| self.pending.as_ref()?.detector.counter())
-    }
-
     fn arrivals(&self) -> Option<TimebaseSummary> {
-        self.pending.as_ref().map_or(self.arrivals_before, |pending| pending.detector.summary())
-    }
-
-    /// Where this piece begins.
-    pub(crate) const fn start(&self) -> PieceStart {
-        self.record.span.start
+        self.pending.as_ref().and_then(|pending| pending.detector.summary())
     }
 
     /// Takes the batch of one read. Rows whose place is not decided yet are kept pending.

@@ -1,10 +1,8 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
 use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 use vn100_protocol::{Channel, Quantity};
 
-use super::piece::{NotAppended, PieceStart};
 use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
 
 #[derive(Debug, Clone)]
@@ -14,9 +12,6 @@ pub(crate) struct ChannelState {
     stride: u64,
     /// Absolute index of the next row.
     place: u64,
-    /// `Some` for a piece that begins after a break, with the number of missing samples where it is
-    /// known.
-    break_before: Option<Option<u64>>,
     signal: ChannelSignal,
     /// `None` for channels that are no angle.
     unwrap: Option<Unwrap>,
@@ -25,23 +20,22 @@ pub(crate) struct ChannelState {
 }
 
 impl ChannelState {
-    /// A channel of a piece that begins at `start`; `plan` is shared by all channels.
-    pub(crate) fn new(channel: &Channel, settings: &Settings, start: PieceStart, plan: &SpectrumPlan) -> Self {
-        let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation).starting_at(start.places);
+    /// A channel without samples; `plan` is shared by all channels.
+    pub(crate) fn new(channel: &Channel, settings: &Settings, plan: &SpectrumPlan) -> Self {
+        let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
         let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
             accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             stride: 1,
-            place: start.places,
-            break_before: None,
-            signal: ChannelSignal::new(plan).starting_at(start.places, start.samples),
+            place: 0,
+            signal: ChannelSignal::new(plan),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
     }
 
     /// Takes one sample of this channel from every `stride` rows: the rows whose index is a
-    /// multiple of the stride. To be called before the first row of the piece.
+    /// multiple of the stride. To be called before the first row.
     pub(crate) fn set_stride(&mut self, stride: u64) {
         if stride == 1 {
             return;
@@ -49,15 +43,7 @@ impl ChannelState {
         self.stride = stride;
         let first = self.place.div_ceil(stride);
         self.accumulator = self.accumulator.clone().starting_at(first);
-        // a piece does not know how many of the samples before it were those of this channel
-        self.signal = self.signal.clone().counting_missing().starting_at(first, first);
-        if let Some(missing) = self.break_before {
-            self.gap(missing);
-        }
-    }
-
-    fn has_samples(&self) -> bool {
-        self.accumulator.moments().count() > 0
+        self.signal = self.signal.clone().counting_missing().starting_at(first);
     }
 
     /// Rows are missing at this place; `None` for an unknown number.
@@ -66,47 +52,11 @@ impl ChannelState {
         let samples_until = |place: u64| place.div_ceil(self.stride);
         let samples = samples_until(self.place + rows) - samples_until(self.place);
         self.place += rows;
-        if rows == 0 && !self.has_samples() {
-            self.break_before = self.break_before.unwrap_or(missing).and(missing).into();
-        }
         // missing rows among which there is no sample of the channel make no gap
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
             self.signal.gap(missing.map(|_| samples));
         }
-    }
-
-    /// The next piece in the form in which it continues this one: an angle on the same branch.
-    /// `None` where the counts leave their range, or may have done so before.
-    pub(crate) fn continued(&self, next: &Self) -> Option<Self> {
-        let mut next = next.clone();
-        if next.stride != self.stride && !next.has_samples() {
-            next.set_stride(self.stride);
-        }
-        let by = self.unwrap.as_ref().zip(next.unwrap.as_ref()).map_or(0, |(ours, theirs)| ours.counts_to(theirs));
-        if by != 0 {
-            if next.restarted || !next.accumulator.shift(by) {
-                return None;
-            }
-            next.signal.shift(by);
-        }
-        Some(next)
-    }
-
-    /// Continues with a piece that was [`continued`](Self::continued), and begins where this one
-    /// ends, or behind it.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
-        if next.stride != self.stride && !self.has_samples() {
-            self.set_stride(next.stride);
-        }
-        self.accumulator.append(&next.accumulator)?;
-        self.signal.append(&next.signal)?;
-        self.place = next.place;
-        self.restarted |= next.restarted;
-        if let Some((ours, theirs)) = self.unwrap.as_mut().zip(next.unwrap.as_ref()) {
-            ours.append(theirs);
-        }
-        Ok(())
     }
 
     /// Adds the counts of rows in time order; unwraps angles in place.
@@ -176,38 +126,6 @@ fn turn_counts(channel: &Channel) -> Option<i32> {
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
 }
 
-impl ChannelState {
-    /// The form in bytes, without what the channel and the settings determine.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        self.accumulator.encode(out);
-        self.signal.encode(out);
-        self.stride.encode(out);
-        self.place.encode(out);
-        self.break_before.encode(out);
-        self.unwrap.encode(out);
-        self.restarted.encode(out);
-    }
-
-    pub(crate) fn decode(
-        channel: &Channel,
-        plan: &SpectrumPlan,
-        input: &mut ByteReader<'_>,
-    ) -> Result<Self, BadEncoding> {
-        let state = Self {
-            accumulator: Encoded::decode(input)?,
-            signal: ChannelSignal::decode(plan, input)?,
-            stride: Encoded::decode(input)?,
-            place: Encoded::decode(input)?,
-            break_before: Encoded::decode(input)?,
-            unwrap: Encoded::decode(input)?,
-            restarted: Encoded::decode(input)?,
-        };
-        check(state.stride.is_power_of_two())?;
-        check(state.unwrap.is_some() == turn_counts(channel).is_some())?;
-        Ok(state)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
@@ -216,7 +134,7 @@ mod tests {
     use super::*;
 
     fn state(channel: &Channel, settings: &Settings) -> ChannelState {
-        ChannelState::new(channel, settings, PieceStart::default(), &SpectrumPlan::new())
+        ChannelState::new(channel, settings, &SpectrumPlan::new())
     }
 
     fn shape(samples: u64) -> RecordShape {
@@ -238,28 +156,6 @@ mod tests {
         let snapshot = yaw.snapshot(1.0, &shape(3));
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
-    }
-
-    #[test]
-    fn a_slower_channel_of_a_piece_that_begins_behind_a_break_stays_parted() {
-        let gyro = &VNYMR.channels[9];
-        let terms = |missing: Option<Option<u64>>| {
-            let mut before = state(gyro, &Settings::default());
-            before.set_stride(2);
-            before.push(&mut [1, 1, 2, 2]);
-            let start = PieceStart { places: 4, samples: 4, ..PieceStart::default() };
-            let mut piece = ChannelState::new(gyro, &Settings::default(), start, &SpectrumPlan::new());
-            if let Some(missing) = missing {
-                piece.gap(missing);
-            }
-            // its stride is known from what comes before
-            let mut piece = before.continued(&piece).unwrap();
-            piece.push(&mut [3, 3, 4, 4]);
-            before.append(&piece).unwrap();
-            before.snapshot(1.0, &shape(4)).octaves[0].terms
-        };
-        // four samples have three differences, two and two have one each
-        assert_eq!([None, Some(None), Some(Some(0))].map(terms), [3, 2, 2]);
     }
 
     #[test]

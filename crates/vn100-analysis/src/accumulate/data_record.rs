@@ -3,20 +3,17 @@
 use std::{sync::Arc, time::Duration};
 
 use imu_timebase::{GapEvent, TimebaseSummary};
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
     accumulators::Accumulators,
-    gaps::{Between, Gaps},
+    gaps::Gaps,
     measured_span::MeasuredSpan,
     pending_rows::Resolved,
-    piece::NotAppended,
     rate_authority::{RateAuthority, RateEffect},
     row_slice::RowSlice,
     saturation::Saturation,
     sensor_replies::SensorReplies,
-    temperature_record::TemperatureRecord,
 };
 use crate::{
     settings::Settings,
@@ -33,8 +30,6 @@ pub(crate) struct DataRecord {
     pub(crate) replies: SensorReplies,
     pub(crate) accumulators: Accumulators,
     pub(crate) saturation: Saturation,
-    /// Whether the temperature was polled between the rows.
-    has_readings: bool,
 }
 
 impl DataRecord {
@@ -46,7 +41,6 @@ impl DataRecord {
             replies: SensorReplies::default(),
             accumulators: Accumulators::default(),
             saturation: Saturation::default(),
-            has_readings: false,
             settings,
         }
     }
@@ -59,65 +53,8 @@ impl DataRecord {
                 None => Arc::clone(layout),
                 said => Arc::new(Layout { compensated: said, ..Layout::clone(layout) }),
             };
-            self.accumulators.begin(layout, &self.settings, self.span.start);
+            self.accumulators.begin(layout, &self.settings);
         }
-    }
-
-    /// Appends the next piece of the record; on an error nothing is appended.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
-        let between = self.check_follows(next)?;
-        let breaks = self.accumulators.printed.changes_to(&next.accumulators.printed);
-        let mut printed = self.accumulators.printed.clone();
-        printed.append(&next.accumulators.printed);
-        if !self.span.has_rows() {
-            (self.span, self.accumulators) = (next.span.clone(), next.accumulators.clone());
-        } else if next.span.has_rows() {
-            let mut accumulators = self.accumulators.clone();
-            if breaks {
-                accumulators.gap(Some(0));
-            }
-            accumulators.append(&next.accumulators)?;
-            self.accumulators = accumulators;
-            if breaks {
-                self.span.break_segment();
-            }
-            self.span.gap(between.data, self.rate.hz(), false);
-            self.span.append(&next.span);
-        } else if breaks || next.span.begins_anew {
-            self.break_segment(if breaks { Some(0) } else { None });
-        }
-        self.accumulators.printed = printed;
-        self.gaps.append(&next.gaps, &between);
-        self.replies.append(&next.replies);
-        self.saturation.append(&next.saturation);
-        self.rate.append(&next.rate);
-        Ok(())
-    }
-
-    /// Whether the temperature comes from polled readings, because the stream does not carry it.
-    fn relies_on_readings(&self) -> bool {
-        self.has_readings && self.accumulators.temperature.as_ref().is_none_or(TemperatureRecord::is_polled)
-    }
-
-    /// The samples missing between the two pieces; an error where they are not neighbours.
-    fn check_follows(&self, next: &Self) -> Result<Between, NotAppended> {
-        let layouts = self.accumulators.layout.as_ref().zip(next.accumulators.layout.as_ref());
-        let (hz, next_hz) = (self.rate.hz(), next.rate.hz());
-        match () {
-            () if self.settings != next.settings => return Err(NotAppended::OtherSettings),
-            () if layouts.is_some_and(|(ours, theirs)| ours != theirs) => return Err(NotAppended::OtherMessage),
-            () if !self.rate.is_steady() || !next.rate.is_steady() => return Err(NotAppended::RateChanged),
-            () if self.relies_on_readings() || next.relies_on_readings() => return Err(NotAppended::PolledTemperature),
-            () if !self.span.has_rows() || !next.span.has_rows() => return Ok(Between::default()),
-            () if hz != next_hz => return Err(NotAppended::OtherRate { hz, next_hz }),
-            () => {}
-        }
-        let (end, start) = (self.span.so_far(), next.span.start);
-        let other_place = NotAppended::OtherPlace { end, next: start };
-        let data = start.index.checked_sub(end.index).ok_or(other_place)?;
-        let mut span = self.span.clone();
-        let counted = span.gap(data, hz, false);
-        if span.so_far() == start { Ok(Between { data, counted }) } else { Err(other_place) }
     }
 
     pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
@@ -155,7 +92,6 @@ impl DataRecord {
                 }
             }
             MarkKind::Temperature(counts) => {
-                self.has_readings = true;
                 if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
                     self.accumulators.push_reading(counts);
                 }
@@ -213,7 +149,7 @@ impl DataRecord {
         now: impl Fn() -> Option<TimebaseSummary>,
     ) -> RateEffect {
         let is_excluded = self.rate.is_excluding();
-        self.replies.push(reply, self.span.so_far().samples, is_excluded);
+        self.replies.push(reply, self.span.samples, is_excluded);
         let is_of_sentences = self.accumulators.layout.as_ref().is_none_or(|layout| layout.message != BINARY);
         match self.replies.rate_hz().filter(|_| is_of_sentences && !is_excluded) {
             Some(device_hz) => self.rate.take_device_rate(device_hz, now, &self.span),
@@ -327,37 +263,8 @@ impl DataRecord {
         self.gaps.discard();
         self.saturation = Saturation::default();
         if let Some(layout) = self.accumulators.layout.clone() {
-            self.accumulators.begin(layout, &self.settings, self.span.start);
+            self.accumulators.begin(layout, &self.settings);
         }
-    }
-}
-
-impl DataRecord {
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let Self { settings, rate, span, gaps, replies, accumulators, saturation, has_readings } = self;
-        settings.encode(out);
-        accumulators.encode(out);
-        rate.encode(out);
-        span.encode(out);
-        gaps.encode(out);
-        replies.encode(out);
-        saturation.encode(out);
-        has_readings.encode(out);
-    }
-
-    pub(crate) fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let settings = Settings::decode(input)?;
-        let accumulators = Accumulators::decode(input)?;
-        Ok(Self {
-            rate: RateAuthority::decode(accumulators.layout.as_deref(), input)?,
-            span: Encoded::decode(input)?,
-            gaps: Encoded::decode(input)?,
-            replies: Encoded::decode(input)?,
-            saturation: Encoded::decode(input)?,
-            has_readings: Encoded::decode(input)?,
-            settings,
-            accumulators,
-        })
     }
 }
 

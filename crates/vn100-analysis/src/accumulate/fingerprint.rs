@@ -1,8 +1,6 @@
 //! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
 //! are distinguished from two records of the same sensor.
 
-use state_bytes::{BadEncoding, ByteReader, Encoded, check, encode_hash};
-
 /// The most hashes that are kept.
 const MOST: usize = 4096;
 
@@ -35,14 +33,6 @@ impl Fingerprint {
             return;
         }
         self.hashes.push(hash);
-        self.thin_out();
-    }
-
-    /// Adds the rows of the next piece.
-    pub(crate) fn append(&mut self, next: &Self) {
-        self.zeros = self.zeros.max(next.zeros);
-        self.hashes.extend(&next.hashes);
-        self.hashes.retain(|hash| hash.leading_zeros() >= self.zeros);
         self.thin_out();
     }
 
@@ -83,25 +73,6 @@ impl Fingerprint {
 fn find(places: &[(u64, usize)], hash: u64) -> Option<usize> {
     let found = places.binary_search_by_key(&hash, |(hash, _)| *hash).ok()?;
     Some(places[found].1)
-}
-
-impl Encoded for Fingerprint {
-    fn encode(&self, out: &mut Vec<u8>) {
-        self.zeros.encode(out);
-        self.hashes.len().encode(out);
-        self.hashes.iter().for_each(|hash| encode_hash(*hash, out));
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let (zeros, length) = (u32::decode(input)?, usize::decode(input)?);
-        // with one zero more than a hash has bits no row is kept, not even one with the hash 0
-        check(zeros <= u64::BITS + 1 && length <= MOST)?;
-        let mut hashes = Vec::new();
-        for _ in 0..length {
-            hashes.push(input.hash()?);
-        }
-        Ok(Self { zeros, hashes })
-    }
 }
 
 #[cfg(test)]

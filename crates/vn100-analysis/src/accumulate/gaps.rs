@@ -20,19 +20,10 @@ pub(crate) struct Gaps {
     by_rejected: u64,
     /// Rejected rows since the last valid row: they count once a valid row follows.
     pending_rejected: u64,
-    /// Rejected rows before the first valid row; `None` while there is no valid row.
-    leading_rejected: Option<u64>,
     /// The evidence by which missing samples are counted now, or were counted last.
     from: MissingFrom,
     /// Whether a gap detector counts missing samples.
     detector_decides: bool,
-}
-
-/// Samples missing between two pieces: in data time, and among the samples that count.
-#[derive(Default)]
-pub(crate) struct Between {
-    pub(super) data: u64,
-    pub(super) counted: u64,
 }
 
 impl Gaps {
@@ -41,30 +32,7 @@ impl Gaps {
     }
 
     pub(crate) fn take_rejected(&mut self) -> u64 {
-        let rejected = std::mem::take(&mut self.pending_rejected);
-        self.leading_rejected.get_or_insert(rejected);
-        rejected
-    }
-
-    /// Appends the next piece.
-    pub(crate) fn append(&mut self, next: &Self, between: &Between) {
-        let rejected = self.pending_rejected + next.leading_rejected.unwrap_or(next.pending_rejected);
-        if next.leading_rejected.is_some() {
-            self.count(between.counted, between.data == rejected);
-            self.leading_rejected = self.leading_rejected.or(Some(rejected));
-            (self.pending_rejected, self.detector_decides) = (next.pending_rejected, next.detector_decides);
-        } else {
-            self.pending_rejected = rejected;
-        }
-        if !self.from.is_exact() {
-            self.from = next.from;
-        }
-        self.missing += next.missing;
-        self.gaps += next.gaps;
-        self.restarts += next.restarts;
-        self.time_steps += next.time_steps;
-        self.false_times += next.false_times;
-        self.by_rejected += next.by_rejected;
+        std::mem::take(&mut self.pending_rejected)
     }
 
     /// Forgets pending rejected rows: a gap of unknown length precedes the next row.
@@ -116,10 +84,6 @@ impl Gaps {
     }
 }
 
-state_bytes::encoded!(Gaps {
-    missing, gaps, restarts, false_times, time_steps, by_rejected, pending_rejected, leading_rejected, from, detector_decides,
-} if |gaps| gaps.by_rejected <= gaps.missing);
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,25 +127,6 @@ mod tests {
         assert_eq!(gaps.missing_from(), MissingFrom::Counter);
         gaps.discard();
         assert_eq!((gaps.missing, gaps.gaps, gaps.by_rejected), (0, 0, 0));
-    }
-
-    #[test]
-    fn rejected_rows_on_both_sides_of_a_cut_are_one_gap() {
-        for (data, by_rejected) in [(5, 5), (6, 0)] {
-            let (mut first, mut next) = (Gaps::default(), Gaps::default());
-            (0..2).for_each(|_| first.push_rejected_row());
-            (0..3).for_each(|_| next.push_rejected_row());
-            assert_eq!(next.take_rejected(), 3);
-            first.append(&next, &Between { data, counted: data });
-            assert_eq!((first.missing, first.gaps, first.by_rejected), (data, 1, by_rejected), "{data} are missing");
-            assert_eq!(first.leading_rejected, Some(5));
-        }
-        // behind the cut there are rejected rows alone
-        let (mut first, mut next) = (Gaps::default(), Gaps::default());
-        first.push_rejected_row();
-        next.push_rejected_row();
-        first.append(&next, &Between::default());
-        assert_eq!((first.take_rejected(), first.missing), (2, 0));
     }
 
     #[test]

@@ -2,76 +2,36 @@
 
 use std::{ops::Range, time::Duration};
 
-use super::piece::PieceStart;
-
 /// Counts data time in samples from the first one, missing samples included, and selects the
 /// samples that count: those after the warm-up and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,
-    pub(super) start: PieceStart,
     /// Absolute index of the next sample, missing samples counted.
     index: u64,
-    /// Number of samples that count, and of those missing among them, from the first of the record.
-    places: u64,
     /// Number of samples that count; `excluded` is the number of the others.
     pub(super) samples: u64,
     pub(super) excluded: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
-    /// Whether a break precedes the first sample that counts.
-    pub(super) begins_anew: bool,
 }
 
 impl MeasuredSpan {
     /// A span without samples, which will exclude `skip` at the start and everything after
     /// `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        let start = PieceStart { index: 0, places: 0, samples: 0 };
-        Self {
-            skip,
-            duration,
-            start,
-            index: 0,
-            places: 0,
-            samples: 0,
-            excluded: 0,
-            segments: 0,
-            in_segment: false,
-            begins_anew: false,
-        }
-    }
-
-    /// Makes this the span of a piece of a record. To be called before any sample.
-    pub(crate) const fn start_at(&mut self, start: PieceStart) {
-        (self.start, self.index, self.places) = (start, start.index, start.places);
-    }
-
-    /// Where the next piece begins if no sample is missing between the two.
-    pub(crate) const fn so_far(&self) -> PieceStart {
-        PieceStart { index: self.index, places: self.places, samples: self.start.samples + self.samples }
+        Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
 
     pub(crate) const fn has_rows(&self) -> bool {
-        self.index > self.start.index
+        self.index > 0
     }
 
     /// Whether a sample of the record has counted.
     pub(crate) const fn has_begun(&self) -> bool {
-        self.places > 0
-    }
-
-    /// Appends a piece that begins where this one ends.
-    pub(crate) fn append(&mut self, next: &Self) {
-        let continues = self.in_segment && !next.begins_anew;
-        self.begins_anew |= self.samples == 0 && next.begins_anew;
-        self.segments += next.segments - u64::from(continues && next.samples > 0);
-        self.in_segment = if next.samples > 0 { next.in_segment } else { continues };
-        self.samples += next.samples;
-        self.excluded += next.excluded;
-        (self.index, self.places) = (next.index, next.places);
+        self.samples > 0
     }
 
     /// Adds rows. Returns those that count and the index of the first; `None` if none counts, as
@@ -90,7 +50,6 @@ impl MeasuredSpan {
         self.segments += u64::from(!self.in_segment);
         self.in_segment = true;
         self.samples += used;
-        self.places += used;
         Some((skipped..end, first))
     }
 
@@ -105,14 +64,12 @@ impl MeasuredSpan {
         if counted == 0 || !self.has_begun() || exclude {
             return 0;
         }
-        self.places += counted;
         self.break_segment();
         counted
     }
 
     pub(crate) fn break_segment(&mut self) {
         self.in_segment = false;
-        self.begins_anew |= self.samples == 0;
     }
 
     pub(crate) fn rescale(&mut self, from_hz: f64, to_hz: f64) {
@@ -121,8 +78,7 @@ impl MeasuredSpan {
 
     pub(crate) fn discard(&mut self) {
         self.excluded += self.samples;
-        (self.samples, self.segments, self.in_segment, self.begins_anew) = (0, 0, false, false);
-        (self.places, self.start.places, self.start.samples) = (0, 0, 0);
+        (self.samples, self.segments, self.in_segment) = (0, 0, false);
     }
 
     pub(crate) fn end_warm_up(&mut self, rate_hz: f64) {
@@ -132,7 +88,7 @@ impl MeasuredSpan {
 
     pub(crate) fn start_over(&mut self, skip: Duration) {
         self.discard();
-        (self.skip, self.index, self.start.index) = (skip, 0, 0);
+        (self.skip, self.index) = (skip, 0);
     }
 
     /// Whether the span is complete once `pending` data time is added.
@@ -165,10 +121,6 @@ fn samples_in(time: Duration, rate_hz: f64) -> u64 {
     const ROUNDING: f64 = 1e-6;
     (time.as_secs_f64() * rate_hz - ROUNDING).ceil() as u64
 }
-
-state_bytes::encoded!(MeasuredSpan {
-    skip, duration, start, index, places, samples, excluded, segments, in_segment, begins_anew,
-} if |span| span.start.index <= span.index);
 
 #[cfg(test)]
 mod tests {

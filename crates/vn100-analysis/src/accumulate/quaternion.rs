@@ -2,16 +2,11 @@
 
 use std::ops::Range;
 
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{Layout, Quantity};
-
-use super::piece::NotAppended;
 
 #[derive(Debug, Clone)]
 pub(crate) struct QuaternionSign {
     first: usize,
-    /// The first quaternion.
-    begins: Option<[i32; 4]>,
     /// The last quaternion as continued; zero before the first row, which keeps its sign.
     previous: [i32; 4],
     rows: Vec<i32>,
@@ -23,19 +18,7 @@ impl QuaternionSign {
         let is_whole = |four: &[_]| four.iter().all(|quantity| *quantity == Quantity::Quaternion);
         let quantities: Vec<_> = layout.channels.iter().map(|channel| channel.quantity).collect();
         let first = quantities.windows(4).position(is_whole)?;
-        Some(Self { first, begins: None, previous: [0; 4], rows: Vec::new() })
-    }
-
-    /// Appends the next piece, if its first quaternion has the nearer of the two signs.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), NotAppended> {
-        let Some(begins) = next.begins else { return Ok(()) };
-        let products = begins.iter().zip(self.previous).map(|(now, before)| f64::from(*now) * f64::from(before));
-        if products.sum::<f64>() < 0.0 {
-            return Err(NotAppended::OtherSign);
-        }
-        self.begins = self.begins.or(next.begins);
-        self.previous = next.previous;
-        Ok(())
+        Some(Self { first, previous: [0; 4], rows: Vec::new() })
     }
 
     /// Places of the elements in a row.
@@ -60,21 +43,8 @@ impl QuaternionSign {
                 quaternion.iter_mut().for_each(|count| *count = count.saturating_neg());
             }
             self.previous.copy_from_slice(quaternion);
-            self.begins.get_or_insert(self.previous);
         }
         &self.rows
-    }
-}
-
-impl QuaternionSign {
-    /// The form in bytes, without the place of the quaternion, which the layout determines.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        self.begins.encode(out);
-        self.previous.encode(out);
-    }
-
-    pub(crate) fn decode(self, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        Ok(Self { begins: Encoded::decode(input)?, previous: Encoded::decode(input)?, ..self })
     }
 }
 
@@ -106,27 +76,6 @@ mod tests {
         let rows = [[0, 0, -6, -8], [0, 0, 6, 8], [0, 1, -6, -8], [0, 0, -8, 6]];
         let expected = [0, 0, -6, -8, 0, 0, -6, -8, 0, 1, -6, -8, 0, 0, -8, 6];
         assert_eq!(continued(&mut sign(), &rows), expected);
-    }
-
-    #[test]
-    fn a_piece_continues_with_the_sign_that_lies_nearer() {
-        let piece = |rows: &[[i32; 4]]| {
-            let mut sign = sign();
-            continued(&mut sign, rows);
-            sign
-        };
-        let first = || piece(&[[1, 2, -6, -8], [0, 1, -8, 6]]);
-        for (next, nearer) in
-            [([0, 1, -8, 6], true), ([0, -1, 8, -6], false), ([9, 0, -6, -8], true), ([9, 0, -5, -8], false)]
-        {
-            let mut whole = first();
-            assert_eq!(whole.append(&piece(&[next])).is_ok(), nearer, "{next:?}");
-            let (begins, ends) = (Some([1, 2, -6, -8]), if nearer { next } else { [0, 1, -8, 6] });
-            assert_eq!((whole.begins, whole.previous), (begins, ends));
-        }
-        let mut empty = sign();
-        assert!(empty.append(&sign()).is_ok() && empty.append(&first()).is_ok());
-        assert_eq!((empty.begins, empty.previous), (first().begins, first().previous));
     }
 
     #[test]

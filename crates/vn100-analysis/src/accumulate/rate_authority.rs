@@ -1,7 +1,6 @@
 //! Which source decides the sample rate, and what a change of the rate does.
 
 use imu_timebase::{GapDetector, NominalRate, Refusal, TimebaseSummary};
-use state_bytes::{BadEncoding, ByteReader, Encoded};
 use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
@@ -308,18 +307,6 @@ impl RateAuthority {
         (self.change, self.false_rate) = (None, None);
     }
 
-    /// Whether no sample is or was excluded because of its rate.
-    pub(crate) const fn is_steady(&self) -> bool {
-        self.change.is_none() && self.false_rate.is_none() && self.other_rate_samples == 0
-    }
-
-    /// Appends a piece that has the same rate.
-    pub(crate) fn append(&mut self, next: &Self) {
-        if self.rate.from == RateFrom::Assumed {
-            self.rate = next.rate;
-        }
-    }
-
     /// The change of rate after which samples are excluded; `None` where there was none.
     pub(crate) fn change(&self) -> Option<RateChange> {
         self.change.map(|change| change.change)
@@ -360,48 +347,5 @@ impl RateAuthority {
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
 }
-
-state_bytes::encoded!(Rate { hz, from, by_few } if |rate| rate.hz > 0.0);
-state_bytes::encoded!(DatedChange { change, until, excluded });
-
-impl RateAuthority {
-    /// The form in bytes, without the list of rates of the sensor, which its message determines.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let Self {
-            rates_hz: _,
-            rate,
-            change,
-            confirmed,
-            refused_before,
-            false_rate,
-            other_rate_samples,
-            reported_hz,
-            false_report,
-        } = self;
-        rate.encode(out);
-        change.encode(out);
-        confirmed.encode(out);
-        refused_before.encode(out);
-        false_rate.encode(out);
-        other_rate_samples.encode(out);
-        reported_hz.encode(out);
-        false_report.encode(out);
-    }
-
-    pub(crate) fn decode(layout: Option<&Layout>, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        Ok(Self {
-            rates_hz: layout.map_or(&[], |layout| rates_hz(Some(layout))),
-            rate: Encoded::decode(input)?,
-            change: Encoded::decode(input)?,
-            confirmed: Encoded::decode(input)?,
-            refused_before: Encoded::decode(input)?,
-            false_rate: Encoded::decode(input)?,
-            other_rate_samples: Encoded::decode(input)?,
-            reported_hz: Encoded::decode(input)?,
-            false_report: Encoded::decode(input)?,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests;

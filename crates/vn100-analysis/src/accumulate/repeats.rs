@@ -1,7 +1,5 @@
 //! Repeated rows: a recording played in a loop, or rows stored twice.
 
-use state_bytes::{BadEncoding, ByteReader, Encoded, encode_hash};
-
 /// The number of rows by which the beginning of the record is recognised.
 const BEGINNING: usize = 16;
 
@@ -28,8 +26,7 @@ pub(crate) struct Repeats {
     found: usize,
     pass: Option<Pass>,
     in_passes: u64,
-    /// The hashes of the first two rows, and of the last two, the last row first.
-    first: [Option<u64>; 2],
+    /// The hashes of the last two rows, the last row first.
     last: [Option<u64>; 2],
     like_last: u64,
     like_one_before: u64,
@@ -55,7 +52,6 @@ impl Default for Repeats {
             found: 0,
             pass: None,
             in_passes: 0,
-            first: [None; 2],
             last: [None; 2],
             like_last: 0,
             like_one_before: 0,
@@ -72,31 +68,12 @@ impl Repeats {
         self.in_passes.max(if is_chance { 0 } else { twice })
     }
 
-    /// Appends the rows of the next piece. Whether these repeat the record as a loop is not known:
-    /// they would have to be compared with it one by one.
-    pub(crate) fn append(&mut self, next: &Self) {
-        let alike = |one: Option<u64>, other: Option<u64>| u64::from(one.is_some() && one == other);
-        self.like_last += next.like_last + alike(self.last[0], next.first[0]);
-        self.like_one_before +=
-            next.like_one_before + alike(self.last[1], next.first[0]) + alike(self.last[0], next.first[1]);
-        let rows = [self.first, next.first].into_iter().flatten().flatten();
-        let mut first = rows.take(2);
-        self.first = [first.next(), first.next()];
-        let rows = [next.last, self.last].into_iter().flatten().flatten();
-        let mut last = rows.take(2);
-        self.last = [last.next(), last.next()];
-        (self.found, self.pass) = (0, None);
-    }
-
     /// Adds a row by its [`hash`].
     pub(crate) fn push(&mut self, row: u64) {
         let is_like_last = self.last[0] == Some(row);
         self.like_last += u64::from(is_like_last);
         self.like_one_before += u64::from(self.last[1] == Some(row));
         self.last = [Some(row), self.last[0]];
-        if self.first[1].is_none() {
-            self.first = if self.first[0].is_none() { [Some(row), None] } else { [self.first[0], Some(row)] };
-        }
         if self.beginning.len() < BEGINNING {
             // constant rows mark no place
             if is_like_last {
@@ -211,32 +188,6 @@ const fn scattered(number: u64) -> u64 {
     product ^ product >> 32
 }
 
-/// The form in bytes holds what a record that has ended needs: no row is compared with it any more.
-impl Encoded for Repeats {
-    fn encode(&self, out: &mut Vec<u8>) {
-        for row in self.first.iter().chain(&self.last) {
-            row.is_some().encode(out);
-            row.iter().for_each(|hash| encode_hash(*hash, out));
-        }
-        self.in_passes.encode(out);
-        self.like_last.encode(out);
-        self.like_one_before.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let mut row = || bool::decode(input)?.then(|| input.hash()).transpose();
-        let (first, last) = ([row()?, row()?], [row()?, row()?]);
-        Ok(Self {
-            first,
-            last,
-            in_passes: Encoded::decode(input)?,
-            like_last: Encoded::decode(input)?,
-            like_one_before: Encoded::decode(input)?,
-            ..Self::default()
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -291,28 +242,6 @@ mod tests {
             let mut other = row(5);
             other[channel] += 1;
             assert_eq!(repeated([row(5), other]), 0, "channel {channel}");
-        }
-    }
-
-    #[test]
-    fn pieces_have_the_repeated_neighbours_of_the_whole() {
-        let of = |rows: &[i32]| {
-            let mut repeats = Repeats::default();
-            rows.iter().for_each(|row_number| repeats.push(hash(&row(*row_number))));
-            repeats
-        };
-        let rows = [1, 1, 2, 1, 2, 2, 2, 3, 2, 3, 3, 4];
-        let whole = of(&rows);
-        assert_eq!((whole.like_last, whole.like_one_before), (4, 5));
-        for first in 0..=rows.len() {
-            for second in first..=rows.len() {
-                let mut pieces = of(&rows[..first]);
-                pieces.append(&of(&rows[first..second]));
-                pieces.append(&of(&rows[second..]));
-                let neighbours = (pieces.like_last, pieces.like_one_before);
-                assert_eq!(neighbours, (whole.like_last, whole.like_one_before), "cut at {first} and {second}");
-                assert_eq!((pieces.first, pieces.last), (whole.first, whole.last));
-            }
         }
     }
 

@@ -29,20 +29,11 @@ impl Saturation {
         self.last_at = Some(at);
     }
 
-    pub(crate) fn append(&mut self, next: &Self) {
-        self.samples += next.samples;
-        self.by_axis.iter_mut().zip(next.by_axis).for_each(|(count, more)| *count += more);
-        self.first_at = self.first_at.or(next.first_at);
-        self.last_at = next.last_at.or(self.last_at);
-    }
-
     /// The axes that were at the end of their range, each with its number of samples.
     pub fn axes(&self) -> impl Iterator<Item = (&'static str, u64)> {
         AXES.into_iter().zip(self.by_axis).filter(|(_, count)| *count > 0)
     }
 }
-
-state_bytes::encoded!(Saturation { samples, by_axis, first_at, last_at });
 
 #[cfg(test)]
 mod tests {
@@ -53,9 +44,7 @@ mod tests {
         let mut saturation = Saturation::default();
         assert_eq!((saturation.axes().count(), saturation.first_at), (0, None));
         saturation.push(0x48, Duration::from_secs(3));
-        let mut next = Saturation::default();
-        next.push(0x40, Duration::from_secs(5));
-        saturation.append(&next);
+        saturation.push(0x40, Duration::from_secs(5));
         assert_eq!(saturation.axes().collect::<Vec<_>>(), [("accel_x", 1), ("gyro_x", 2)]);
         let times = (saturation.first_at, saturation.last_at);
         assert_eq!((saturation.samples, times), (2, (Some(Duration::from_secs(3)), Some(Duration::from_secs(5)))));

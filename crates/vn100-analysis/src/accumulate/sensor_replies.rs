@@ -19,8 +19,6 @@ pub(crate) struct SensorReplies {
     /// The first two different serial numbers, in their order, and the number of samples before the
     /// second.
     two_serials: Option<(String, String, u64)>,
-    /// The first serial number, and the number of samples before it.
-    first_serial: Option<(String, u64)>,
     /// Of each channel of register 54. Its readings are too few, and too unevenly spaced, for a
     /// deviation.
     imu: Vec<(Moments, Histogram)>,
@@ -37,25 +35,9 @@ impl SensorReplies {
         }
         if register == Register::SERIAL_NUMBER {
             self.compare_serial(&fields, samples);
-            self.first_serial.get_or_insert_with(|| (fields.clone(), samples));
         }
         if !is_excluded {
             self.registers.insert(register.0, fields);
-        }
-    }
-
-    /// Appends the next piece.
-    pub(crate) fn append(&mut self, next: &Self) {
-        if let Some((serial, samples)) = &next.first_serial {
-            self.compare_serial(serial, *samples);
-            self.first_serial = self.first_serial.take().or_else(|| next.first_serial.clone());
-        }
-        self.two_serials = self.two_serials.take().or_else(|| next.two_serials.clone());
-        self.registers.extend(next.registers.clone());
-        self.imu.resize(self.imu.len().max(next.imu.len()), (Moments::new(), Histogram::new()));
-        for ((moments, histogram), (more, more_bins)) in self.imu.iter_mut().zip(&next.imu) {
-            moments.append(more);
-            histogram.append(more_bins);
         }
     }
 
@@ -150,10 +132,6 @@ fn renamed(channel: &Channel) -> Channel {
     };
     Channel { name: format!("{prefix}_{}", channel.name).into(), ..channel.clone() }
 }
-
-state_bytes::encoded!(SensorReplies { registers, before_break, two_serials, first_serial, imu } if |replies| {
-    [0, VNIMU.channels.len()].contains(&replies.imu.len())
-});
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,6 @@
 //! The axes of a sensor against its temperature, which the stream carries or which was polled.
 
-use imu_noise::{NoCoefficient, PieceNotAppended, Sensor, TemperatureBlocks, TemperatureSearch};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
+use imu_noise::{NoCoefficient, Sensor, TemperatureBlocks, TemperatureSearch};
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 use crate::sensor::sensor_of;
@@ -84,11 +83,6 @@ impl TemperatureRecord {
         }
     }
 
-    /// Appends the next piece of a record whose stream carries the temperature.
-    pub(crate) fn append(&mut self, next: &Self) -> Result<(), PieceNotAppended> {
-        self.blocks.append(&next.blocks)
-    }
-
     pub(crate) fn part(&mut self) {
         self.blocks.part();
     }
@@ -119,20 +113,4 @@ impl TemperatureRecord {
 
 fn is_temperature(channel: &Channel) -> bool {
     channel.quantity == Quantity::Temperature
-}
-
-impl TemperatureRecord {
-    /// The form in bytes, without the roles of the channels, which the layout determines.
-    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        self.is_polled.encode(out);
-        self.blocks.encode(out);
-    }
-
-    pub(crate) fn decode(layout: &Layout, input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let of = if bool::decode(input)? { Self::polled } else { Self::of_stream };
-        let record = of(layout).ok_or(BadEncoding::Contradictory)?;
-        let blocks = TemperatureBlocks::decode(input)?;
-        check(blocks.axes() == record.blocks.axes())?;
-        Ok(Self { blocks, ..record })
-    }
 }

@@ -6,4 +6,3 @@ mod batches;
 mod goals;
 mod judgement;
 mod noise_shapes;
-mod pieces;

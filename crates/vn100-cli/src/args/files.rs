@@ -99,11 +99,6 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) result: ResultArgs,
 
-    /// Also pool the recordings of one sensor: one curve, N, B and K with the spread between
-    /// recordings, a prediction interval for the next one, and outliers
-    #[arg(long, help_heading = "Measurement", conflicts_with = "speed")]
-    pub(crate) pool: bool,
-
     /// Replay in the live view or on the live page, at this many seconds of data a second, as in
     /// "1x" or "10x", or "max" for as fast as the machine can
     #[arg(long, help_heading = "Output", value_name = "SPEED", conflicts_with_all = ["json", "ndjson", "samples"])]
@@ -121,18 +116,11 @@ pub(crate) struct ArchiveArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// Keep the sums of each recording here; a file that is as it was is then not read again
-    #[arg(long, help_heading = "Output", value_name = "DIR")]
-    pub(crate) state: Option<PathBuf>,
-
-    /// Write the document here, ending in .json, or the table, ending in .csv [default: standard
-    /// output]
-    #[arg(short, long, help_heading = "Output", value_name = "FILE", value_parser = document_or_table)]
+    /// Write the rows here, as lines of JSON in a file that ends in .jsonl, or as a table in one that
+    /// ends in .csv. Rows that are there are kept: a file that they name with its present size and time
+    /// is not read again [default: lines of JSON on standard output]
+    #[arg(short, long, help_heading = "Output", value_name = "FILE", value_parser = lines_or_table)]
     pub(crate) output: Option<PathBuf>,
-
-    /// Print the table instead of the document: a row for each recording and channel
-    #[arg(long, help_heading = "Output")]
-    pub(crate) csv: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -150,11 +138,11 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
-fn document_or_table(text: &str) -> Result<PathBuf, String> {
+fn lines_or_table(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension().map(|ending| ending.to_ascii_lowercase()) {
-        Some(ending) if ending == "json" || ending == "csv" => Ok(path),
-        _ => Err("it must end in .json, for the document, or .csv, for the table".into()),
+        Some(ending) if ending == "jsonl" || ending == "csv" => Ok(path),
+        _ => Err("it must end in .jsonl, for lines of JSON, or .csv, for a table".into()),
     }
 }
 

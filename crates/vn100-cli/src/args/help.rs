@@ -120,13 +120,12 @@ const COMMANDS: [CommandHelp; 16] = [
     CommandHelp {
         name: "archive",
         examples: &[
-            ("every capture below a folder", "archive captures/ -o archive.json"),
-            ("as a table", "archive captures/ -o archive.csv"),
-            ("again, reading only what is new", "archive captures/ --state states/ -o archive.json"),
+            ("every capture below a folder as lines of JSON", "archive captures/ -o rows.jsonl"),
+            ("as a table; the same command later reads only what is new", "archive captures/ -o rows.csv"),
         ],
         exit_status: OF_MEASUREMENT,
         files: &[RECORDING, SIDECAR, DATASHEET],
-        see_also: &["replay", "compare", "schema"],
+        see_also: &["replay", "compare"],
     },
     CommandHelp {
         name: "compare",

@@ -98,9 +98,6 @@ pub(crate) enum ExportForm {
     /// Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum,
     /// segments and histograms as tables
     Csv,
-    /// One table of all captures for incoming inspection: a row each with identity, N, B and K in
-    /// the units of data sheets, verdicts and warnings
-    Lot,
     /// The document of `vn100 replay --json`
     Json,
     /// imu.yaml for Kalibr: N as estimated, and the larger of K and 1.15 B/√span as random walk;

@@ -6,7 +6,7 @@ use std::{fs::File, io::Write, path::Path};
 use anyhow::{Context, Result};
 use clap::{Arg, ArgAction, Command, CommandFactory};
 use clap_mangen::Man;
-use vn100_report::{ANALYSIS_SCHEMA, ARCHIVE_SCHEMA, Completion, PROGRESS_SCHEMA};
+use vn100_report::{ANALYSIS_SCHEMA, Completion, PROGRESS_SCHEMA};
 
 use crate::{
     args::{Args, CommandHelp, CompletionsArgs, DescribedDocument, ENVIRONMENT, ManArgs, SchemaArgs, help_of},
@@ -18,7 +18,6 @@ const PROGRAM: &str = "vn100";
 pub(crate) fn schema(args: &SchemaArgs) -> Result<Completion> {
     print(match args.document {
         DescribedDocument::Analysis => ANALYSIS_SCHEMA,
-        DescribedDocument::Archive => ARCHIVE_SCHEMA,
         DescribedDocument::Progress => PROGRESS_SCHEMA,
     })?;
     Ok(Completion::Complete)

@@ -19,7 +19,7 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Goal, Pool, Settings};
+use vn100_analysis::{Goal, Settings};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult, Speed};
 use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
 
@@ -57,19 +57,8 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     }
     let evaluation = evaluation(&files.measure)?;
     let mut writer = ResultWriter::new(args.result.format());
-    let mut recordings = Vec::new();
     let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
-    unless_closed(measure_files(files, &inputs, evaluation, outputs, |measured| {
-        writer.write(&measured)?;
-        recordings.extend(args.pool.then_some(measured));
-        Ok(())
-    }))?;
-    if args.pool {
-        let records: Vec<_> = recordings.iter().map(Measured::compared).collect();
-        let settings = files.settings();
-        let pool = Pool::of(&records, settings.confidence);
-        unless_closed(writer.write_pool(&pool, (settings.deviation, settings.estimator)))?;
-    }
+    unless_closed(measure_files(files, &inputs, evaluation, outputs, |measured| writer.write(&measured)))?;
     writer.finish()
 }
 

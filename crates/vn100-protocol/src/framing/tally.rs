@@ -77,31 +77,6 @@ impl Tally {
             + self.buffered_bytes
     }
 
-    pub(crate) fn append(&mut self, next: &Self) {
-        self.valid_sentence_bytes += next.valid_sentence_bytes;
-        self.rejected_sentence_bytes += next.rejected_sentence_bytes;
-        self.packet_bytes += next.packet_bytes;
-        self.skipped_bytes += next.skipped_bytes;
-        self.buffered_bytes += next.buffered_bytes;
-        self.samples += next.samples;
-        self.replies += next.replies;
-        self.other += next.other;
-        self.unchecked_sentences += next.unchecked_sentences;
-        self.packets += next.packets;
-        self.split_packets += next.split_packets;
-        self.damaged_packets += next.damaged_packets;
-        self.measured_packets.samples += next.measured_packets.samples;
-        self.measured_packets.rejected += next.measured_packets.rejected;
-        self.measured_packets.repeated += next.measured_packets.repeated;
-        let (ours, theirs) = (&mut self.rejected, &next.rejected);
-        ours.checksum += theirs.checksum;
-        ours.unchecked += theirs.unchecked;
-        ours.grammar += theirs.grammar;
-        ours.range += theirs.range;
-        ours.truncated += theirs.truncated;
-        ours.too_long += theirs.too_long;
-    }
-
     /// The same where these rejected sentences, of so many bytes, are parts of damaged packets.
     pub(crate) fn without_fragments(mut self, fragments: &RejectedCounts, bytes: u64) -> Self {
         self.rejected = self.rejected.without(fragments);

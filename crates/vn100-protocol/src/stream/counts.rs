@@ -59,24 +59,6 @@ impl StreamCounts {
         self.tally.skipped_bytes + self.baud_scan_bytes
     }
 
-    /// Adds what the stream carried behind this, counted from there on.
-    pub fn append(&mut self, next: &Self) {
-        self.tally.append(&next.tally);
-        self.foreign_samples += next.foreign_samples;
-        self.baud_scan_bytes += next.baud_scan_bytes;
-        self.overrun_bytes += next.overrun_bytes;
-        self.echoes += next.echoes;
-        self.unsolicited_errors.append(&next.unsolicited_errors);
-        self.outputs_resumed += next.outputs_resumed;
-        self.connects += next.connects;
-        self.other_message = self.other_message.or(next.other_message);
-        self.other_packet = self.other_packet.or(next.other_packet);
-        self.rejected_rows = match (self.rejected_rows, next.rejected_rows) {
-            (Some(ours), Some(theirs)) => Some(ours.plus(&theirs)),
-            (ours, theirs) => ours.or(theirs),
-        };
-    }
-
     /// What the sensor said to commands, or of an error.
     #[must_use]
     pub fn answers(&self) -> u64 {
@@ -126,21 +108,11 @@ pub struct UnsolicitedErrors {
 impl UnsolicitedErrors {
     /// Counts an error.
     pub fn count(&mut self, error: DeviceError) {
-        self.add(error, 1);
-    }
-
-    /// Counts an error that came so many times.
-    pub fn add(&mut self, error: DeviceError, times: u64) {
         let place = KNOWN.iter().position(|&known| known == error).unwrap_or(KNOWN.len());
-        self.counts[place] += times;
+        self.counts[place] += 1;
         if place == KNOWN.len() {
             self.first_unknown.get_or_insert(error);
         }
-    }
-
-    fn append(&mut self, next: &Self) {
-        self.counts.iter_mut().zip(next.counts).for_each(|(count, more)| *count += more);
-        self.first_unknown = self.first_unknown.or(next.first_unknown);
     }
 
     /// Those that came, with how often, by code. Codes that the manual does not have count as
@@ -154,7 +126,6 @@ impl UnsolicitedErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MeasuredPackets, RejectedCounts};
 
     #[test]
     fn each_code_has_its_count_and_unknown_ones_share_one() {
@@ -167,57 +138,5 @@ mod tests {
         let mut expected: Vec<_> = KNOWN.map(DeviceError::code).map(|code| (code, 1 + u64::from(code == 0x0B))).into();
         expected.push((0, 256 - KNOWN.len() as u64));
         assert_eq!(counted, expected);
-    }
-
-    /// What a stream has carried that counts everything differently, so many times over.
-    fn carried(times: u64) -> StreamCounts {
-        let mut unsolicited_errors = UnsolicitedErrors::default();
-        unsolicited_errors.add(DeviceError::HardFault, 26 * times);
-        unsolicited_errors.add(DeviceError::Unknown(0x40), 27 * times);
-        StreamCounts {
-            tally: Tally {
-                valid_sentence_bytes: times,
-                rejected_sentence_bytes: 2 * times,
-                packet_bytes: 3 * times,
-                skipped_bytes: 4 * times,
-                buffered_bytes: 5 * times,
-                samples: 6 * times,
-                replies: 7 * times,
-                other: 8 * times,
-                unchecked_sentences: 9 * times,
-                packets: 10 * times,
-                measured_packets: MeasuredPackets { samples: 11 * times, rejected: 12 * times, repeated: 13 * times },
-                split_packets: 14 * times,
-                damaged_packets: 15 * times,
-                rejected: RejectedCounts {
-                    checksum: 16 * times,
-                    unchecked: 17 * times,
-                    grammar: 18 * times,
-                    range: 19 * times,
-                    truncated: 20 * times,
-                    too_long: 21 * times,
-                },
-            },
-            foreign_samples: 22 * times,
-            baud_scan_bytes: 23 * times,
-            overrun_bytes: 24 * times,
-            echoes: 25 * times,
-            unsolicited_errors,
-            outputs_resumed: 28 * times,
-            connects: 29 * times,
-            other_message: Some(MessageName::new(b"VNYPR")),
-            other_packet: None,
-            rejected_rows: None,
-        }
-    }
-
-    #[test]
-    fn each_count_of_what_follows_is_added_to_its_own() {
-        let mut whole = carried(1);
-        whole.append(&carried(100));
-        assert_eq!(whole, carried(101));
-        // what came first keeps its name
-        whole.append(&StreamCounts { other_message: Some(MessageName::new(b"VNQTN")), ..carried(0) });
-        assert_eq!(whole, carried(101));
     }
 }

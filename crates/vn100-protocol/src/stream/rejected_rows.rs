@@ -103,10 +103,6 @@ impl RejectedRowCounts {
         counted.filter(|(_, count)| *count > 0)
     }
 
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        Self { counts: core::array::from_fn(|reason| self.counts[reason] + other.counts[reason]) }
-    }
-
     /// Rows of any reason.
     #[must_use]
     pub fn total(&self) -> u64 {

@@ -1,5 +1,5 @@
 """Noise of inertial sensors from captures and arrays: Allan deviation with
-intervals, N, B and K with a status, spectra, warnings; states that merge.
+intervals, N, B and K with a status, spectra, warnings.
 
 Sums are exact integers: the same samples give the same bits, however they were
 divided. The document of a result (``to_dict``) is that of ``vn100 replay --json``.
@@ -11,7 +11,7 @@ from ._analyzer import Analyzer
 from ._deviations import adev, hdev, oadev, ohdev
 from ._result import Channel, Curve, Noise, Parameter, Result, replay
 from ._rows import Rows, captures, rows
-from ._vn100 import CaptureError, State
+from ._vn100 import CaptureError, archive_rows
 
 __version__ = _version("vn100")
 
@@ -24,8 +24,8 @@ __all__ = [
     "Parameter",
     "Result",
     "Rows",
-    "State",
     "adev",
+    "archive_rows",
     "captures",
     "hdev",
     "oadev",

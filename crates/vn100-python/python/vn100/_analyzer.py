@@ -30,12 +30,6 @@ class Analyzer:
     ``compensated`` says whether a filter has removed the bias of the angular rates
     (``True`` or ``"yes"``, ``False`` or ``"no"``): with ``True``, B, K and R of a
     gyroscope are not measurable.
-
-    A piece of a longer record begins at the absolute index ``start``, which counts
-    rows from the first that is there in the record, behind ``samples_before`` samples
-    (``start`` less those missing): the states of pieces with the same ``resolution``
-    merge to the very bits of the whole. Rows missing at the beginning of such a piece
-    count.
     """
 
     def __init__(
@@ -48,8 +42,6 @@ class Analyzer:
         deviation: str = "allan",
         confidence: float = 0.95,
         compensated: bool | Literal["yes", "no"] | None = None,
-        start: int = 0,
-        samples_before: int | None = None,
     ) -> None:
         names = [channels] if isinstance(channels, str) else list(channels)
         steps: list[float] | None
@@ -58,13 +50,7 @@ class Analyzer:
         else:
             given = numbers(resolution, "resolutions")
             steps = [float(step) for step in (np.full(len(names), given) if given.ndim == 0 else given.ravel())]
-        start = whole(start, "start")
-        before = start if samples_before is None else whole(samples_before, "samples_before")
-        if not min(start, 1) <= before <= start:
-            raise ValueError(
-                f"samples_before: {before} is not between {min(start, 1)} and {start}, as start counts from the first sample"
-            )
-        self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, compensated, start, before)
+        self._sums = _vn100.Sums(names, rate, steps, estimator, deviation, confidence, compensated)
         self._names = names
         self._rate = rate
         # one thread may push while others ask for results
@@ -135,8 +121,3 @@ class Analyzer:
     def to_dict(self) -> dict[str, Any]:
         """The document ``vn100.analysis/1``."""
         return self.result().to_dict()
-
-    def state(self, name: str) -> _vn100.State:
-        """What was pushed, as a recording of this name or a piece of it."""
-        with self._lock:
-            return self._sums.state(name)

@@ -1,11 +1,26 @@
-//! An archive as a table: a row for each recording and channel.
+//! The rows of an archive: one for each recording and channel, as a line of JSON or of a table.
 
 use std::collections::BTreeSet;
 
-use super::tables::{Table, number};
-use crate::document::archive::{ArchiveDocument, ChannelRow, RecordingRow};
+use serde_json::{Value, json};
+use vn100_analysis::noise::Term;
+use vn100_analysis::protocol::Register;
 
-pub(super) const HEADER: [&str; 27] = [
+use crate::{
+    codes::{code_of_status, code_of_verdict, term_name},
+    document::noise::claim_name,
+    measured::Measured,
+    printable::json_line,
+    units::{ChannelValues, channel_values},
+};
+
+/// The columns of every row, in their order.
+const COLUMNS: [&str; 33] = [
+    "file",
+    "bytes",
+    "modified_ns",
+    "options",
+    "rows",
     "name",
     "serial",
     "model",
@@ -19,6 +34,8 @@ pub(super) const HEADER: [&str; 27] = [
     "unit",
     "mean",
     "std",
+    "min",
+    "max",
     "white_status",
     "white",
     "white_lower",
@@ -29,61 +46,226 @@ pub(super) const HEADER: [&str; 27] = [
     "bias_instability_upper",
     "rate_random_walk_status",
     "rate_random_walk",
+    "rate_random_walk_lower",
     "rate_random_walk_upper",
     "verdicts",
-    "warnings",
-    "error",
 ];
 
-/// The table as CSV, in SI units; a recording that could not be read is a row with its error.
-#[must_use]
-pub fn archive_table(archive: &ArchiveDocument) -> String {
-    let mut table = Table(String::new());
-    table.row(&HEADER);
-    for recording in &archive.recordings {
-        let rows = recording.channels.iter().map(Some).chain(recording.channels.is_empty().then_some(None));
-        for channel in rows {
-            let cells = cells(recording, channel);
-            table.row(&cells.iter().map(String::as_str).collect::<Vec<_>>());
-        }
-    }
-    table.0
+/// The columns after those of the channel.
+const LAST_COLUMNS: [&str; 2] = ["warnings", "error"];
+
+/// A file of an archive, as it was when it was measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ArchivedFile {
+    /// Its path.
+    pub path: String,
+    /// Its size, with that of the files that belong to it.
+    pub bytes: u64,
+    /// When it was last changed, in nanoseconds since 1970-01-01 UTC.
+    pub modified_ns: i64,
+    /// The options of the measurement.
+    pub options: String,
 }
 
-fn cells(recording: &RecordingRow, channel: Option<&ChannelRow>) -> Vec<String> {
-    let text = |text: &Option<String>| text.clone().unwrap_or_default();
-    let mut cells = vec![
-        recording.name.clone(),
-        text(&recording.serial),
-        text(&recording.model),
-        text(&recording.message),
-        recording.started_ns.map_or_else(String::new, |ns| ns.to_string()),
-        number(recording.rate_hz),
-        number(Some(recording.duration_s)),
-        recording.samples.to_string(),
-        recording.missing.to_string(),
-    ];
-    let parameter = |name: &str| {
-        let found = channel.and_then(|channel| channel.noise.iter().find(|found| found.parameter == name));
-        let status = found.map_or_else(String::new, |found| found.status.to_owned());
-        let [middle, lower, upper] =
-            found.map_or([None; 3], |found| [found.value, found.lower, found.upper]).map(number);
-        [status, middle, lower, upper]
+/// A row of an archive: a channel of a recording, or a recording without channels. SI units, magnetic
+/// field in gauss.
+#[derive(Debug, Clone)]
+pub struct ArchiveRow {
+    /// A value for each column.
+    cells: Vec<Value>,
+}
+
+impl ArchiveRow {
+    /// The rows of all recordings of a file: the column `rows` gives their number, by which a file whose
+    /// rows were not all written is recognised.
+    #[must_use]
+    pub fn of_file(file: &ArchivedFile, recordings: &[Measured]) -> Vec<Self> {
+        let mut rows: Vec<Self> = recordings.iter().flat_map(|measured| of_recording(file, measured)).collect();
+        let count = rows.len();
+        rows.iter_mut().for_each(|row| row.cells[4] = json!(count));
+        rows
+    }
+
+    /// The row of a file that could not be measured.
+    #[must_use]
+    pub fn of_error(file: &ArchivedFile, error: &str) -> Self {
+        let cells = columns().map(|column| match column {
+            "file" | "name" => json!(file.path),
+            "bytes" => json!(file.bytes),
+            "modified_ns" => json!(file.modified_ns),
+            "options" => json!(file.options),
+            "rows" => json!(1),
+            "error" => json!(error),
+            _ => Value::Null,
+        });
+        Self { cells: cells.collect() }
+    }
+
+    /// The row as a line of JSON: an object with every column.
+    #[must_use]
+    pub fn json_line(&self) -> String {
+        let fields: Vec<String> =
+            columns().zip(&self.cells).map(|(column, cell)| format!("\"{column}\":{cell}")).collect();
+        json_line(&format!("{{{}}}", fields.join(",")))
+    }
+
+    /// The row as a line of a table, under [`table_header`](Self::table_header).
+    #[must_use]
+    pub fn table_line(&self) -> String {
+        let cells: Vec<String> = self.cells.iter().map(cell_text).collect();
+        cells.join(",") + "\n"
+    }
+
+    /// The first line of a table.
+    #[must_use]
+    pub fn table_header() -> String {
+        columns().collect::<Vec<_>>().join(",") + "\n"
+    }
+
+    /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a line
+    /// that is no row.
+    #[must_use]
+    pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize)> {
+        let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
+            Ok(Value::Object(row)) => columns().map(|column| row.get(column).map_or_else(String::new, text)).collect(),
+            _ => table_cells(line)?,
+        };
+        let [path, bytes, modified_ns, options, rows, ..] = &cells[..] else { return None };
+        let file = ArchivedFile {
+            path: path.clone(),
+            bytes: bytes.parse().ok()?,
+            modified_ns: modified_ns.parse().ok()?,
+            options: options.clone(),
+        };
+        (cells.len() == columns().count()).then_some((file, rows.parse().ok()?))
+    }
+}
+
+fn columns() -> impl Iterator<Item = &'static str> {
+    COLUMNS.into_iter().chain(LAST_COLUMNS)
+}
+
+/// Whether a table with this first line, or a line of JSON that begins like it, is of an archive.
+pub(super) fn is_first_line(line: &str) -> bool {
+    line == ArchiveRow::table_header().trim_end()
+        || line.starts_with("{\"file\":") && line.contains(",\"modified_ns\":")
+}
+
+fn of_recording(file: &ArchivedFile, measured: &Measured) -> Vec<ArchiveRow> {
+    let values = channel_values(&measured.snapshot, &measured.assessment);
+    let channels: Vec<Option<(usize, &ChannelValues)>> = match values.is_empty() {
+        true => vec![None],
+        false => values.iter().enumerate().map(Some).collect(),
     };
-    cells.extend(channel.map_or_else(
-        || vec![String::new(); 4],
-        |channel| vec![channel.name.clone(), channel.unit.clone(), number(channel.mean), number(channel.std)],
-    ));
-    cells.extend(parameter("white"));
-    cells.extend(parameter("bias_instability"));
-    let [status, middle, _, upper] = parameter("rate_random_walk");
-    cells.extend([status, middle, upper]);
-    let verdicts = channel.iter().flat_map(|channel| &channel.verdicts);
-    let verdicts: Vec<_> =
-        verdicts.map(|judged| format!("{} {} {}", judged.parameter, judged.claim, judged.verdict)).collect();
+    channels.into_iter().map(|channel| ArchiveRow { cells: cells(file, measured, channel) }).collect()
+}
+
+fn cells(file: &ArchivedFile, measured: &Measured, channel: Option<(usize, &ChannelValues)>) -> Vec<Value> {
+    let (snapshot, facts, timing) = (&measured.snapshot, &measured.facts, &measured.snapshot.timing);
+    let register = |register: Register| json!(snapshot.registers.get(&register.0).map(|text| text.trim()));
+    let is_read = snapshot.layout.is_some();
+    let mut cells = vec![
+        json!(file.path),
+        json!(file.bytes),
+        json!(file.modified_ns),
+        json!(file.options),
+        Value::Null,
+        json!(facts.name),
+        register(Register::SERIAL_NUMBER),
+        register(Register::MODEL),
+        json!(snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
+        json!(facts.recording.as_ref().and_then(|recording| recording.started_ns)),
+        json!(is_read.then_some(timing.rate_hz)),
+        json!(is_read.then(|| timing.duration_s())),
+        json!(timing.samples),
+        json!(timing.missing),
+        json!(channel.map(|(_, values)| &values.name)),
+        json!(channel.map(|(_, values)| &values.unit)),
+        json!(channel.and_then(|(_, values)| values.mean)),
+        json!(channel.and_then(|(_, values)| values.std)),
+        json!(channel.and_then(|(_, values)| values.min)),
+        json!(channel.and_then(|(_, values)| values.max)),
+    ];
+    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+        let noise = channel.and_then(|(_, values)| values.noise.as_ref());
+        match noise.and_then(|noise| noise.parameter(term)) {
+            Some(found) => cells.extend([
+                json!(code_of_status(found.status).code),
+                json!(found.value),
+                json!(found.lower),
+                json!(found.upper),
+            ]),
+            None => cells.extend([Value::Null, Value::Null, Value::Null, Value::Null]),
+        }
+    }
+    let judged = measured.verdicts.iter().flat_map(|verdicts| verdicts.channels.get(channel?.0)).flatten();
+    let verdicts = judged.map(|judged| {
+        let figure = &judged.figure;
+        format!("{} {} {}", term_name(figure.term), claim_name(&figure.claim), code_of_verdict(judged.verdict).code)
+    });
+    cells.push(joined(verdicts));
     let mut named = BTreeSet::new();
-    let kinds = recording.warnings.iter().map(|warning| warning.kind);
-    let kinds: Vec<_> = kinds.filter(|kind| named.insert(*kind)).collect();
-    cells.extend([verdicts.join("; "), kinds.join("; "), text(&recording.error)]);
+    let kinds = measured.warnings().into_iter().map(|warning| warning.kind.name());
+    cells.push(joined(kinds.filter(|kind| named.insert(*kind)).map(str::to_owned)));
+    cells.push(json!(facts.error));
     cells
+}
+
+/// One text; no value of none.
+fn joined(texts: impl Iterator<Item = String>) -> Value {
+    let texts: Vec<String> = texts.collect();
+    if texts.is_empty() { Value::Null } else { json!(texts.join("; ")) }
+}
+
+fn text(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// A cell of a table: one line, quoted if it has to be.
+fn cell_text(value: &Value) -> String {
+    let text = text(value).replace(['\n', '\r'], " ");
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+/// The cells of a line of a table; `None` if a quoted cell does not end.
+fn table_cells(line: &str) -> Option<Vec<String>> {
+    let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
+    let mut letters = line.trim_end_matches(['\n', '\r']).chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if is_quoted && letters.peek() == Some(&'"') => cell.extend(letters.next()),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(std::mem::take(&mut cell)),
+            other => cell.push(other),
+        }
+    }
+    cells.push(cell);
+    (!is_quoted).then_some(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_names_its_file_in_both_forms() {
+        let file = ArchivedFile {
+            path: "in/a \"b\", c.bin".into(),
+            bytes: 7,
+            modified_ns: 1_700_000_000_123_456_789,
+            options: "--rate 40".into(),
+        };
+        let row = ArchiveRow::of_error(&file, "not read,\nas \"it\" is");
+        for line in [row.json_line(), row.table_line()] {
+            assert_eq!(ArchiveRow::file_of_line(&line), Some((file.clone(), 1)), "{line}");
+            assert_eq!(line.matches('\n').count(), 1, "{line}");
+            assert_eq!(ArchiveRow::file_of_line(&line[..line.len() - 3]), None, "a line that was cut");
+        }
+        assert_eq!(ArchiveRow::file_of_line(&ArchiveRow::table_header()), None);
+        assert!(is_first_line(row.json_line().trim_end()) && is_first_line(ArchiveRow::table_header().trim_end()));
+    }
 }

@@ -1,10 +1,10 @@
 //! How files that an export or an archive wrote are recognised: no captures, although they end like
 //! some.
 
-use super::{archive, lot, tables};
+use super::{archive, tables};
 
-/// Whether a file with these first bytes is an export: a table, or the table of an archive or of a
-/// lot. A kilobyte of it is enough.
+/// Whether a file with these first bytes is an export: a table, or the rows of an archive. A kilobyte
+/// of it is enough.
 #[must_use]
 pub fn is_export(beginning: &[u8]) -> bool {
     let mut lines = beginning.split(|byte| *byte == b'\n');
@@ -12,7 +12,7 @@ pub fn is_export(beginning: &[u8]) -> bool {
     if header == tables::METADATA {
         return lines.next().is_some_and(|row| row.starts_with(tables::METADATA_ROW.as_bytes()));
     }
-    tables::HEADERS.contains(&header) || header == archive::HEADER.join(",") || header.starts_with(lot::FIRST_COLUMNS)
+    tables::HEADERS.contains(&header) || archive::is_first_line(header)
 }
 
 #[cfg(test)]

@@ -123,7 +123,7 @@ fn interval() -> Explanation {
             "The range that contains the true value with the stated probability, 95 % by default. Those of deviations are pointwise: each has \
              that probability by itself, not all of them together.",
             "It covers the sampling of this record only, not variation from unit to unit, day to day or with temperature.",
-            "Record longer for a narrower one; pool several records for the variation between them.",
+            "Record longer for a narrower one; compare several records for the variation between them.",
         ],
         &[],
         SP_1065,

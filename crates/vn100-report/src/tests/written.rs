@@ -5,8 +5,8 @@ use vn100_analysis::protocol::stream::{BagReport, StampSource};
 
 use super::fixture::at_rest;
 use crate::{
-    Asked, Completion, Document, Evaluation, KalibrYaml, Measured, MeasuredSource, MetricsForm, Record, lot_table,
-    metrics_text, summary::Summary,
+    Asked, Completion, Document, Evaluation, KalibrYaml, Measured, MeasuredSource, MetricsForm, Record, metrics_text,
+    summary::Summary,
 };
 
 fn document(measured: &Measured) -> Value {
@@ -45,15 +45,6 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
     ] {
         assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
     }
-}
-
-#[test]
-fn the_table_of_a_lot_has_a_column_for_each_of_its_cells() {
-    let measured = at_rest(4096, &[]);
-    let table = lot_table(&[Record::new(&measured)]);
-    let (header, row) = table.split_once('\n').unwrap();
-    assert!(header.contains(",confidence,error,verdict,warnings,gyro_x N status,"), "{header}");
-    assert_eq!(header.split(',').count(), row.trim_end().split(',').count());
 }
 
 #[test]

@@ -6,17 +6,14 @@
 //! sum continues, so all levels together cost log2 R + 2 updates per sample.
 //!
 //! A missing sample has its place like any other, and cluster sums carry the number of samples they
-//! lack; where none is missing, that number costs nothing. A piece of a record also keeps the first
-//! sums of each level: when the piece is appended, the cascade of the piece before continues with
-//! these sums as if they had just been formed, and so finds every window that spans the seam.
+//! lack; where none is missing, that number costs nothing.
 
 use core::{mem, ops::Add};
 
 use multiversion::multiversion;
 
 use super::{gapped::Gapped, squares::SquareSum};
-use crate::accumulate::{piece::Piece, record::Deviation};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
+use crate::accumulate::{places::room_for, record::Deviation};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
@@ -25,8 +22,6 @@ pub(super) const MAX_LEVEL: u32 = 30;
 const BLOCK: usize = 256;
 /// Most windows per averaging time.
 const MAX_LAG: usize = 16;
-/// The first sums of a piece that a window from before it can reach: two clusters, for Hadamard.
-const MAX_HEAD: usize = 2 * MAX_LAG;
 /// So many new sums of a long gap stand for all: a lag of them may reach back before the gap, as
 /// many fill what a level remembers, and the rest are alike.
 const OF_A_GAP: u64 = 4 * MAX_LAG as u64;
@@ -38,22 +33,22 @@ type Scratch<T> = [T; MAX_LAG + BLOCK];
 pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
-    piece: Piece,
+    /// Absolute index of the next place.
+    end: u64,
     levels: Vec<Level>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 struct Level {
     sums: Remembered,
     /// The sums one cluster before those, for third differences only.
     earlier: Remembered,
-    head: Head,
     squares: SquareSum,
     gapped: Gapped,
 }
 
 /// The last block sums of the present run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 struct Remembered {
     sums: Memory<i64>,
     /// How many samples each lacks.
@@ -69,14 +64,6 @@ struct Memory<T> {
     len: usize,
 }
 
-/// The first block sums of the first run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Head {
-    sums: [i64; MAX_HEAD],
-    missing: [u32; MAX_HEAD],
-    len: usize,
-}
-
 /// New block sums of one level, and how many samples each lacks; `None` where none lacks any.
 struct LevelBlocks {
     sums: Scratch<i64>,
@@ -88,8 +75,6 @@ struct LevelBlocks {
 struct Onward {
     /// Number of the last new sum, in strides from index 0.
     last: u64,
-    /// Of the last new sums, those that are joined to no block of the next level.
-    not_joined: usize,
     /// Every sum continues, or every second.
     every: usize,
 }
@@ -98,11 +83,11 @@ impl Cascade {
     /// `windows_per_tau` is R, a power of two up to 16.
     pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
         debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
-        Self { deviation, windows_per_tau, piece: Piece::starting_at(0), levels: Vec::new() }
+        Self { deviation, windows_per_tau, end: 0, levels: Vec::new() }
     }
 
     pub(super) fn start_at(&mut self, index: u64) {
-        self.piece = Piece::starting_at(index);
+        self.end = index;
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
@@ -117,72 +102,9 @@ impl Cascade {
     }
 
     pub(super) fn gap(&mut self, missing: Option<u64>) {
-        match missing.map(|missing| self.piece.room_for(missing)) {
+        match missing.map(|missing| room_for(self.end, missing)) {
             Some(missing) if missing > 0 => advance(self, &mut LevelBlocks::new(), missing),
-            _ => {
-                self.piece.part();
-                self.levels.iter_mut().for_each(Level::forget);
-            }
-        }
-    }
-
-    pub(super) const fn piece(&self) -> &Piece {
-        &self.piece
-    }
-
-    pub(super) const fn deviation(&self) -> Deviation {
-        self.deviation
-    }
-
-    pub(super) fn is_kind_of(&self, other: &Self) -> bool {
-        let kind = |cascade: &Self| (cascade.deviation, cascade.windows_per_tau);
-        kind(self) == kind(other)
-    }
-
-    /// Continues with a piece of the same kind that begins at the end of this one, or behind it.
-    pub(super) fn append(&mut self, next: &Self) {
-        match next.piece.start.saturating_sub(self.piece.end) {
-            0 => {}
-            between => self.gap(Some(between)),
-        }
-        let (seam, run_end) = (next.piece.start, next.piece.first_run_end());
-        let (mut new, mut joined) = (&mut LevelBlocks::new(), &mut LevelBlocks::new());
-        for k in 0..=MAX_LEVEL {
-            let (lag, stride) = (self.lag(k), self.stride(k));
-            let head = next.levels.get(k as usize).map(|level| &level.head);
-            new.extend(head);
-            if new.len == 0 {
-                break;
-            }
-            // of the sums that a level has in the run, or of those that its head has room for
-            let last = (run_end / stride).min(seam.div_ceil(stride) + (lag + self.head_len(lag)) as u64 - 1);
-            let not_joined = head.map_or(0, |head| head.len).saturating_sub(lag);
-            self.take(k, last, not_joined, new, joined);
-            mem::swap(&mut new, &mut joined);
-        }
-        let levels = self.levels.len().max(next.levels.len());
-        self.levels.resize(levels, Level::EMPTY);
-        for k in 0..self.levels.len() {
-            let lag = self.lag(k as u32);
-            if next.piece.is_parted() {
-                self.levels[k].forget();
-            }
-            if let Some(next) = next.levels.get(k) {
-                self.levels[k].append(next, lag);
-            }
-        }
-        self.piece.append(&next.piece);
-    }
-
-    /// As if each sample were so many counts larger: differences stay as they are.
-    pub(super) fn shift(&mut self, by: i64) {
-        for (k, Level { sums, earlier, head, .. }) in self.levels.iter_mut().enumerate() {
-            let add = |sum: &mut i64, lack: u32| *sum = sum.wrapping_add(by.wrapping_mul((1 << k) - i64::from(lack)));
-            head.sums.iter_mut().zip(head.missing).for_each(|(sum, lack)| add(sum, lack));
-            for Remembered { sums, missing, whole } in [sums, earlier] {
-                let lacks = missing.values.map(|lack| if *whole { 0 } else { lack });
-                sums.values.iter_mut().zip(lacks).for_each(|(sum, lack)| add(sum, lack));
-            }
+            _ => self.levels.iter_mut().for_each(Level::forget),
         }
     }
 
@@ -200,26 +122,16 @@ impl Cascade {
         ((1_usize << k) / self.windows_per_tau).max(1) as u64
     }
 
-    /// Every cluster of a window but one.
-    fn head_len(&self, lag: usize) -> usize {
-        lag * (self.deviation.order() - 1)
-    }
-
     /// Adds the windows that end with the new sums of level `k`; `joined` are then those of the
-    /// next level. `last` is the number of the last new sum in strides from index 0, and the last
-    /// `not_joined` ones are the second half of no block of the next level.
+    /// next level. `last` is the number of the last new sum in strides from index 0.
     #[inline(always)]
-    fn take(&mut self, k: u32, last: u64, not_joined: usize, new: &mut LevelBlocks, joined: &mut LevelBlocks) {
+    fn take(&mut self, k: u32, last: u64, new: &mut LevelBlocks, joined: &mut LevelBlocks) {
         if k as usize == self.levels.len() {
             self.levels.push(Level::EMPTY);
         }
         let lag = self.lag(k);
-        let head_len = self.head_len(lag);
         let level = &mut self.levels[k as usize];
-        if level.head.len < head_len && !self.piece.is_parted() {
-            level.head.extend(new, head_len);
-        }
-        let onward = Onward { last, not_joined, every: if lag < self.windows_per_tau { 1 } else { 2 } };
+        let onward = Onward { last, every: if lag < self.windows_per_tau { 1 } else { 2 } };
         if new.missing.is_none() && level.sums.whole && level.earlier.whole {
             let (older, newer) = level.sums.pairs_of_whole(&mut new.sums, new.len, lag);
             match self.deviation {
@@ -242,7 +154,7 @@ impl Cascade {
 /// Continues by so many places; of `new`, what is behind its length is missing.
 #[multiversion(targets("x86_64+avx2"))]
 fn advance(cascade: &mut Cascade, new: &mut LevelBlocks, mut places: u64) {
-    cascade.piece.end += places;
+    cascade.end += places;
     let (mut new, mut joined) = (&mut *new, &mut LevelBlocks::new());
     for k in 0..=MAX_LEVEL {
         if places == 0 {
@@ -253,8 +165,8 @@ fn advance(cascade: &mut Cascade, new: &mut LevelBlocks, mut places: u64) {
         }
         let remembered = cascade.levels.get(k as usize).map_or(0, |level| level.sums.sums.len);
         // the last of all that are new ends at this multiple of the stride
-        let last = cascade.piece.end / cascade.stride(k);
-        cascade.take(k, last - (places - new.len as u64), 0, new, joined);
+        let last = cascade.end / cascade.stride(k);
+        cascade.take(k, last - (places - new.len as u64), new, joined);
         let lag = cascade.lag(k);
         let pairs = (remembered as u64 + places).saturating_sub(lag as u64);
         places = if lag < cascade.windows_per_tau { pairs } else { (pairs + 1 - ((last + pairs + 1) & 1)) / 2 };
@@ -263,13 +175,8 @@ fn advance(cascade: &mut Cascade, new: &mut LevelBlocks, mut places: u64) {
 }
 
 impl Level {
-    const EMPTY: Self = Self {
-        sums: Remembered::EMPTY,
-        earlier: Remembered::EMPTY,
-        head: Head { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: 0 },
-        squares: SquareSum::EMPTY,
-        gapped: Gapped::EMPTY,
-    };
+    const EMPTY: Self =
+        Self { sums: Remembered::EMPTY, earlier: Remembered::EMPTY, squares: SquareSum::EMPTY, gapped: Gapped::EMPTY };
 
     fn forget(&mut self) {
         (self.sums, self.earlier) = (Remembered::EMPTY, Remembered::EMPTY);
@@ -331,17 +238,6 @@ impl Level {
         }
         self.squares.add([&whole[..count]], |[z]| z);
     }
-
-    /// What `next` has summed, and what it remembers where that is no more than its own run.
-    fn append(&mut self, next: &Self, lag: usize) {
-        self.squares.append(&next.squares);
-        self.gapped.append(&next.gapped);
-        for (ours, theirs) in [(&mut self.sums, &next.sums), (&mut self.earlier, &next.earlier)] {
-            if theirs.sums.len > ours.sums.len || theirs.sums.len == lag {
-                ours.clone_from(theirs);
-            }
-        }
-    }
 }
 
 impl Remembered {
@@ -380,26 +276,6 @@ impl Memory<u32> {
     }
 }
 
-impl<T: PartialEq> PartialEq for Memory<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.values[MAX_LAG - self.len..] == other.values[MAX_LAG - other.len..]
-    }
-}
-
-impl<T: Eq> Eq for Memory<T> {}
-
-impl Head {
-    #[cold]
-    fn extend(&mut self, new: &LevelBlocks, most: usize) {
-        let len = new.len.min(most - self.len);
-        self.sums[self.len..][..len].copy_from_slice(&new.sums[MAX_LAG..][..len]);
-        if let Some(missing) = &new.missing {
-            self.missing[self.len..][..len].copy_from_slice(&missing[MAX_LAG..][..len]);
-        }
-        self.len += len;
-    }
-}
-
 impl LevelBlocks {
     #[inline]
     const fn new() -> Self {
@@ -416,25 +292,14 @@ impl LevelBlocks {
             self.len = len;
         }
     }
-
-    fn extend(&mut self, head: Option<&Head>) {
-        let Some(head) = head else { return };
-        let places = MAX_LAG + self.len..MAX_LAG + self.len + head.len;
-        self.sums[places.clone()].copy_from_slice(&head.sums[..head.len]);
-        if self.missing.is_some() || head.missing.iter().any(|missing| *missing > 0) {
-            let missing = self.missing.get_or_insert([0; MAX_LAG + BLOCK]);
-            missing[places].copy_from_slice(&head.missing[..head.len]);
-        }
-        self.len += head.len;
-    }
 }
 
 impl Onward {
     /// Block sums of the next level, written where new values go; returns how many there are.
     #[inline(always)]
     fn join<T: Copy + Add<Output = T>>(&self, older: &[T], newer: &[T], next: &mut Scratch<T>) -> usize {
-        let pairs = older.len().saturating_sub(self.not_joined);
-        let pairs_of = older[..pairs].iter().zip(&newer[..pairs]);
+        let pairs = older.len();
+        let pairs_of = older.iter().zip(newer);
         if self.every == 1 {
             for (sum, (older, newer)) in next[MAX_LAG..].iter_mut().zip(pairs_of) {
                 *sum = *older + *newer;
@@ -442,7 +307,7 @@ impl Onward {
             return pairs;
         }
         // Even multiples of the stride are on the next grid.
-        let first = ((self.last - self.not_joined as u64 + pairs as u64 + 1) & 1) as usize;
+        let first = ((self.last + pairs as u64 + 1) & 1) as usize;
         let len = (pairs + 1).saturating_sub(first) / 2;
         for (i, sum) in next[MAX_LAG..MAX_LAG + len].iter_mut().enumerate() {
             *sum = older[first + 2 * i] + newer[first + 2 * i];
@@ -464,67 +329,5 @@ fn second_difference([oldest, middle, newest]: [i64; 3]) -> i64 {
 fn from_end<T>(values: &[T], len: usize) -> &[T] {
     &values[values.len() - len..]
 }
-
-/// The last values, and whether a sample is missing in any.
-impl Encoded for Remembered {
-    fn encode(&self, out: &mut Vec<u8>) {
-        from_end(&self.sums.values, self.sums.len).to_vec().encode(out);
-        let missing = from_end(&self.missing.values, self.missing.len);
-        (if self.whole { Vec::new() } else { missing.to_vec() }).encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
-        let whole = missing.is_empty();
-        check(sums.len() <= MAX_LAG && (whole || missing.len() == sums.len()))?;
-        let mut remembered = Self { whole, ..Self::EMPTY };
-        let first = MAX_LAG - sums.len();
-        (remembered.sums.len, remembered.missing.len) = (sums.len(), sums.len());
-        remembered.sums.values[first..].copy_from_slice(&sums);
-        if !whole {
-            remembered.missing.values[first..].copy_from_slice(&missing);
-        }
-        Ok(remembered)
-    }
-}
-
-impl Encoded for Head {
-    fn encode(&self, out: &mut Vec<u8>) {
-        self.sums[..self.len].to_vec().encode(out);
-        let missing = &self.missing[..self.len];
-        (if missing.iter().all(|lack| *lack == 0) { Vec::new() } else { missing.to_vec() }).encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let (sums, missing) = (Vec::<i64>::decode(input)?, Vec::<u32>::decode(input)?);
-        check(sums.len() <= MAX_HEAD && (missing.is_empty() || missing.len() == sums.len()))?;
-        let mut head = Self { sums: [0; MAX_HEAD], missing: [0; MAX_HEAD], len: sums.len() };
-        head.sums[..sums.len()].copy_from_slice(&sums);
-        head.missing[..missing.len()].copy_from_slice(&missing);
-        Ok(head)
-    }
-}
-
-state_bytes::encoded!(Level { sums, earlier, head, squares, gapped });
-state_bytes::encoded!(Cascade { deviation, windows_per_tau, piece, levels } if |cascade| {
-    [1, MAX_LAG].contains(&cascade.windows_per_tau)
-        && cascade.levels.len() <= MAX_LEVEL as usize + 1
-        && (0..).zip(&cascade.levels).all(|(k, level)| cascade.has_room_for(k, level))
-});
-
-impl Cascade {
-    /// Whether it may be level `k` of this cascade.
-    fn has_room_for(&self, k: u32, level: &Level) -> bool {
-        let (lag, stride) = (self.lag(k), self.stride(k));
-        let lacks =
-            [&level.sums, &level.earlier].map(|remembered| from_end(&remembered.missing.values, remembered.sums.len));
-        let ends = self.piece.first_run_end() / stride + 1
-            - self.piece.start.div_ceil(stride).min(self.piece.first_run_end() / stride + 1);
-        level.sums.sums.len.max(level.earlier.sums.len) <= lag
-            && level.head.len <= self.head_len(lag).min(usize::try_from(ends).unwrap_or(usize::MAX))
-            && lacks.into_iter().flatten().chain(&level.head.missing).all(|lack| *lack <= 1 << k)
-    }
-}
-
 #[cfg(test)]
 mod tests;

@@ -52,13 +52,6 @@ impl Gapped {
         self.terms = self.terms.saturating_add(fixed(share * z, FRACTION_BITS) as i128);
     }
 
-    pub(super) fn append(&mut self, other: &Self) {
-        self.windows += other.windows;
-        self.shares += other.shares;
-        self.squares = self.squares.zip(other.squares).and_then(|(sum, squares)| sum.checked_add(squares));
-        self.terms = self.terms.saturating_add(other.terms);
-    }
-
     /// Of c over the windows.
     pub(super) fn share_sum(&self) -> f64 {
         self.shares as f64 / (1_u64 << SHARE_BITS) as f64
@@ -78,5 +71,3 @@ impl Gapped {
 fn fixed(value: f64, bits: u32) -> f64 {
     (value * (1_u64 << bits) as f64).round()
 }
-
-state_bytes::encoded!(Gapped { windows, shares, squares, terms } if |gapped| gapped.shares <= 1 << 120);

@@ -26,11 +26,6 @@ impl SquareSum {
         };
         self.sum = self.sum.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
-
-    pub(super) fn append(&mut self, other: &Self) {
-        self.terms += other.terms;
-        self.sum = self.sum.zip(other.sum).and_then(|(sum, squares)| sum.checked_add(squares));
-    }
 }
 
 /// The sum where it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers
@@ -59,8 +54,6 @@ fn in_128_bits<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64
         sum.checked_add(magnitude * magnitude)
     })
 }
-
-state_bytes::encoded!(SquareSum { terms, sum });
 
 #[cfg(test)]
 mod tests {

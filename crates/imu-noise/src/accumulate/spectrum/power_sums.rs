@@ -5,7 +5,6 @@ use std::{fmt, iter, mem, sync::Arc};
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
 use super::{Count, Powers};
-use state_bytes::{BadEncoding, ByteReader, Encoded, check};
 
 /// Bits of the fraction of summed powers.
 const FRACTION_BITS: u32 = 12;
@@ -116,13 +115,6 @@ impl<const N: usize> SegmentPowerSums<N> {
         self.most = 0;
     }
 
-    pub(super) fn append(&mut self, next: &Self) {
-        self.add_to_high(next.squares());
-        self.segments += next.segments;
-        self.weight += next.weight;
-        self.weight_squares += next.weight_squares;
-    }
-
     fn squares(&self) -> impl Iterator<Item = u128> {
         let high = self.high.iter().copied().chain(iter::repeat(0));
         self.low.iter().zip(high).map(|(low, high)| high.saturating_add((*low).into()))
@@ -136,30 +128,5 @@ impl<const N: usize> SegmentPowerSums<N> {
         let divisor = weight * (N << FRACTION_BITS) as f64;
         let powers = self.squares().map(|sum| sum as f64 / divisor).collect();
         Powers { segment_samples: N, segments: self.segments, averages, powers }
-    }
-}
-
-impl<const N: usize> Encoded for SegmentPowerSums<N> {
-    fn encode(&self, out: &mut Vec<u8>) {
-        self.squares().for_each(|sum| sum.encode(out));
-        self.segments.encode(out);
-        self.weight.encode(out);
-        self.weight_squares.encode(out);
-    }
-
-    fn decode(input: &mut ByteReader<'_>) -> Result<Self, BadEncoding> {
-        let mut sums = Self::new();
-        for _ in 0..sums.low.len() {
-            sums.high.push(Encoded::decode(input)?);
-        }
-        sums.segments = Encoded::decode(input)?;
-        sums.weight = Encoded::decode(input)?;
-        sums.weight_squares = Encoded::decode(input)?;
-        check(
-            sums.weight >= sums.segments
-                && sums.weight_squares >= u128::from(sums.weight)
-                && sums.weight_squares <= 1 << 120,
-        )?;
-        Ok(sums)
     }
 }

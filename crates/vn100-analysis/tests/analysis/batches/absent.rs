@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use proptest::{collection::vec, prelude::*};
-use vn100_analysis::{Analysis, PieceStart, Settings, WarningKind, noise::Histogram};
+use vn100_analysis::{Analysis, Settings, WarningKind, noise::Histogram};
 use vn100_protocol::stream::{AbsentCell, Arrival, Batch, Mark, MarkKind};
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -18,17 +18,10 @@ fn layouts() -> [Layout; 2] {
 type Row = Vec<Option<i32>>;
 
 /// The channels in `kept`; rows stamped at 40 Hz where asked for, in batches of these sizes.
-fn analysed(
-    layout: &Layout,
-    kept: &[usize],
-    rows: &[Row],
-    cuts: &[usize],
-    stamped: bool,
-    start: PieceStart,
-) -> Analysis {
+fn analysed(layout: &Layout, kept: &[usize], rows: &[Row], cuts: &[usize], stamped: bool) -> Analysis {
     let channels: Vec<Channel> = kept.iter().map(|&place| layout.channels[place].clone()).collect();
     let layout = Arc::new(Layout { channels: channels.into(), ..layout.clone() });
-    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() }).starting_at(start);
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
     let (mut rest, mut number) = (rows, 0);
     for cut in cuts.iter().copied().cycle() {
         let (now, later) = rest.split_at(cut.min(rest.len()));
@@ -110,12 +103,11 @@ proptest! {
     ) {
         let all: Vec<usize> = (0..layout.channels.len()).collect();
         let odd: Vec<usize> = all.iter().copied().filter(|place| place % 2 == 1).collect();
-        let start = PieceStart::default();
-        let whole = analysed(&layout, &all, &rows, &[usize::MAX], stamped, start);
-        let cut = analysed(&layout, &all, &rows, &cuts, stamped, start);
+        let whole = analysed(&layout, &all, &rows, &[usize::MAX], stamped);
+        let cut = analysed(&layout, &all, &rows, &cuts, stamped);
         prop_assert_eq!(said(&whole, &all), said(&cut, &all), "cut otherwise");
         prop_assert_eq!(format!("{:?}", whole.snapshot().magnitudes), format!("{:?}", cut.snapshot().magnitudes));
-        let others = analysed(&layout, &odd, &rows, &cuts, stamped, start);
+        let others = analysed(&layout, &odd, &rows, &cuts, stamped);
         let places: Vec<usize> = (0..odd.len()).collect();
         prop_assert_eq!(said(&whole, &odd), said(&others, &places), "without the columns that have holes");
         // one column alone, where a row without it is a lost row between two others
@@ -124,22 +116,8 @@ proptest! {
             if !present(&rows[0]) || !rows.last().is_some_and(present) || stamped {
                 continue;
             }
-            let alone = analysed(&layout, &[place], &rows, &cuts, stamped, start);
+            let alone = analysed(&layout, &[place], &rows, &cuts, stamped);
             prop_assert_eq!(said(&whole, &[place]), said(&alone, &[0]), "{} alone", layout.channels[place].name);
-        }
-    }
-
-    #[test]
-    fn pieces_with_holes_are_the_whole_or_refused(rows in rows(11), at in any::<prop::sample::Index>()) {
-        let all: Vec<usize> = (0..11).collect();
-        let whole = analysed(&VNIMU, &all, &rows, &[usize::MAX], false, PieceStart::default());
-        let (first, second) = rows.split_at(at.index(rows.len() + 1));
-        let mut joined = analysed(&VNIMU, &all, first, &[usize::MAX], false, PieceStart::default());
-        let rest = analysed(&VNIMU, &all, second, &[usize::MAX], false, joined.end());
-        if joined.append(rest).is_ok() {
-            prop_assert_eq!(said(&joined, &all), said(&whole, &all));
-        } else {
-            prop_assert!(first.iter().flatten().any(Option::is_none));
         }
     }
 }

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vn100_report::{
     Completion, CsvTable, Document, KalibrError, KalibrYaml, Record,
     figure::{Figure, Figures},
-    json_line, lot_table, printable,
+    json_line, printable,
 };
 
 use super::print_written;
@@ -54,9 +54,6 @@ impl<'a> Exports<'a> {
                 }
             }
         }
-        if exports.forms.contains(&ExportForm::Lot) {
-            output.check(&output.beside(LOT), files)?;
-        }
         Ok(exports)
     }
 
@@ -93,9 +90,6 @@ impl<'a> Exports<'a> {
                 check(self.write_one(*form, index, record, figures));
             }
         }
-        if self.forms.contains(&ExportForm::Lot) {
-            check(self.text(&self.output.beside(LOT), &lot_table(records)));
-        }
         if records.len() > 1 && forms.into_iter().any(|form| *form == ExportForm::Svg) {
             check(self.write_figures(&self.output.beside(SVG), together));
         }
@@ -120,8 +114,6 @@ impl<'a> Exports<'a> {
                 Ok(())
             }
             ExportForm::Svg => self.write_figures(&path(SVG), figures),
-            // one file of all captures
-            ExportForm::Lot => Ok(()),
         }
     }
 
@@ -166,7 +158,6 @@ const JSON: &str = ".json";
 const KALIBR: &str = ".imu.yaml";
 // a folder, because there are many figures
 const SVG: &str = ".svg-figures";
-const LOT: &str = ".lot.csv";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
     match form {
@@ -174,7 +165,6 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
         ExportForm::Json => vec![JSON],
         ExportForm::Kalibr => vec![KALIBR],
         ExportForm::Svg => vec![SVG],
-        ExportForm::Lot => Vec::new(),
     }
 }
 
