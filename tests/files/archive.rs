@@ -81,7 +81,7 @@ fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
 }
 
 #[test]
-fn an_archive_goes_on_where_it_stopped() {
+fn an_archive_continues_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
     archive(folder.path());
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();

@@ -6,9 +6,9 @@ use std::{
     time::UNIX_EPOCH,
 };
 
-/// The size in bytes and the latest time of change, in nanoseconds since 1970-01-01 UTC, of the files
-/// of a capture together: its parts, the times of reads beside them, and what is in a bag that is a
-/// folder. Both are 0 if no file is there.
+/// The size in bytes and the latest time of change, in nanoseconds since 1970-01-01 UTC, of the
+/// files of a capture together: its parts, the times of reads beside them, and what is in a bag
+/// that is a folder. Both are 0 if no file is there.
 #[must_use]
 pub fn file_stamp(files: &[PathBuf]) -> (u64, i64) {
     let metadata = files.iter().flat_map(|file| with_companions(file)).filter_map(|file| fs::metadata(file).ok());

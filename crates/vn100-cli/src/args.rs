@@ -353,8 +353,8 @@ pub(crate) struct SelftestArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SchemaArgs {
-    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin and of
-    /// heartbeats
+    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin and
+    /// of heartbeats
     #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
     pub(crate) document: DescribedDocument,
 }

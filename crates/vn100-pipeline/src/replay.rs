@@ -97,7 +97,8 @@ impl ReplaySpec {
     }
 
     /// A number, in hexadecimal digits, of this program's version, the options with which a file is
-    /// measured, and what it is `judged_by`: rows of an archive with another number are not comparable.
+    /// measured, and what it is `judged_by`: rows of an archive with another number are not
+    /// comparable.
     #[must_use]
     pub fn options_digest(&self, judged_by: &str) -> String {
         let Self { settings, read, capture, .. } = self;

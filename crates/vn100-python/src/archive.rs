@@ -9,8 +9,8 @@ use vn100_report::{ArchiveRow, ArchivedFile};
 
 use crate::{measured, options::ReplayOptions, sessions::session};
 
-/// The rows of a capture, or of the parts of one, as `vn100 archive` writes them: a line of JSON for
-/// each recording and channel. A capture that cannot be read is a row with its error.
+/// The rows of a capture, or of the parts of one, as `vn100 archive` writes them: a line of JSON
+/// for each recording and channel. A capture that cannot be read is a row with its error.
 #[pyfunction]
 #[pyo3(signature = (path, *parts, **options))]
 pub(crate) fn archive_rows(

@@ -65,8 +65,8 @@ impl ChannelSignal {
         }
     }
 
-    /// The accumulator for a record whose first sample has this absolute index; those before it count
-    /// as missing. To be called before any sample.
+    /// The accumulator for a record whose first sample has this absolute index; those before it
+    /// count as missing. To be called before any sample.
     #[must_use]
     pub fn starting_at(mut self, index: u64) -> Self {
         self.end = index;

@@ -116,9 +116,9 @@ pub(crate) struct ArchiveArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// Write the rows here, as lines of JSON in a file that ends in .jsonl, or as a table in one that
-    /// ends in .csv. Rows that are there are kept: a file that they name with its present size and time
-    /// is not read again [default: lines of JSON on standard output]
+    /// Write the rows here, as lines of JSON in a file that ends in .jsonl, or as a table in one
+    /// that ends in .csv. Rows that are there are kept: a file that they name with its present size
+    /// and time is not read again [default: lines of JSON on standard output]
     #[arg(short, long, help_heading = "Output", value_name = "FILE", value_parser = lines_or_table)]
     pub(crate) output: Option<PathBuf>,
 }

@@ -1,6 +1,6 @@
-//! `vn100 archive`: every capture below some folders, each measured by itself, on all cores, a row for
-//! each recording and channel. Rows are written as they are known, in the order of the files, so that
-//! an archive of any size takes the memory of a few files, and goes on where it stopped.
+//! `vn100 archive`: every capture below some folders, each measured by itself, on all cores, a row
+//! for each recording and channel. Rows are written as they are known, in the order of the files,
+//! so that an archive of any size takes the memory of a few files, and continues where it stopped.
 
 mod rows_file;
 
@@ -56,7 +56,7 @@ pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
     };
     let work = async |log| measure_all(&args.files, captures, evaluation, output, log).await;
     let outcome = run_logged(&mut Builder::new_multi_thread(), &args.files.log, work);
-    // whoever reads the rows has seen enough
+    // the reader of the rows has seen enough
     outcome.or_else(|error| if is_broken_pipe(&error) { Ok(Completion::Complete) } else { Err(error) })
 }
 

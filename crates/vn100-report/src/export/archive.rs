@@ -67,8 +67,8 @@ pub struct ArchivedFile {
     pub options: String,
 }
 
-/// A row of an archive: a channel of a recording, or a recording without channels. SI units, magnetic
-/// field in gauss.
+/// A row of an archive: a channel of a recording, or a recording without channels. SI units,
+/// magnetic field in gauss.
 #[derive(Debug, Clone)]
 pub struct ArchiveRow {
     /// A value for each column.
@@ -76,8 +76,8 @@ pub struct ArchiveRow {
 }
 
 impl ArchiveRow {
-    /// The rows of all recordings of a file: the column `rows` gives their number, by which a file whose
-    /// rows were not all written is recognised.
+    /// The rows of all recordings of a file: the column `rows` gives their number, by which a file
+    /// whose rows were not all written is recognised.
     #[must_use]
     pub fn of_file(file: &ArchivedFile, recordings: &[Measured]) -> Vec<Self> {
         let mut rows: Vec<Self> = recordings.iter().flat_map(|measured| of_recording(file, measured)).collect();
@@ -122,8 +122,8 @@ impl ArchiveRow {
         columns().collect::<Vec<_>>().join(",") + "\n"
     }
 
-    /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a line
-    /// that is no row.
+    /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a
+    /// line that is no row.
     #[must_use]
     pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
@@ -257,7 +257,7 @@ mod tests {
             path: "in/a \"b\", c.bin".into(),
             bytes: 7,
             modified_ns: 1_700_000_000_123_456_789,
-            options: "--rate 40".into(),
+            options: "b1946ac92492d234".into(),
         };
         let row = ArchiveRow::of_error(&file, "not read,\nas \"it\" is");
         for line in [row.json_line(), row.table_line()] {

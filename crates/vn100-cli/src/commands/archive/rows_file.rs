@@ -61,8 +61,9 @@ pub(super) struct RowsFile {
 }
 
 impl RowsFile {
-    /// Opens the file at `path`, or makes it. Of `wanted`, the captures by their paths, those rows are
-    /// kept that are whole and of the capture as it is now; rows of other captures are kept too.
+    /// Opens the file at `path`, or makes it. Of `wanted`, the captures by their paths, those rows
+    /// are kept that are whole and of the capture as it is now; rows of other captures are kept
+    /// too.
     pub(super) fn open(path: &Path, wanted: &BTreeMap<String, ArchivedFile>) -> Result<Self> {
         let form = RowForm::of(path);
         let blocks = if path.exists() { blocks(path, form)? } else { Vec::new() };
