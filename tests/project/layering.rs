@@ -6,14 +6,12 @@ use std::{collections::BTreeSet, fs, path::Path};
 const RULES: &[(&str, &[&str], &[&str])] = &[
     ("vn100-protocol", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
     ("imu-noise", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
-    ("noise-comparison", &["imu-noise"], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
-    ("imu-timebase", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
     ("vn100-capture", &["vn100-protocol"], &["serialport", "clap", "ratatui", "anyhow", "serde"]),
     ("vn100-driver", &["vn100-protocol", "vn100-capture"], &["clap", "ratatui", "anyhow", "serde"]),
     ("vn100-sim", &["vn100-protocol"], &["tokio", "tokio-util", "clap", "anyhow", "serde"]),
     (
         "vn100-analysis",
-        &["vn100-protocol", "imu-noise", "noise-comparison", "imu-timebase"],
+        &["vn100-protocol", "imu-noise"],
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
     (

@@ -84,6 +84,7 @@ mod infer;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
+pub mod timebase;
 
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::channel::ChannelAccumulator;

@@ -5,8 +5,8 @@ mod means;
 mod octaves;
 mod ranking;
 mod recommendation;
+mod two_sample;
 
-use noise_comparison::holm;
 use vn100_protocol::Quantity;
 
 pub use caveat::{Caveat, CaveatKind};
@@ -15,6 +15,7 @@ pub use octaves::OctaveTest;
 pub use ranking::{RankedRecord, Ranking, WhiteTest};
 pub use recommendation::{Recommendation, WhyNone, WhyUse};
 
+use crate::hypothesis_tests::holm;
 use crate::{Assessment, Onboard, SharedRows, Snapshot, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.

@@ -8,8 +8,7 @@
 /// The statistics whose results snapshots and assessments hold.
 pub use imu_noise as noise;
 /// The time base whose reports snapshots hold.
-pub use imu_timebase as timebase;
-pub use noise_comparison as comparisons;
+pub use imu_noise::timebase;
 /// The channels, quantities and batches that an analysis takes.
 pub use vn100_protocol as protocol;
 
@@ -21,6 +20,7 @@ mod datasheet;
 mod end;
 mod goal;
 mod goal_check;
+mod hypothesis_tests;
 mod in_parallel;
 mod noise_figure;
 mod plan;
@@ -56,6 +56,7 @@ pub use datasheet::{
 };
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
+pub use hypothesis_tests::{Spread, holm};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};

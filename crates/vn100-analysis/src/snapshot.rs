@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
+use imu_noise::timebase::{Refusal, TimebaseSummary};
 use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape};
-use imu_timebase::{Refusal, TimebaseSummary};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 

@@ -1,7 +1,7 @@
 //! From exact counts to values in the unit of each channel, for display and documents.
 
 use serde::Serialize;
-use vn100_analysis::comparisons::holm;
+use vn100_analysis::holm;
 use vn100_analysis::noise::{
     Block, Density, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine, Term,
     conventions, counts_to_unit,

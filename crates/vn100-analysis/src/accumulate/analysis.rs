@@ -4,7 +4,7 @@ mod reading;
 
 use std::time::Duration;
 
-use imu_timebase::{ClockAfterOutage, GapDetector, LATEST_ARRIVAL, TimebaseSummary};
+use imu_noise::timebase::{ClockAfterOutage, GapDetector, LATEST_ARRIVAL, TimebaseSummary};
 use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_timebase::{GapEvent, TimebaseSummary};
+use imu_noise::timebase::{GapEvent, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout, RegisterContents, stream::MarkKind};
 
 use super::{
@@ -271,7 +271,7 @@ impl DataRecord {
 #[cfg(test)]
 mod tests {
     use imu_noise::RecordShape;
-    use imu_timebase::{GapDetector, NominalRate, Refusal};
+    use imu_noise::timebase::{GapDetector, NominalRate, Refusal};
     use vn100_protocol::{PrintFormat, VNYMR};
 
     use super::*;

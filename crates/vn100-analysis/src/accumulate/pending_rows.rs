@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_timebase::{ClockAfterOutage, GapDetector, GapEvent, StallDetector};
+use imu_noise::timebase::{ClockAfterOutage, GapDetector, GapEvent, StallDetector};
 use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
 
 use super::row_slice::RowSlice;

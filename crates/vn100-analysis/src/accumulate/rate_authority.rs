@@ -1,6 +1,6 @@
 //! Which source decides the sample rate, and what a change of the rate does.
 
-use imu_timebase::{GapDetector, NominalRate, Refusal, TimebaseSummary};
+use imu_noise::timebase::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};

@@ -2,11 +2,11 @@
 
 use std::sync::OnceLock;
 
+use crate::hypothesis_tests::holm;
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
     RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
 };
-use noise_comparison::holm;
 use vn100_protocol::Channel;
 
 use super::{

@@ -1,9 +1,9 @@
 //! How the bias of each axis follows the temperature of the sensor.
 
+use crate::hypothesis_tests::holm;
 use imu_noise::{
     NoCoefficient, OctaveSum, PROVED_P, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
 };
-use noise_comparison::holm;
 use vn100_protocol::Channel;
 
 use super::{

@@ -1,7 +1,7 @@
 //! What N is uncertain by, and the N of the sensor itself.
 
+use imu_noise::timebase::TimebaseSummary;
 use imu_noise::{Parameter, Status};
-use imu_timebase::TimebaseSummary;
 
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};

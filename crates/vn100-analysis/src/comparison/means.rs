@@ -1,12 +1,11 @@
 //! The means of each channel, their differences, and whether noise alone explains the differences.
 
 use imu_noise::{Status, Term};
-use noise_comparison::{
-    Spread, SquaredAmplitude, Stretch, VarianceEstimate, mean_difference_test, standard_error_of_mean,
-};
 use vn100_protocol::{Channel, Quantity, Register};
 
+use super::two_sample::{SquaredAmplitude, Stretch, mean_difference_test, standard_error_of_mean};
 use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
+use crate::hypothesis_tests::{Spread, VarianceEstimate};
 use crate::{ChannelNoise, LongTauValidity, sensor::sensor_of};
 
 /// The means of one channel of a sensor over all records.

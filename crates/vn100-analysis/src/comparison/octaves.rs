@@ -1,6 +1,6 @@
 //! Octave by octave: an F-test of two variances at the same averaging time.
 
-use noise_comparison::f_test;
+use crate::hypothesis_tests::f_test;
 use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, ComparedRecord, SameSamples, chances, pairs};

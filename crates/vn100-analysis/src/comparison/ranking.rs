@@ -1,7 +1,7 @@
 //! Which record has the least white noise, sensor by sensor.
 
+use crate::hypothesis_tests::{VarianceEstimate, f_test};
 use imu_noise::{Interval, Term, conventions};
-use noise_comparison::{VarianceEstimate, f_test};
 use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, ComparedRecord, SameSamples, chances, fold_alike, pairs};

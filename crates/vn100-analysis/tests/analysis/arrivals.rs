@@ -3,8 +3,8 @@
 
 use std::{sync::Arc, time::Duration};
 
+use imu_noise::timebase::{Arrivals, NominalRate};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
-use imu_timebase::{Arrivals, NominalRate};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, StreamCounts};

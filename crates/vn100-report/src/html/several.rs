@@ -9,7 +9,7 @@ use crate::{
     units::{pretty_unit, tests_by_channel},
 };
 use maud::{Markup, html};
-use vn100_analysis::comparisons::Spread;
+use vn100_analysis::Spread;
 use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
 
 use crate::html::{

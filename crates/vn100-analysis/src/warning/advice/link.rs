@@ -1,7 +1,7 @@
 //! What a link or a file delivers instead of samples: no valid sentences, errors of the device,
 //! stamps that are no time base.
 
-use imu_timebase::Refusal;
+use imu_noise::timebase::Refusal;
 use vn100_protocol::DeviceError;
 use vn100_protocol::stream::UnsolicitedErrors;
 

@@ -1,6 +1,6 @@
 //! What arrival times are warned of.
 
-use imu_timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary};
+use imu_noise::timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, VNYMR, stream::RejectedRow};
 
 use super::*;

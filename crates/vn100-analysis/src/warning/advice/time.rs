@@ -1,6 +1,6 @@
 //! Warnings about the rate, the times of the samples, and their number.
 
-use imu_timebase::{Arrivals, NominalRate, TimebaseSummary};
+use imu_noise::timebase::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_protocol::{BinaryOutput, MEASUREMENTS_PER_S, Register, RegisterContents, RegisterFields, RegisterValue};
 
 use super::{Advice, counted, link::refused, samples};

@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use imu_noise::{Parameter, Status, Term, chi_squared};
 
-use super::hypothesis_tests::VarianceEstimate;
+use crate::hypothesis_tests::VarianceEstimate;
 
 /// Beyond so many times the longer stretch the closed form of flicker noise loses digits, and what
 /// it tends to is good to 10⁻⁶.
@@ -13,23 +13,23 @@ const FAR: f64 = 1e3;
 
 /// A stretch of time over which a mean is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
+pub(super) struct Stretch {
     /// Its beginning in seconds, from any origin.
-    pub start_s: f64,
+    pub(super) start_s: f64,
     /// Its length in seconds, above 0.
-    pub duration_s: f64,
+    pub(super) duration_s: f64,
 }
 
 impl Stretch {
     /// Its end in seconds, from the same origin.
     #[must_use]
-    pub fn end_s(self) -> f64 {
+    pub(super) fn end_s(self) -> f64 {
         self.start_s + self.duration_s
     }
 
     /// Seconds between the two, whichever comes first; `None` where they overlap.
     #[must_use]
-    pub fn dead_time_s(self, other: Self) -> Option<f64> {
+    pub(super) fn dead_time_s(self, other: Self) -> Option<f64> {
         let dead_s = (other.start_s - self.end_s()).max(self.start_s - other.end_s());
         (dead_s >= 0.0).then_some(dead_s)
     }
@@ -42,7 +42,7 @@ impl Stretch {
     /// missing within a stretch change only what white noise adds (B₃ of the latter differs from 1
     /// by less than their share).
     #[must_use]
-    pub fn mean_difference_variance(self, other: Self, term: Term, amplitude: f64) -> Option<f64> {
+    pub(super) fn mean_difference_variance(self, other: Self, term: Term, amplitude: f64) -> Option<f64> {
         let dead_s = self.dead_time_s(other)?;
         let durations_s = (self.duration_s, other.duration_s);
         let (long, short) = (durations_s.0.max(durations_s.1), durations_s.0.min(durations_s.1));
@@ -73,7 +73,7 @@ fn flicker(dead: f64, short: f64) -> f64 {
 
 /// The information of records on the square of an amplitude, the likelihood taken for normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SquaredAmplitude {
+pub(super) struct SquaredAmplitude {
     centre: f64,
     deviation: f64,
 }
@@ -83,7 +83,7 @@ impl SquaredAmplitude {
     /// its p gives the centre of the likelihood, and the bound how wide it is. `None` where
     /// there is neither.
     #[must_use]
-    pub fn of(parameter: &Parameter, confidence: f64) -> Option<Self> {
+    pub(super) fn of(parameter: &Parameter, confidence: f64) -> Option<Self> {
         let z = chi_squared::normal_two_sided(confidence)?;
         let upper = parameter.upper?.powi(2);
         let (centre, deviation) = match parameter.status {
@@ -105,7 +105,7 @@ impl SquaredAmplitude {
     /// counts as sharply as it is known relative to itself: the deviation grows with the value, and
     /// weights by it would favour the smaller one.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
+    pub(super) fn and(self, other: Self) -> Self {
         let seen = |one: &Self| one.centre > one.deviation;
         let both = [self, other];
         let weights = match both.iter().all(seen) {
@@ -123,7 +123,7 @@ impl SquaredAmplitude {
     /// so that neither flicker noise nor a walk too weak to be seen makes more false differences of
     /// means than what is seen, chosen by simulation (the benchmark `cells`, means).
     #[must_use]
-    pub fn estimate(self) -> VarianceEstimate {
+    pub(super) fn estimate(self) -> VarianceEstimate {
         let unseen = if self.centre < 2.0 * self.deviation { 0.1 * self.deviation } else { 0.0 };
         let variance = self.centre.max(0.0) + unseen;
         VarianceEstimate { variance, edf: (2.0 * (variance / self.deviation).powi(2)).max(2.0) }
@@ -134,14 +134,14 @@ impl SquaredAmplitude {
 /// where the variance of the difference is `noise` (Student, 1908). `None` where either is no
 /// number.
 #[must_use]
-pub fn mean_difference_test(difference: f64, noise: VarianceEstimate) -> Option<f64> {
+pub(super) fn mean_difference_test(difference: f64, noise: VarianceEstimate) -> Option<f64> {
     chi_squared::student_two_sided_above(difference.abs() / noise.variance.sqrt(), noise.edf)
 }
 
 /// The standard error of a mean of one stretch: √½ of the deviation of its difference from the mean
 /// of another stretch as long, right behind it; from the `variance` of that difference.
 #[must_use]
-pub fn standard_error_of_mean(variance: f64) -> f64 {
+pub(super) fn standard_error_of_mean(variance: f64) -> f64 {
     variance.sqrt() * FRAC_1_SQRT_2
 }
 

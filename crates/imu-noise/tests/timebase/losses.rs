@@ -1,6 +1,6 @@
 //! Lost lines, and what looks like them.
 
-use imu_timebase::GapDetector;
+use imu_noise::timebase::GapDetector;
 
 use crate::link::{Link, RATES_HZ, gap, place, place_with, stalling};
 

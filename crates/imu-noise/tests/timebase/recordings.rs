@@ -1,6 +1,6 @@
 //! What the stamps of recordings by others say.
 
-use imu_timebase::{NominalRate, Refusal};
+use imu_noise::timebase::{NominalRate, Refusal};
 
 use crate::link::place;
 

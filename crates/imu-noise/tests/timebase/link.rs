@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_timebase::{GapDetector, GapEvent, TimebaseSummary};
+use imu_noise::timebase::{GapDetector, GapEvent, TimebaseSummary};
 
 pub(crate) const RATES_HZ: [f64; 11] = [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
 

@@ -2,7 +2,7 @@
 //! otherwise what it has when its latency timer runs out (FTDI application note AN232B-04): the
 //! tail of a line may wait for the next line.
 
-use imu_timebase::GapDetector;
+use imu_noise::timebase::GapDetector;
 
 use crate::link::{RATES_HZ, Random, place_with};
 

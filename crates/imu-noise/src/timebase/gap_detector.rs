@@ -19,7 +19,7 @@ use super::sample_counter::SampleCounter;
 ///
 /// ```
 /// use std::time::Duration;
-/// use imu_timebase::{GapDetector, GapEvent, NominalRate};
+/// use imu_noise::timebase::{GapDetector, GapEvent, NominalRate};
 ///
 /// let mut detector = GapDetector::new(&[10.0, 40.0, 100.0], None);
 /// for sample in (0..500).filter(|sample| !(300..305).contains(sample)) {
@@ -52,7 +52,7 @@ impl GapDetector {
     /// positive. Without listed rates the measured rate is used, no rate is too fast, and a change
     /// of rate is not detected. The stamps must confirm `known_hz`, which need not be listed:
     /// bunching of 0.1 s or dropped samples may explain a difference, but a measured rate more than
-    /// 5 % off is [refused](crate::Refusal::OtherRate). A `known_hz` that is not finite and
+    /// 5 % off is [refused](crate::timebase::Refusal::OtherRate). A `known_hz` that is not finite and
     /// positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
@@ -69,8 +69,8 @@ impl GapDetector {
     /// Sets the rate in Hz that the sensor reports, for the samples that are still pending and all
     /// later ones. Unlike a known rate, a reported one gives way to five seconds of arrivals within
     /// 0.2 % of another listed rate, which is then
-    /// [`NominalRate::Snapped`](crate::NominalRate::Snapped); fewer arrivals that contradict it are
-    /// [refused](crate::Refusal::OtherRate). No effect once a [rate](GapEvent::Rate) was reported,
+    /// [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped); fewer arrivals that contradict it are
+    /// [refused](crate::timebase::Refusal::OtherRate). No effect once a [rate](GapEvent::Rate) was reported,
     /// or the stamps were refused.
     pub fn set_reported_rate(&mut self, reported_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {

@@ -1,6 +1,6 @@
 //! Any bunching, any losses.
 
-use imu_timebase::NominalRate;
+use imu_noise::timebase::NominalRate;
 use proptest::prelude::*;
 
 use crate::link::{Link, gap, losing, place};

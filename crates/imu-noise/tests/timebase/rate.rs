@@ -1,6 +1,6 @@
 //! The rate that is reported, whatever losses and reads make of it.
 
-use imu_timebase::{GapDetector, NominalRate};
+use imu_noise::timebase::{GapDetector, NominalRate};
 
 use crate::link::{Link, RATES_HZ, gap, losing, place, place_with, stalling};
 
