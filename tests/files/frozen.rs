@@ -6,7 +6,7 @@
 //! that alters numbers on purpose freezes them again, and lists what differs:
 //!
 //! ```sh
-//! VN100_FREEZE=1 VN100_CAPTURES=FOLDER cargo test -p vn100-cli --test files frozen
+//! VN100_FREEZE=1 VN100_CAPTURES=FOLDER cargo test -p vn100 --test files frozen
 //! git diff --word-diff tests/files/frozen
 //! ```
 //!

@@ -1,7 +1,7 @@
 //! The long search: libFuzzer, led by coverage, on the check of the target that this is built as.
 #![no_main]
 
-#[path = "../../crates/vn100-cli/src/serve/mod.rs"]
+#[path = "../../crates/vn100/src/serve/mod.rs"]
 #[allow(dead_code, reason = "the program uses all of it")]
 mod serve;
 mod targets;

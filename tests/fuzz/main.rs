@@ -1,14 +1,14 @@
 //! A short, seeded run of every fuzz target, on the stable compiler and with no tool: the gate's
 //! share of the search.
 //!
-//! `VN100_FUZZ_CASES=1000000 cargo test --release -p vn100-cli --test fuzz` makes it a long one.
+//! `VN100_FUZZ_CASES=1000000 cargo test --release -p vn100 --test fuzz` makes it a long one.
 //! The search led by coverage needs `cargo install cargo-fuzz`, and takes the seeds that
-//! `cargo test -p vn100-cli --test fuzz -- --ignored` writes:
+//! `cargo test -p vn100 --test fuzz -- --ignored` writes:
 //! `cargo fuzz run --fuzz-dir tests/fuzz -s none framer`.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mutate;
-#[path = "../../crates/vn100-cli/src/serve/mod.rs"]
+#[path = "../../crates/vn100/src/serve/mod.rs"]
 #[allow(dead_code, reason = "the program uses all of it")]
 mod serve;
 mod targets;

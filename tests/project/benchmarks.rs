@@ -1,5 +1,5 @@
 //! The tables of `BENCHMARKS.md` have the rows that `benches/figures.jsonl` has for them.
-//! `VN100_WRITE=1 cargo test -p vn100-cli --test project benchmarks` writes them.
+//! `VN100_WRITE=1 cargo test -p vn100 --test project benchmarks` writes them.
 
 use std::{env, fs, path::PathBuf};
 

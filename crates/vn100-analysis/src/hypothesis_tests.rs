@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 /// at least as far apart as these, either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
 /// `None` where one of the four is not positive and finite.
 #[must_use]
-pub fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
+pub(crate) fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let ((variance_a, edf_a), (variance_b, edf_b)) = (a, b);
     let usable = [variance_a, edf_a, variance_b, edf_b].iter().all(|value| value.is_finite() && *value > 0.0);
     let distribution = FisherSnedecor::new(edf_a, edf_b).ok().filter(|_| usable)?;
@@ -50,7 +50,7 @@ pub fn holm(probabilities: &[f64]) -> Vec<f64> {
 
 /// An estimated variance and what is known of its error: sums of such have degrees of freedom too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VarianceEstimate {
+pub(crate) struct VarianceEstimate {
     /// In the unit of the channel squared.
     pub variance: f64,
     /// Equivalent degrees of freedom.
@@ -62,7 +62,7 @@ impl VarianceEstimate {
     /// `confidence`, with the degrees of freedom with which ln χ² spreads as much, ½ (2z /
     /// ln(upper/lower))², exact for narrow intervals. `None` unless 0 < `lower` < `upper`.
     #[must_use]
-    pub fn of_interval(value: f64, lower: f64, upper: f64, confidence: f64) -> Option<Self> {
+    pub(crate) fn of_interval(value: f64, lower: f64, upper: f64, confidence: f64) -> Option<Self> {
         let width = (upper / lower).ln();
         let z =
             chi_squared::normal_two_sided(confidence).filter(|_| lower > 0.0 && width > 0.0 && width.is_finite())?;
@@ -71,7 +71,7 @@ impl VarianceEstimate {
 
     /// Of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947).
     #[must_use]
-    pub fn sum(parts: impl IntoIterator<Item = (f64, Self)>) -> Option<Self> {
+    pub(crate) fn sum(parts: impl IntoIterator<Item = (f64, Self)>) -> Option<Self> {
         let (mut variance, mut error) = (0.0, 0.0);
         for (factor, part) in parts {
             let scaled = factor * part.variance;

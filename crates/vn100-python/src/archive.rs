@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::{prelude::*, types::PyDict};
 use vn100_capture::file_stamp;
-use vn100_pipeline::ReplaySpec;
+use vn100_session::ReplaySpec;
 use vn100_report::{ArchiveRow, ArchivedFile};
 
 use crate::{measured, options::ReplayOptions, sessions::session};

@@ -6,7 +6,7 @@ use pyo3::{
     prelude::*,
 };
 use vn100_capture::OpenError;
-use vn100_pipeline::{EndReason, SessionResult, StartError};
+use vn100_session::{EndReason, SessionResult, StartError};
 use vn100_report::{Asked, Completion, Document, Evaluation, Measured, words};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
@@ -54,7 +54,7 @@ pub(crate) fn failure(end: &EndReason, measured: &Measured) -> Option<PyErr> {
 /// The exception of a capture that cannot be opened: for an error of the operating system the
 /// `OSError` of its number.
 pub(crate) fn not_opened(error: &OpenError) -> PyErr {
-    let text = vn100_pipeline::with_causes(error);
+    let text = vn100_session::with_causes(error);
     match error {
         OpenError::Io { path, source } => match source.raw_os_error() {
             // the fourth is the number where the system is Windows

@@ -17,7 +17,7 @@ use pyo3::{
 use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::Settings;
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
-use vn100_pipeline::ReplaySpec;
+use vn100_session::ReplaySpec;
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 use crate::measured;

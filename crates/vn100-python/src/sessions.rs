@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, time};
-use vn100_pipeline::{ReplaySpec, Session, SessionResult};
+use vn100_session::{ReplaySpec, Session, SessionResult};
 
 use crate::{measured, options::ReplayOptions};
 

@@ -7,7 +7,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
-use vn100_pipeline::Playback;
+use vn100_session::Playback;
 
 use crate::{
     panels::{health::LEAST_NAME, warnings::shortened},

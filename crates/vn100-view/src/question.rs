@@ -1,7 +1,7 @@
 //! What is asked before something is done, and the answers.
 
 use ratatui::crossterm::event::KeyCode;
-use vn100_pipeline::Command;
+use vn100_session::Command;
 
 use crate::{
     source::SourceView,

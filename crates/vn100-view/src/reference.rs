@@ -7,11 +7,11 @@ use imu_noise::Deviation;
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_pipeline::{ReplaySpec, Session};
 use vn100_report::{
     printable,
     units::{ChannelValues, channel_values},
 };
+use vn100_session::{ReplaySpec, Session};
 
 /// The curves of an earlier record.
 #[derive(Debug, Clone, PartialEq)]

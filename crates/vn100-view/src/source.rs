@@ -6,7 +6,6 @@ use tokio::sync::{mpsc, watch};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_pipeline::{Command, EndReason, Playback, Session, SourceState, Stage, link_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
     Evaluation,
@@ -16,6 +15,7 @@ use vn100_report::{
     no_sample, printable,
     units::{ChannelValues, channel_values},
 };
+use vn100_session::{Command, EndReason, Playback, Session, SourceState, Stage, link_facts};
 
 use crate::{faults::Faults, reference::Reference};
 

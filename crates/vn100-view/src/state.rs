@@ -1,7 +1,7 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_pipeline::Command;
+use vn100_session::Command;
 
 use crate::source::{ChannelGroup, SourceView};
 

@@ -15,8 +15,8 @@ use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_analysis::timebase::TimebaseSummary;
 use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
 use vn100_driver::LinkState;
-use vn100_pipeline::{Playback, Speed};
 use vn100_report::health::{NextOctave, next_octave};
+use vn100_session::{Playback, Speed};
 
 use crate::{
     draw::draw,

@@ -23,7 +23,7 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("cargo test", "this test is one of them"),
     (".ci/run", "this test is part of it"),
     ("VN100_WRITE=1 cargo test", "it writes a document"),
-    ("cargo install --locked --path crates/vn100-cli", "a build"),
+    ("cargo install --locked --path crates/vn100", "a build"),
     ("cargo bench", "minutes of measuring"),
     ("cargo run -p vn100-sim --example replay_logs", "a test of vn100-sim compares what it writes"),
     (".ci/package", "a build, with the packages of one distribution"),

@@ -11,7 +11,6 @@ use ratatui::{
 };
 use vn100_analysis::{Plan, PlaybackFacts, RateFrom};
 use vn100_driver::{LinkState, Up};
-use vn100_pipeline::{Playback, Speed, link_facts, playback_facts};
 use vn100_protocol::Quantity;
 use vn100_report::{
     health::{self, playback_word, rate_from_word, up_word},
@@ -19,6 +18,7 @@ use vn100_report::{
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
+use vn100_session::{Playback, Speed, link_facts, playback_facts};
 
 use crate::{
     panels::warnings::{in_gaps, shortened},

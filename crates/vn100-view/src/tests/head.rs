@@ -6,11 +6,11 @@ use imu_noise::{Sensor, Term};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Settings, Severity};
 use vn100_driver::LinkState;
-use vn100_pipeline::{Command, Session};
 use vn100_report::{
     goals::Goals,
     numbers::plain::{digits, spread, widest_spread},
 };
+use vn100_session::{Command, Session};
 
 use super::{PLAIN, SIZES, damaged, drawn, fixture::short, measured, one, text};
 use vn100_report::words::remedy_words;
@@ -224,7 +224,7 @@ async fn the_elapsed_time_begins_anew_with_the_measurement() {
     let session = Session::of_events(vn100_analysis::SourceFacts::default(), inbox, Settings::default());
     let mut monitor = SourceMonitor::of(&session, Goals::default());
     let mut state = session.state.clone();
-    state.wait_for(|state| matches!(state.stage, vn100_pipeline::Stage::Measuring)).await.unwrap();
+    state.wait_for(|state| matches!(state.stage, vn100_session::Stage::Measuring)).await.unwrap();
     let evaluation = vn100_report::Evaluation::new(None, vn100_report::Asked::default()).unwrap();
     let elapsed_s = |monitor: &mut SourceMonitor, now_s| {
         monitor.look(Duration::from_secs(now_s), &evaluation);

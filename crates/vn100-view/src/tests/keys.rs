@@ -2,7 +2,7 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::Assessment;
-use vn100_pipeline::{Command, Playback, Speed};
+use vn100_session::{Command, Playback, Speed};
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::{

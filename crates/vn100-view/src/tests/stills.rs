@@ -12,9 +12,9 @@ use ratatui::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessment, Settings, SourceFacts};
 use vn100_capture::{Capture, CaptureOptions};
-use vn100_pipeline::{Playback, Session, Speed};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Asked, Evaluation};
+use vn100_session::{Playback, Session, Speed};
 use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};

@@ -1,0 +1,207 @@
+//! Diagnostics: link events, commands and replies, rejected lines and why.
+//!
+//! A thread of its own writes them: measuring never waits for it. Entries that it does not take in
+//! time are dropped, and counted.
+
+use std::{
+    fs::File,
+    io::{self, IsTerminal, Write},
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+        mpsc::{self as blocking, SyncSender},
+    },
+    thread::{self, JoinHandle},
+    time::SystemTime,
+};
+
+use anyhow::{Context, Result};
+use tokio::runtime::Builder;
+use vn100_capture::Event;
+use vn100_driver::LinkState;
+use vn100_protocol::stream::{CsvReport, FileReport, LinkEventKind, ReadOptions};
+use vn100_report::printable;
+use vn100_session::EventObserver;
+
+use crate::{args::LogArgs, exit::report};
+
+/// Entries that may wait; a stream of nothing but refused lines fills them in a second.
+const WAITING_ENTRIES: usize = 4096;
+
+/// Diagnostics as the options ask for them, from here on until it is dropped.
+struct Log {
+    entries: Entries,
+    writer: Option<JoinHandle<()>>,
+}
+
+/// Where diagnostics go; nowhere by default.
+#[derive(Clone, Default)]
+pub(crate) struct Entries {
+    sender: Option<SyncSender<Option<String>>>,
+    lost: Arc<AtomicU64>,
+}
+
+impl Log {
+    /// Begins to write; a file is always a new one.
+    fn open(args: &LogArgs) -> Result<Self> {
+        let file = match &args.log {
+            Some(path) => Some((path.clone(), create(path)?)),
+            None => None,
+        };
+        if file.is_none() && !args.verbose {
+            return Ok(Self { entries: Entries::default(), writer: None });
+        }
+        let (sender, inbox) = blocking::sync_channel(WAITING_ENTRIES);
+        let entries = Entries { sender: Some(sender), lost: Arc::default() };
+        let (lost, verbose) = (Arc::clone(&entries.lost), args.verbose);
+        // ends with the log
+        let writer = thread::Builder::new().name("log".into()).spawn(move || {
+            let mut file = file;
+            let mut write = |entry: &str| {
+                if verbose {
+                    report(entry);
+                }
+                if let Some((path, open)) = &mut file
+                    && let Err(error) = writeln!(open, "{}", printable(entry))
+                {
+                    report(&format!("{}: cannot write the log, it ends here: {error}", path.display()));
+                    file = None;
+                }
+            };
+            while let Ok(Some(entry)) = inbox.recv() {
+                write(&entry);
+                match lost.swap(0, Ordering::Relaxed) {
+                    0 => {}
+                    lost => {
+                        write(&format!("{lost} entries are missing here: they arrived faster than the log is written"))
+                    }
+                }
+            }
+        });
+        Ok(Self { entries, writer: Some(writer.context("cannot start the thread of the log")?) })
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        if let Some(sender) = &self.entries.sender {
+            // after all entries; a writer that has ended needs no end mark
+            let _ = sender.send(None);
+        }
+        if let Some(writer) = self.writer.take() {
+            // one that panicked has nothing more to write
+            let _ = writer.join();
+        }
+    }
+}
+
+impl Entries {
+    /// Whether a log is kept.
+    pub(crate) fn is_open(&self) -> bool {
+        self.sender.is_some()
+    }
+
+    /// What to ask a source for.
+    pub(crate) fn asked(&self, read: ReadOptions) -> ReadOptions {
+        ReadOptions { diagnostics: self.is_open(), ..read }
+    }
+
+    /// What sees the events of the source of that name; nothing where no log is kept.
+    pub(crate) fn observer(&self, name: &str) -> Option<EventObserver> {
+        self.sender.as_ref()?;
+        let (entries, name) = (self.clone(), name.to_owned());
+        Some(Arc::new(move |event| entries.event(&name, event)))
+    }
+
+    /// Logs what an event holds beside samples.
+    fn event(&self, name: &str, event: &Event) {
+        match event {
+            Event::Batch(batch) => {
+                batch.diagnostics.iter().for_each(|diagnostic| self.put(name, &diagnostic.to_string()));
+            }
+            Event::Link(event) => self.put(name, &link_event(&event.kind)),
+            Event::ReadAgain => self.put(name, "larger or longer numbers: the rows so far are read again"),
+            Event::End(end) => {
+                if let Some(FileReport::Csv(csv)) = &end.report {
+                    refused_rows(csv).for_each(|rows| self.put(name, &rows));
+                }
+                match &end.error {
+                    Some(error) => self.put(name, &format!("ended: {error}")),
+                    None => self.put(name, "ended"),
+                }
+            }
+        }
+    }
+
+    /// Logs an attempt to open a link that failed.
+    pub(crate) fn link_state(&self, name: &str, state: &LinkState) {
+        if let LinkState::Down { cause, retry_in, .. } = state {
+            self.put(name, &format!("retrying in {} ms: {cause}", retry_in.as_millis()));
+        }
+    }
+
+    fn put(&self, name: &str, text: &str) {
+        let Some(sender) = &self.sender else { return };
+        let now = humantime::format_rfc3339_millis(SystemTime::now());
+        if sender.try_send(Some(format!("{now} {name}: {text}"))).is_err() {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Runs `work` on that runtime, with a log as the options ask for it.
+pub(crate) fn run_logged<T>(
+    runtime: &mut Builder,
+    args: &LogArgs,
+    work: impl AsyncFnOnce(Entries) -> Result<T>,
+) -> Result<T> {
+    let log = Log::open(args)?;
+    let runtime = runtime.enable_all().build().context("cannot start the worker threads")?;
+    let result = runtime.block_on(work(log.entries.clone()));
+    // a thread may hang in a read of standard input that is no longer needed
+    runtime.shutdown_background();
+    result
+}
+
+/// Whether diagnostics would be written over what else is shown on the terminal.
+pub(crate) fn takes_terminal(args: &LogArgs) -> bool {
+    args.verbose && io::stderr().is_terminal()
+}
+
+fn create(path: &Path) -> Result<File> {
+    // also for a dangling link
+    File::create_new(path).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log does not replace a file", path.display()),
+        _ => anyhow::Error::new(error).context(format!("cannot create the log {}", path.display())),
+    })
+}
+
+fn link_event(kind: &LinkEventKind) -> String {
+    match kind {
+        LinkEventKind::Up { port, baud: Some(baud) } => format!("connected: {port} at {baud} baud"),
+        LinkEventKind::Up { port, baud: None } => format!("connected: {port}"),
+        LinkEventKind::Down { cause } => format!("disconnected: {cause}"),
+        LinkEventKind::DiscardedDuringBaudScan { bytes } => {
+            format!("{bytes} bytes arrived before the sensor was identified")
+        }
+        LinkEventKind::Overrun { bytes } => format!("{bytes} bytes were lost before they were read"),
+        LinkEventKind::UnsolicitedError { error } => {
+            format!("unsolicited device error: {error}")
+        }
+        LinkEventKind::OutputResumed => "the output of the sensor was paused, and is resumed".into(),
+        LinkEventKind::Marked { text } => format!("marked: {text}"),
+        LinkEventKind::PortShared { program } => format!("{program} has the port open too"),
+        LinkEventKind::Closed => "closed while it was lost".into(),
+        LinkEventKind::OutputPaused => "the output of the sensor is paused again, as before".into(),
+    }
+}
+
+fn refused_rows(csv: &CsvReport) -> impl Iterator<Item = String> {
+    csv.rejected.iter().map(|rows| {
+        format!(
+            "rejected {} rows, {}: the first in line {}: {}",
+            rows.count, rows.reason, rows.first_line, rows.first_text
+        )
+    })
+}

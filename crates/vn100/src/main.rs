@@ -1,0 +1,67 @@
+//! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. Dispatches to the
+//! commands.
+
+mod args;
+mod asked;
+mod commands;
+mod exit;
+mod heartbeat;
+mod inputs;
+mod live_source;
+mod log;
+mod output;
+mod result;
+mod samples;
+mod serve;
+mod status;
+mod text;
+mod user_files;
+mod watched;
+mod words;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use vn100_report::Completion;
+use vn100_session::LiveError;
+
+use crate::{
+    args::{Args, OutputFormat, Subcommand},
+    commands::{archive, attach, compare, documentation, explain, plan, ports, replay, report, selftest, sensor, sim},
+};
+
+fn main() -> ExitCode {
+    let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {
+        Subcommand::Attach(args) => {
+            let format = args.result.format();
+            attach::attach(args, format)
+        }
+        Subcommand::Record(args) => attach::attach(args.into(), OutputFormat::Head),
+        Subcommand::Info(args) => sensor::info(args),
+        Subcommand::Configure(args) => sensor::configure(args),
+        Subcommand::Replay(args) => replay::replay(&args),
+        Subcommand::Archive(args) => archive::archive(&args),
+        Subcommand::Compare(args) => compare::compare(&args),
+        Subcommand::Plan(args) => plan::plan(&args),
+        Subcommand::Report(args) => report::report(&args),
+        Subcommand::Sim(args) => sim::sim(&args),
+        Subcommand::Selftest(args) => selftest::selftest(&args),
+        Subcommand::Explain(args) => explain::explain(&args),
+        Subcommand::Ports(args) => ports::ports(&args),
+        Subcommand::Schema(args) => documentation::schema(&args),
+        Subcommand::Completions(args) => documentation::completions(&args),
+        Subcommand::Man(args) => documentation::man(&args),
+    };
+    let completion = match result {
+        Ok(completion) => completion,
+        Err(error) if exit::is_broken_pipe(&error) => Completion::Complete,
+        Err(error) => {
+            exit::report(&format!("{error:#}"));
+            match error.downcast_ref() {
+                Some(LiveError::NoSensor(_)) => Completion::NoData,
+                _ => Completion::Failed,
+            }
+        }
+    };
+    exit::code(completion)
+}

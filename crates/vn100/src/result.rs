@@ -1,0 +1,229 @@
+//! Results of sessions, evaluated and written to standard output.
+
+use std::{
+    io,
+    sync::Arc,
+    time::{Duration, SystemTime},
+};
+
+use anyhow::{Context, Result};
+use indicatif::HumanBytes;
+use tokio::task::{self, JoinHandle};
+use vn100_analysis::Goal;
+use vn100_capture::RecordingState;
+use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, ProgressDocument};
+use vn100_session::{EndReason, SessionResult, SourceState, StartError};
+
+use vn100_report::words::{self, remedy_words};
+
+use vn100_view::Shown;
+
+use crate::{
+    args::{Ndjson, OutputFormat},
+    exit::{is_coloured, print, print_json, print_json_line, print_prepared, report, unless_closed},
+    text,
+};
+
+/// A task of the measurement panicked.
+pub(crate) const FAULT: &str = "internal error: the measurement stopped";
+
+/// What a result is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ResultOf {
+    Capture,
+    Sensor,
+    /// A sensor that is recorded and not measured.
+    Recording,
+}
+
+/// The result of a live source, evaluated.
+pub(crate) async fn evaluated(
+    result: SessionResult,
+    evaluation: &Arc<Evaluation>,
+    records_alone: bool,
+) -> Result<Measured> {
+    complete(result, evaluation, if records_alone { ResultOf::Recording } else { ResultOf::Sensor }).await
+}
+
+/// The result of a replay, evaluated; one that was interrupted says so, unless the reader of its
+/// samples `has_enough`.
+pub(crate) async fn evaluated_replay(
+    result: SessionResult,
+    evaluation: &Arc<Evaluation>,
+    has_enough: bool,
+) -> Result<Measured> {
+    let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
+    let mut measured = complete(result, evaluation, ResultOf::Capture).await?;
+    if is_stopped {
+        measured.note_interrupted();
+    }
+    Ok(measured)
+}
+
+async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<Measured> {
+    let evaluation = Arc::clone(evaluation);
+    // it is slow: other sources are measured meanwhile
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
+}
+
+pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
+    let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
+    let plain = end.plain();
+    let early = words::ended_early(&plain, result.shortfall.as_ref(), !unmet.is_empty(), &snapshot);
+    let error = words::end(&facts.name, &plain, &snapshot);
+    let (failed, cut_short) = match *end {
+        EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
+        _ => (None, error),
+    };
+    facts.error = failed;
+    let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
+    match *end {
+        // the source itself may be fine
+        EndReason::NotStarted(StartError::Recording(_) | StartError::OtherMessage { .. }) => {
+            measured.completion = Completion::Failed
+        }
+        EndReason::NotStarted(StartError::RateUnknown { .. }) => measured.completion = Completion::NotGiven,
+        _ => {}
+    }
+    cut_short.into_iter().for_each(|text| measured.note_failure(text));
+    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, of != ResultOf::Capture));
+    if let Some(text) = missing_times(&measured) {
+        measured.note_failure(text);
+    }
+    if let Some(recording) = &result.recording {
+        note_recording(&mut measured, recording, result.unrecorded_bytes, of);
+    }
+    if !result.is_restored {
+        measured.completion = measured.completion.max(Completion::Failed);
+    }
+    measured
+}
+
+/// Of the averaging times asked for, those that the result does not have.
+fn missing_times(measured: &Measured) -> Option<String> {
+    let missing: Vec<String> = measured.snapshot.missing_times.iter().map(ToString::to_string).collect();
+    (!missing.is_empty()).then(|| format!("{}: {}", measured.facts.name, missing.join("; ")))
+}
+
+/// The outcome of the recording made meanwhile. Where it failed the result says so, and
+/// the command has failed.
+fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64, of: ResultOf) {
+    let independent = if of == ResultOf::Recording { "" } else { ". The result does not depend on it" };
+    let path = recording.path.display();
+    let text = match &recording.error {
+        Some(error) => {
+            let advice = match error.kind() {
+                io::ErrorKind::NotFound => "do not remove it before the end",
+                _ => "free the disk, or record elsewhere",
+            };
+            let bytes = HumanBytes(recording.bytes);
+            format!("{path} ends after {bytes} of the bytes read: {error}{independent}; {advice}")
+        }
+        None if unrecorded_bytes > 0 => {
+            format!("{path} lacks {unrecorded_bytes} bytes, because the disk was too slow; it marks where{independent}")
+        }
+        None => return,
+    };
+    measured.note_failed_recording(text);
+}
+
+pub(crate) struct ResultWriter {
+    format: OutputFormat,
+    documents: Vec<Document>,
+    completion: Completion,
+    /// A result was written.
+    is_begun: bool,
+}
+
+impl ResultWriter {
+    pub(crate) fn new(format: OutputFormat) -> Self {
+        Self { format, documents: Vec::new(), completion: Completion::Complete, is_begun: false }
+    }
+
+    /// Writes the results that a view has shown; where its last screen stands for them, their
+    /// errors alone.
+    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<Measured>>>) -> Result<()> {
+        shown.screen.iter().try_for_each(|screen| print(screen))?;
+        shown.result?.iter().try_for_each(|measured| match shown.screen {
+            Some(_) => {
+                self.report(measured);
+                Ok(())
+            }
+            None => self.write(measured),
+        })
+    }
+
+    fn report(&mut self, measured: &Measured) {
+        self.completion = self.completion.max(measured.completion);
+        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+    }
+
+    /// Writes the next one, or keeps its document for the end.
+    pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
+        self.report(measured);
+        // an error before the first byte says everything
+        let has_text =
+            measured.facts.kind.is_some() && (measured.facts.error.is_none() || measured.snapshot.link.bytes() > 0);
+        match &self.format {
+            OutputFormat::Json => {
+                let document = Document::new(measured, true, remedy_words);
+                self.documents.push(document);
+            }
+            OutputFormat::Summary(color) if has_text => {
+                let separator = if self.is_begun { "\n" } else { "" };
+                let summary = text::summary(measured, is_coloured(*color));
+                print_prepared(&format!("{separator}{summary}"))?;
+            }
+            OutputFormat::Head if has_text => print(&text::head(measured))?,
+            OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
+        }
+        self.is_begun = true;
+        Ok(())
+    }
+
+    /// After the last: writes what was kept, and returns the outcome of the command.
+    pub(crate) fn finish(self) -> Result<Completion> {
+        if self.format == OutputFormat::Json {
+            unless_closed(match &self.documents[..] {
+                [document] => print_json(document),
+                _ => print_json(&self.documents),
+            })?;
+        }
+        Ok(self.completion)
+    }
+}
+
+/// Writes the line of a session under way.
+pub(crate) fn print_state(state: &SourceState, form: Ndjson, goals: &[Goal]) -> Result<()> {
+    let measured = Measured::so_far(state.facts(), Arc::clone(&state.snapshot), (*state.assessment()).clone());
+    print_line(&measured, false, form, goals)
+}
+
+/// Writes the line of a result.
+pub(crate) fn print_result(measured: &Measured, form: Ndjson, goals: &[Goal]) -> Result<()> {
+    print_line(measured, true, form, goals)
+}
+
+fn print_line(measured: &Measured, ended: bool, form: Ndjson, goals: &[Goal]) -> Result<()> {
+    match form {
+        Ndjson::Whole => print_json_line(&Document::new(measured, ended, remedy_words)),
+        Ndjson::Thin => print_json_line(&ProgressDocument::new(measured, goals)),
+    }
+}
+
+/// Writes that a live source has given no sample for so long.
+pub(crate) fn print_heartbeat(state: &SourceState, silent: Duration) -> Result<()> {
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let now_ns = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
+    let (facts, samples) = (state.facts(), state.snapshot.link.samples());
+    print_json_line(&HeartbeatDocument::new(&facts.name, samples, facts.link.as_ref(), silent, now_ns))
+}
+
+/// The results of all sources of a command, in their order.
+pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
+    let mut all = Vec::new();
+    for source in sources {
+        all.push(source.await.context(FAULT)??);
+    }
+    Ok(all)
+}

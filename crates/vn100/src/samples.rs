@@ -1,0 +1,136 @@
+//! `--samples`: the samples of a session as CSV, written by a thread of its own.
+
+use std::{
+    fs::File,
+    io::{self, BufWriter, Seek, SeekFrom, Stdout, Write, stdout},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+};
+
+use anyhow::{Context, Result};
+use tokio::sync::{mpsc, oneshot};
+use tokio_util::sync::CancellationToken;
+use vn100_report::{Measured, SampleTable};
+use vn100_session::{SampleEvent, SampleTap};
+
+/// A file of samples, or standard output.
+enum Output {
+    File(BufWriter<File>),
+    Stdout(BufWriter<Stdout>),
+}
+
+impl Output {
+    /// No file is ever replaced.
+    fn create(path: &Path) -> io::Result<Self> {
+        match path == Path::new("-") {
+            true => Ok(Self::Stdout(BufWriter::new(stdout()))),
+            false => Ok(Self::File(BufWriter::new(File::create_new(path)?))),
+        }
+    }
+
+    /// Forgets what was written.
+    fn start_over(&mut self) -> io::Result<()> {
+        match self {
+            Self::File(out) => {
+                out.seek(SeekFrom::Start(0))?;
+                out.get_ref().set_len(0)
+            }
+            Self::Stdout(_) => Err(io::Error::other(
+                "a number did not fit the counts of its column, so that the capture is read from its start again: write to a file",
+            )),
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::File(out) => out.write(bytes),
+            Self::Stdout(out) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::File(out) => out.flush(),
+            Self::Stdout(out) => out.flush(),
+        }
+    }
+}
+
+/// A writer of samples that has begun.
+pub(crate) struct SampleWriter {
+    path: PathBuf,
+    dropped: Arc<AtomicU64>,
+    written: oneshot::Receiver<io::Result<()>>,
+    has_enough: CancellationToken,
+}
+
+impl SampleWriter {
+    /// Begins to write, and gives what takes the samples. Where the reader of standard output has
+    /// enough, `stop` ends the session.
+    pub(crate) fn start(path: &Path, stop: CancellationToken) -> Result<(Self, SampleTap)> {
+        let failed = || format!("cannot write samples to {}", path.display());
+        let table = SampleTable::new(Output::create(path).with_context(failed)?);
+        let (tap, batches) = SampleTap::new();
+        let (sender, written) = oneshot::channel();
+        let has_enough = CancellationToken::new();
+        let enough = has_enough.clone();
+        let work = move || {
+            let result = write(table, batches);
+            if result.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::BrokenPipe) {
+                enough.cancel();
+                stop.cancel();
+            }
+            // the receiver may have been dropped
+            let _ = sender.send(result);
+        };
+        // ends at an error, or with the session
+        thread::Builder::new().name("samples".into()).spawn(work).with_context(failed)?;
+        Ok((Self { path: path.to_owned(), dropped: tap.dropped(), written, has_enough }, tap))
+    }
+
+    /// Whether the reader of standard output has closed it, which ended the session.
+    pub(crate) fn has_enough(&self) -> bool {
+        self.has_enough.is_cancelled()
+    }
+
+    /// Waits until all is written, and notes in the result what is not.
+    pub(crate) async fn finish(self, measured: &mut Measured) {
+        let written =
+            self.written.await.unwrap_or_else(|_| Err(io::Error::other("internal error: its writer stopped")));
+        let path = self.path.display();
+        match written {
+            Ok(()) => {}
+            // enough was read
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
+            Err(error) => {
+                measured.note_failure(format!("{path} lacks samples: {error}. The result does not depend on it"))
+            }
+        }
+        match self.dropped.load(Ordering::Relaxed) {
+            0 => {}
+            samples => measured.note_failure(format!(
+                "{path} lacks {samples} samples, because it was written too slowly. The result does not depend on it"
+            )),
+        }
+    }
+}
+
+fn write(mut table: SampleTable<Output>, mut events: mpsc::Receiver<SampleEvent>) -> io::Result<()> {
+    loop {
+        // a reader of the file sees all that has come
+        if events.is_empty() {
+            table.flush()?;
+        }
+        match events.blocking_recv() {
+            Some(SampleEvent::Batch(batch)) => table.push(&batch)?,
+            Some(SampleEvent::Again) => table.begin_again(Output::start_over)?,
+            None => return table.flush(),
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! A measurement under way in a browser: one page for all sources of a command, its events, its
+//! document, its report and its metrics.
+//!
+//! Nothing can be changed from here: the server holds the states of the sessions and no way to
+//! command them. It runs on a thread of its own; measuring never waits for it.
+//!
+//! | file | is |
+//! |---|---|
+//! | `connection.rs` | connections: how many, how long, how large |
+//! | `guard.rs` | which requests are answered, and with which headers |
+//! | `routes.rs` | what is answered |
+//! | `events.rs` | the stream of what has changed |
+//! | `drawing.rs` | the parts of the page, drawn when they have changed |
+
+mod app;
+mod connection;
+mod drawing;
+mod events;
+mod guard;
+mod hosts;
+mod routes;
+#[cfg(test)]
+mod tests;
+
+use std::{
+    io,
+    net::TcpListener,
+    sync::{Arc, Mutex, PoisonError},
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use tokio::{
+    runtime::Builder,
+    sync::{Semaphore, watch},
+    time::{self, Instant, MissedTickBehavior},
+};
+use tokio_util::sync::CancellationToken;
+use vn100_report::html::{PageOptions, Program};
+use vn100_report::words::remedy_words;
+use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, goals::Goals};
+use vn100_session::SourceState;
+
+use app::App;
+use drawing::{Drawer, PageState};
+use hosts::Hosts;
+
+/// The shortest interval between two versions of the page.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// The most streams of events at the same time.
+const STREAMS: usize = 16;
+
+/// How long readers may take for the last state before the server ends without them.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// What a [`Server`] serves, and to whom.
+pub(crate) struct ServeSpec {
+    /// Accepts the connections to the page.
+    pub(crate) listener: TcpListener,
+    /// Host names that a request may ask for, besides the addresses of this machine.
+    pub(crate) host_names: Vec<String>,
+    /// What an answer that refuses another host name advises.
+    pub(crate) host_advice: &'static str,
+    /// The sources, in the order of the page.
+    pub(crate) sources: Vec<ServedSource>,
+    /// The data sheet and the reference that the results are compared with.
+    pub(crate) evaluation: Arc<Evaluation>,
+    /// The command line, as a user would repeat it.
+    pub(crate) asked: String,
+    /// The program that reports name as their maker.
+    pub(crate) program: Program<'static>,
+    /// Two-sided level of the confidence intervals, 0 < p < 1.
+    pub(crate) confidence: f64,
+}
+
+/// A source that the page shows.
+#[derive(Debug)]
+pub(crate) struct ServedSource {
+    /// The published state of its session.
+    pub(crate) state: watch::Receiver<SourceState>,
+    /// What its measurement ends by: durations and precisions.
+    pub(crate) goals: Goals,
+}
+
+/// A running server. It serves until it is dropped, which waits half a second at most for slow
+/// readers and then for the end of its thread.
+#[derive(Debug)]
+pub(crate) struct Server {
+    ending: CancellationToken,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Starts to serve, on a thread of its own.
+    ///
+    /// # Errors
+    /// When the listener cannot be made non-blocking, or the thread cannot be started.
+    pub(crate) fn start(spec: ServeSpec) -> io::Result<Self> {
+        spec.listener.set_nonblocking(true)?;
+        let ending = CancellationToken::new();
+        let token = ending.clone();
+        let run = move || {
+            // drawing blocks: it is done by one thread, and others wait
+            let runtime =
+                Builder::new_current_thread().enable_all().thread_name("vn100-drawing").max_blocking_threads(1).build();
+            if let Ok(runtime) = runtime {
+                let _ = runtime.block_on(serve(spec, token));
+                runtime.shutdown_timeout(GRACE);
+            }
+        };
+        let thread = Some(thread::Builder::new().name("vn100-serve".into()).spawn(run)?);
+        Ok(Self { ending, thread })
+    }
+}
+
+impl Drop for Server {
+    /// Sends the last state to all readers, and ends the thread.
+    fn drop(&mut self) {
+        self.ending.cancel();
+        if let Some(thread) = self.thread.take() {
+            // a panic of the thread was reported where it occurred
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What a report says besides the results.
+#[derive(Debug, Clone)]
+struct ReportSettings {
+    asked: String,
+    program: Program<'static>,
+    confidence: f64,
+}
+
+impl ReportSettings {
+    fn options(&self) -> PageOptions<'_> {
+        PageOptions {
+            confidence: self.confidence,
+            asked: &self.asked,
+            words: remedy_words,
+            program: self.program,
+            kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
+        }
+    }
+}
+
+async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(spec.listener)?;
+    let hosts = Hosts::new(spec.host_names, spec.host_advice);
+    let report = ReportSettings { asked: spec.asked, program: spec.program, confidence: spec.confidence };
+    let drawer = Drawer::new(spec.sources, spec.evaluation, report, Instant::now());
+    let app = Arc::new(App {
+        drawer: Arc::new(Mutex::new(drawer)),
+        page: watch::channel(Arc::new(PageState::default())).0,
+        streams: Arc::new(Semaphore::new(STREAMS)),
+        over: CancellationToken::new(),
+        hosts,
+    });
+    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), ending.clone()));
+    connection::accept(listener, routes::router(&app), &app.over).await;
+    // a panic of the task was reported where it occurred
+    let _ = keeping.await;
+    Ok(())
+}
+
+/// Draws the page as long as it has readers, and once more at the end. Then all is over.
+async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
+    // after a panic too, as the end of the server is waited for
+    let _over = app.over.clone().drop_guard();
+    let mut ticks = time::interval(PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            _ = ticks.tick() => {}
+            () = ending.cancelled() => break,
+        }
+        let is_drawn = {
+            let mut drawer = app.drawer.lock().unwrap_or_else(PoisonError::into_inner);
+            drawer.look(Instant::now());
+            drawer.is_drawn()
+        };
+        if app.page.receiver_count() > 0 {
+            app.draw().await;
+        } else if !is_drawn {
+            // a reader who comes meanwhile waits for the next page
+            app.page.send_if_modified(|page| std::mem::take(page).run() > 0);
+        }
+    }
+    if app.page.receiver_count() > 0 {
+        let _ = time::timeout(GRACE, app.draw()).await;
+    }
+}

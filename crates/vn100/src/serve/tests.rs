@@ -1,0 +1,140 @@
+//! What a browser gets from a running server.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::{SocketAddr, TcpStream},
+};
+
+use vn100_analysis::{Settings, SourceFacts};
+use vn100_report::Asked;
+use vn100_session::Stage;
+
+use super::*;
+
+/// No answer takes so long.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A server, and where it is.
+struct Served {
+    _server: Server,
+    address: SocketAddr,
+}
+
+/// A server of one source, and what moves that on.
+fn served() -> (Served, watch::Sender<SourceState>) {
+    let facts = SourceFacts { name: "imu".into(), ..SourceFacts::default() };
+    let (sender, state) = watch::channel(SourceState::new(facts, &Settings::default()));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let server = Server::start(ServeSpec {
+        listener,
+        host_names: vec!["bench".into()],
+        host_advice: ": name it",
+        sources: vec![ServedSource { state, goals: Goals::default() }],
+        evaluation: Arc::new(Evaluation::new(None, Asked::default()).unwrap()),
+        asked: "vn100 watch imu".into(),
+        program: Program { name: "vn100 test", commit: None },
+        confidence: 0.95,
+    });
+    (Served { _server: server.unwrap(), address }, sender)
+}
+
+fn request(served: &Served, method: &str, path: &str, host: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(served.address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+    stream
+}
+
+/// The status, the head in lower case, and the body.
+fn ask(served: &Served, method: &str, path: &str, host: &str) -> (u16, String, String) {
+    let mut answer = String::new();
+    request(served, method, path, host).read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+    (status, head.to_lowercase(), body.to_owned())
+}
+
+#[test]
+fn every_address_answers_with_its_own_kind_of_content() {
+    let (server, _sender) = served();
+    for (path, kind, begin) in [
+        ("/", "text/html; charset=utf-8", "<!DOCTYPE html>"),
+        ("/page.css", "text/css; charset=utf-8", ""),
+        ("/page.js", "text/javascript; charset=utf-8", ""),
+        ("/icon.svg", "image/svg+xml", "<svg "),
+        ("/snapshot.json", "application/json", "{"),
+        ("/report.html", "text/html; charset=utf-8", "<!DOCTYPE html>"),
+        ("/metrics", "text/plain; version=0.0.4; charset=utf-8", "# HELP"),
+    ] {
+        let (status, head, body) = ask(&server, "GET", path, "localhost");
+        assert_eq!(status, 200, "{path}");
+        assert!(head.contains(&format!("\r\ncontent-type: {kind}\r\n")), "{path}: {head}");
+        assert!(!body.is_empty() && body.starts_with(begin), "{path}: {body}");
+        // a report carries its styles and scripts in itself
+        assert_eq!(head.contains("script-src 'sha256-"), path == "/report.html", "{path}: {head}");
+    }
+    assert_eq!(ask(&server, "GET", "/other", "localhost").0, 404);
+    assert_eq!(ask(&server, "POST", "/", "localhost").0, 405);
+    assert_eq!(ask(&server, "GET", "/", "bench").0, 200);
+    let (status, _, body) = ask(&server, "GET", "/", "evil.example");
+    assert_eq!((status, &*body), (403, "this name is unknown here: name it\n"));
+}
+
+#[test]
+fn the_health_is_that_of_the_source() {
+    let (server, sender) = served();
+    let health = || {
+        let (status, _, body) = ask(&server, "GET", "/healthz", "localhost");
+        (status, body)
+    };
+    assert_eq!(health(), (503, "imu: preparing\n".into()));
+    sender.send_modify(|state| state.stage = Stage::Measuring);
+    assert_eq!(health(), (200, "imu: measuring\n".into()));
+}
+
+#[test]
+fn a_reader_gets_the_page_as_it_changes_and_the_end_of_the_program() {
+    let (server, sender) = served();
+    let events = BufReader::new(request(&server, "GET", "/events", "localhost"));
+    let begin = std::time::Instant::now();
+    // a silent stream has a comment every ten seconds
+    let mut lines = events.lines().map(|line| line.unwrap()).take_while(|_| begin.elapsed() < PATIENCE);
+    let mut now = || {
+        lines.find(|line| line == "data: now").unwrap();
+        // in between are the lengths of the pieces
+        lines.find(|line| line.starts_with("<p class=\"state\">")).unwrap()
+    };
+    assert!(now().contains(">preparing<"));
+    sender.send_modify(|state| state.stage = Stage::Measuring);
+    assert!(!now().contains(">preparing<"));
+    sender.send_modify(|state| state.stage = Stage::Preparing);
+    // the last state is sent though the second between two of them is not over
+    drop(server);
+    let last = now();
+    assert!(last.contains(">preparing<"), "{last}");
+    let end: Vec<String> = lines.filter(|line| line.starts_with("event: ") || line.starts_with("data: the")).collect();
+    assert_eq!(end[end.len() - 2..], ["event: end", "data: the program ends"]);
+}
+
+/// A runtime without a clock makes the task panic at its first step.
+#[test]
+fn a_server_ends_although_its_drawing_has_panicked() {
+    let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
+    let report = ReportSettings {
+        asked: String::new(),
+        program: Program { name: "vn100 test", commit: None },
+        confidence: 0.95,
+    };
+    let app = Arc::new(App {
+        drawer: Arc::new(Mutex::new(Drawer::new(Vec::new(), evaluation, report, Instant::now()))),
+        page: watch::channel(Arc::new(PageState::default())).0,
+        streams: Arc::new(Semaphore::new(STREAMS)),
+        over: CancellationToken::new(),
+        hosts: Hosts::new(Vec::new(), ""),
+    });
+    let runtime = Builder::new_current_thread().build().unwrap();
+    let keeping = keep_drawn(Arc::clone(&app), CancellationToken::new());
+    assert!(runtime.block_on(runtime.spawn(keeping)).unwrap_err().is_panic());
+    assert!(app.over.is_cancelled());
+}
