@@ -431,3 +431,40 @@ fn a_record_of_the_planned_length_shows_what_was_wanted() {
         assert!((number("value") / 0.0035_f64.to_radians() - 1.0).abs() < 0.04, "{axis}: {white}");
     }
 }
+
+#[test]
+fn three_sensors_foretell_the_next_and_a_copy_counts_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut files: Vec<PathBuf> = (1..=4).map(|seed| seeded(folder.path(), seed)).collect();
+    let copy = folder.path().join("copy.vnymr");
+    fs::copy(&files[1], &copy).unwrap();
+    files.push(copy);
+    let population = |document: &Value, parameter: &str| {
+        let all = document["populations"].as_array().unwrap();
+        all.iter().find(|one| one["channel"] == "accel_x" && one["parameter"] == parameter).cloned().unwrap()
+    };
+    let of_one = population(&compare(&files, &["--rate", "40"]).0, "white");
+    let sensors = of_one["sensors"].as_array().unwrap();
+    assert_eq!((sensors.len(), &sensors[0]["records"]), (1, &serde_json::json!([0, 1, 2, 3])));
+    let number = |population: &Value, key: &str| population[key].as_f64().unwrap();
+    assert!(number(&of_one, "next_lower") < number(&of_one, "lowest"), "{of_one}");
+    assert!(number(&of_one, "highest") < number(&of_one, "next_upper"), "{of_one}");
+    let names = ["a", "b", "c", "a", "b"];
+    let options: Vec<&str> =
+        ["--rate", "40"].into_iter().chain(names.iter().flat_map(|name| ["--sensor", name])).collect();
+    let (document, _) = compare(&files, &options);
+    let of_three = population(&document, "white");
+    let records: Vec<&Value> = of_three["sensors"].as_array().unwrap().iter().map(|unit| &unit["records"]).collect();
+    assert_eq!(records, [&serde_json::json!([0, 3]), &serde_json::json!([1]), &serde_json::json!([2])]);
+    assert!(of_three["next_upper"].is_number() && of_three["no_interval"].is_null(), "{of_three}");
+    // what is only bounded has no interval
+    let bounded = document["populations"].as_array().unwrap().iter().find(|one| one["spread"].is_null()).unwrap();
+    assert!(bounded["no_interval"].as_str().unwrap().contains("only bounds it") && bounded["next_upper"].is_null());
+    let text = vn100().arg("compare").args(&files).args(&options).output().unwrap();
+    let text = String::from_utf8(text.stdout).unwrap();
+    for expected in ["Sensors\n", "  median", "  spread, %", "  next, lower", "no interval: a recording only bounds it"]
+    {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}

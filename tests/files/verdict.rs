@@ -221,9 +221,15 @@ fn no_face_gives_a_parameter_of_a_moved_sensor() {
     assert!(rows.len() > 20 && rows.iter().all(|row| row.contains(",moved,,,,")), "{table}");
     assert_eq!(fs::read_to_string(folder.path().join("r.fit.csv")).unwrap().lines().count(), 1);
     let archive = vn100().args(["archive", "-q"]).arg(&moved).args(RATE).output().unwrap();
-    let archive: Value = serde_json::from_slice(&archive.stdout).unwrap();
-    for row in archive["recordings"][0]["channels"].as_array().unwrap() {
-        row["noise"].as_array().unwrap().iter().for_each(|parameter| withheld(parameter, "the archive"));
+    let rows = String::from_utf8(archive.stdout).unwrap();
+    for row in rows.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()) {
+        for parameter in ["white", "bias_instability", "rate_random_walk"] {
+            assert!(
+                row[format!("{parameter}_status")].is_null() || row[format!("{parameter}_status")] == "moved",
+                "{row}"
+            );
+            assert!(["", "_lower", "_upper"].iter().all(|end| row[format!("{parameter}{end}")].is_null()), "{row}");
+        }
     }
 }
 

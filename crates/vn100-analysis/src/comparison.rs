@@ -3,6 +3,7 @@
 mod caveat;
 mod means;
 mod octaves;
+mod population;
 mod ranking;
 mod recommendation;
 mod two_sample;
@@ -12,6 +13,7 @@ use vn100_protocol::Quantity;
 pub use caveat::{Caveat, CaveatKind};
 pub use means::{ChannelMeans, MeanDifference, MeanError, MeanTest, RecordMean, Untested};
 pub use octaves::OctaveTest;
+pub use population::{NoPrediction, Population, UnitValue};
 pub use ranking::{RankedRecord, Ranking, WhiteTest};
 pub use recommendation::{Recommendation, WhyNone, WhyUse};
 
@@ -119,6 +121,13 @@ impl Comparison {
         };
         comparison.recommended = recommendation::recommendation(&comparison, records);
         comparison
+    }
+
+    /// N, B and K of each axis over these records, if three or more say something of them. `units`
+    /// names the sensor of each record; of records with the same samples the first counts alone.
+    #[must_use]
+    pub fn populations(&self, records: &[ComparedRecord<'_>], units: &[String]) -> Vec<Population> {
+        population::populations(records, units, &self.same_samples, self.confidence)
     }
 
     /// Whether a difference with this probability is statistically significant.

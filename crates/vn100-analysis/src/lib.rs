@@ -48,8 +48,8 @@ pub use assessment::{
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanDifference, MeanError, MeanTest,
-    OctaveTest, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean, SameSamples, Untested, WhiteTest,
-    WhyNone, WhyUse,
+    NoPrediction, OctaveTest, Population, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean,
+    SameSamples, UnitValue, Untested, WhiteTest, WhyNone, WhyUse,
 };
 pub use datasheet::{
     Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,

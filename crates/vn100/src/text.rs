@@ -1,5 +1,6 @@
 //! A result as text for people: a summary, or the head of a recording.
 
+mod populations;
 mod summary;
 
 use std::fmt::{self, Write};
@@ -15,6 +16,7 @@ use vn100_report::{
     printable,
 };
 
+pub(crate) use populations::write_populations;
 pub(crate) use summary::summary;
 use vn100_report::words::remedy_words;
 

@@ -7,13 +7,15 @@
 
 use serde::Serialize;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Ranking, RemedyWords, Untested, axes_name, sensor_of,
+    Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Population, Ranking, RemedyWords, UnitValue,
+    Untested, axes_name, sensor_of,
 };
 
 use crate::{
+    codes::term_name,
     measured::{Measured, run_name},
     names::recommendation,
-    units::tests_by_channel,
+    units::{si_unit, tests_by_channel},
 };
 
 /// The JSON document of several records side by side.
@@ -31,9 +33,62 @@ pub struct ComparisonDocument {
     same_samples: Vec<SameSamplesDocument>,
     /// Means of the channels of sensors, and how far they lie apart.
     means: Vec<MeansDocument>,
+    /// N, B and K over three recordings or more, copies counted once.
+    populations: Vec<PopulationDocument>,
     disturbances: Vec<ComparedDisturbanceDocument>,
     /// What could not be compared, or only in part.
     caveats: Vec<CaveatDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct PopulationDocument {
+    channel: String,
+    parameter: &'static str,
+    unit: &'static str,
+    median: f64,
+    lowest: f64,
+    highest: f64,
+    /// Standard deviation of the logarithm between recordings.
+    spread: Option<f64>,
+    /// The prediction interval of the next sensor, or of the next recording if all are of one.
+    next_lower: Option<f64>,
+    next_upper: Option<f64>,
+    no_interval: Option<String>,
+    sensors: Vec<UnitDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct UnitDocument {
+    name: String,
+    records: Vec<usize>,
+    /// Mean over its recordings.
+    value: f64,
+    bound: bool,
+}
+
+impl PopulationDocument {
+    fn new(population: &Population) -> Self {
+        let next = population.prediction.ok();
+        let sensor = |unit: &UnitValue| UnitDocument {
+            name: unit.name.clone(),
+            records: unit.records.clone(),
+            value: unit.value,
+            bound: unit.is_bound,
+        };
+        Self {
+            channel: population.channel.clone(),
+            parameter: term_name(population.term),
+            unit: si_unit(population.sensor, population.term),
+            median: population.median,
+            lowest: population.range[0],
+            highest: population.range[1],
+            spread: population.spread,
+            next_lower: next.map(|next| next[0]),
+            next_upper: next.map(|next| next[1]),
+            no_interval: population.prediction.err().map(|why| why.to_string()),
+            sensors: population.units.iter().map(sensor).collect(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -202,7 +257,7 @@ impl ComparisonDocument {
     /// The document of a comparison of `all`, in the order in which they were compared; remedies
     /// are put into `words`.
     #[must_use]
-    pub fn new(all: &[Measured], comparison: &Comparison, words: RemedyWords) -> Self {
+    pub fn new(all: &[Measured], comparison: &Comparison, populations: &[Population], words: RemedyWords) -> Self {
         let verdict = |chance: Chance| Verdict {
             p: chance.p,
             corrected: chance.corrected,
@@ -243,6 +298,7 @@ impl ComparisonDocument {
             channels: channels.collect(),
             sensors: comparison.rankings.iter().map(|ranking| sensor(ranking, comparison, verdict)).collect(),
             recommended: recommended(comparison),
+            populations: populations.iter().map(PopulationDocument::new).collect(),
             same_samples: same.collect(),
             means: comparison.means.iter().map(|means| means_of(means, comparison)).collect(),
             disturbances: disturbances.collect(),

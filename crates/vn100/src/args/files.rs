@@ -133,6 +133,11 @@ pub(crate) struct CompareArgs {
     #[arg(long, help_heading = "Measurement")]
     pub(crate) stayed_on: bool,
 
+    /// The sensor of a recording, in place of its serial number or its folder: once for all, or for
+    /// each recording in their order
+    #[arg(long, help_heading = "Measurement", value_name = "NAME")]
+    pub(crate) sensor: Vec<String>,
+
     /// Print one JSON document, and nothing else, on standard output
     #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,

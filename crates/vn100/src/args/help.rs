@@ -131,6 +131,7 @@ const COMMANDS: [CommandHelp; 16] = [
         name: "compare",
         examples: &[
             ("which of three runs to use", "compare run1.mcap run2.mcap run3.mcap"),
+            ("what the next of these units will have", "compare unit*.mcap --sensor 1 --sensor 2 --sensor 3"),
             ("as JSON", "compare run1.mcap run2.mcap --json"),
         ],
         exit_status: OF_MEASUREMENT,

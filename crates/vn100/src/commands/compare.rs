@@ -9,10 +9,10 @@ use std::{
 use anyhow::Result;
 use imu_noise::Term;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SameSamples, sensor_of,
+    Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SameSamples, sensor_of,
 };
 use vn100_capture::Capture;
-use vn100_protocol::Quantity;
+use vn100_protocol::{Quantity, Register};
 use vn100_report::{
     ComparisonDocument, Completion, Measured,
     names::{folding, names_of, recommendation, untested},
@@ -28,7 +28,7 @@ use crate::{
     commands::replay::{Outputs, measure_files},
     exit::{print, print_json, report, unless_closed},
     inputs::{FileStream, inputs},
-    text::{fill, parameter_name, text},
+    text::{fill, parameter_name, text, write_populations},
     user_files::evaluation,
 };
 
@@ -51,15 +51,33 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let records: Vec<_> = all.iter().map(Measured::compared).collect();
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
     let comparison = Comparison::of(&records, args.stayed_on, confidence);
+    let populations = comparison.populations(&records, &units(&inputs, &all, &args.sensor));
     if args.json {
-        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, remedy_words)))?;
+        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, &populations, remedy_words)))?;
     } else {
-        unless_closed(print(&text(|out| write_comparison(out, &all, &comparison))))?;
+        unless_closed(print(&text(|out| write_comparison(out, &all, &comparison, &populations))))?;
     }
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }
 
-fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {
+/// The sensor of each recording: as the user calls it, its serial number, or the folder of the
+/// file.
+fn units(inputs: &[FileStream], all: &[Measured], given: &[String]) -> Vec<String> {
+    let unit = |(number, (input, measured)): (usize, (&FileStream, &Measured))| {
+        let serial = measured.snapshot.registers.get(&Register::SERIAL_NUMBER.0).map(|serial| serial.trim().to_owned());
+        let named = given.get(number).or(given.last().filter(|_| given.len() == 1)).cloned();
+        let folder = || input.path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+        named.or(serial).unwrap_or_else(|| folder().display().to_string())
+    };
+    inputs.iter().zip(all).enumerate().map(unit).collect()
+}
+
+fn write_comparison(
+    out: &mut String,
+    all: &[Measured],
+    comparison: &Comparison,
+    populations: &[Population],
+) -> fmt::Result {
     if all.len() > 1 {
         writeln!(out, "{}\n", fill(&conclusion(all, comparison), "", "  "))?;
     }
@@ -82,6 +100,7 @@ fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison)
     for ranking in &comparison.rankings {
         write_ranking(out, ranking, comparison)?;
     }
+    write_populations(out, populations, comparison.confidence)?;
     write_octaves(out, comparison)?;
     write_disturbances(out, comparison)?;
     write_means(out, comparison)

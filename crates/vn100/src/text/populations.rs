@@ -1,0 +1,91 @@
+//! N, B and K over three recordings or more: a row for each sensor, then median, spread and the
+//! interval of the next.
+
+use std::fmt::{self, Write};
+
+use vn100_analysis::Population;
+use vn100_report::{
+    names::TERMS,
+    numbers::plain::{four_digits, short},
+    printable,
+    units::si_unit,
+};
+
+use super::{fill, parameter_name};
+
+/// Of the column that names the rows of a table with an axis in each of the others.
+const LABEL: usize = 24;
+
+/// Of the column of an axis.
+const COLUMN: usize = 17;
+
+pub(crate) fn write_populations(out: &mut String, populations: &[Population], confidence: f64) -> fmt::Result {
+    if populations.is_empty() {
+        return Ok(());
+    }
+    let legend = format!(
+        "\nSensors\nA row for each sensor: the mean of its recordings. The spread is the standard deviation between recordings. \"next\" is the \
+         prediction interval of one more sensor, or of one more recording if all are of one, by t on logarithms at {} % confidence.",
+        short(100.0 * confidence)
+    );
+    let (head, text) = legend.rsplit_once('\n').unwrap_or(("", &legend));
+    writeln!(out, "{head}\n{}", fill(text, "", ""))?;
+    let mut sensors: Vec<_> = populations.iter().map(|population| population.sensor).collect();
+    sensors.dedup();
+    for sensor in sensors {
+        for term in TERMS {
+            let axes: Vec<&Population> = populations
+                .iter()
+                .filter(|population| (population.sensor, population.term) == (sensor, term))
+                .collect();
+            if !axes.is_empty() {
+                writeln!(out, "{}, {}", parameter_name(sensor, term), si_unit(sensor, term))?;
+                write_axes(out, &axes)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
+    row(out, "  sensor", axes, |axis| axis.channel.clone())?;
+    let mut names: Vec<&str> = Vec::new();
+    for unit in axes.iter().flat_map(|axis| &axis.units) {
+        if !names.contains(&&*unit.name) {
+            names.push(&unit.name);
+        }
+    }
+    for name in names {
+        let label: String = format!("  {}", printable(name)).chars().take(23).collect();
+        row(out, &label, axes, |axis| {
+            let unit = axis.units.iter().find(|unit| unit.name == name);
+            unit.map_or("-".into(), |unit| {
+                let sign = if unit.is_bound { "<= " } else { "" };
+                format!("{sign}{}", four_digits(unit.value))
+            })
+        })?;
+    }
+    row(out, "  median", axes, |axis| four_digits(axis.median))?;
+    row(out, "    lowest", axes, |axis| four_digits(axis.range[0]))?;
+    row(out, "    highest", axes, |axis| four_digits(axis.range[1]))?;
+    row(out, "  spread, %", axes, |axis| axis.spread.map_or("-".into(), |spread| format!("{:.1}", 100.0 * spread)))?;
+    for (label, end) in [("  next, lower", 0), ("    upper", 1)] {
+        row(out, label, axes, |axis| axis.prediction.map_or("-".into(), |next| four_digits(next[end])))?;
+    }
+    let mut reasons = Vec::new();
+    for why in axes.iter().filter_map(|axis| axis.prediction.err()) {
+        if !reasons.contains(&why) {
+            reasons.push(why);
+        }
+    }
+    reasons.iter().try_for_each(|why| writeln!(out, "{}", fill(&format!("no interval: {why}"), "  ", "    ")))
+}
+
+/// A row of a table with an axis in each column.
+fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
+    let mut line = format!("{label:<LABEL$}");
+    for value in cells {
+        write!(line, " {:>COLUMN$}", cell(value))?;
+    }
+    writeln!(out, "{}", line.trim_end())
+}
