@@ -26,7 +26,7 @@ def captures(*paths: str | os.PathLike[str]) -> list[list[str]]:
 
     Files of a folder are known by their endings, packed ones too, and nothing hidden is
     one; a path itself is a capture whatever it is called. Each is for
-    ``State.of_file(*files)`` or ``replay(*files)``.
+    ``archive_rows(*files)`` or ``replay(*files)``.
     """
     return [[os.fspath(file) for file in files] for files in _vn100.captures(*paths)]
 
