@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::{prelude::*, types::PyDict};
 use vn100_capture::file_stamp;
-use vn100_session::ReplaySpec;
 use vn100_report::{ArchiveRow, ArchivedFile};
+use vn100_session::ReplaySpec;
 
 use crate::{measured, options::ReplayOptions, sessions::session};
 
@@ -28,10 +28,9 @@ pub(crate) fn archive_rows(
         capture: given.capture.clone(),
         ..ReplaySpec::of(&path)
     };
-    let file =
-        ArchivedFile { path: all.name_with_folder(), bytes, modified_ns, options: all.options_digest("") };
+    let file = ArchivedFile { path: all.name_with_folder(), bytes, modified_ns, options: all.options_digest("") };
     let path = given.join(py, path, parts)?;
-    let evaluation = measured::evaluation(given.filter_models)?;
+    let evaluation = measured::evaluation()?;
     let mut recordings = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let name = spec.name_with_folder();

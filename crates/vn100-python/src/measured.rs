@@ -6,8 +6,8 @@ use pyo3::{
     prelude::*,
 };
 use vn100_capture::OpenError;
-use vn100_session::{EndReason, SessionResult, StartError};
 use vn100_report::{Asked, Completion, Document, Evaluation, Measured, words};
+use vn100_session::{EndReason, SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
@@ -67,6 +67,6 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
 
 /// The document `vn100.analysis/1`.
 pub(crate) fn document(measured: &Measured) -> PyResult<String> {
-    let document = Document::new(measured, true, vn100_report::words::remedy_words);
+    let document = Document::new(measured, true, words::remedy_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

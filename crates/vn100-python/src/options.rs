@@ -14,11 +14,11 @@ use pyo3::{
     prelude::*,
     types::PyDict,
 };
-use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::Settings;
+use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
-use vn100_session::ReplaySpec;
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
+use vn100_session::ReplaySpec;
 
 use crate::measured;
 
