@@ -23,6 +23,7 @@ mod units;
 
 use std::{
     io,
+    path::Path,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -355,7 +356,7 @@ fn run_view(
             Some(ViewRequest::Save) => {
                 let chosen = shown.get(state.source).zip(monitors.get(state.source));
                 let saved = chosen.map(|(source, monitors)| {
-                    save(&state, source, monitors.assess(&source.snapshot), &shared.evaluation)
+                    save(Path::new("."), &state, source, monitors.assess(&source.snapshot), &shared.evaluation)
                 });
                 state.message = saved;
             }

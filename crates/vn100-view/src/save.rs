@@ -1,4 +1,4 @@
-//! What is measured of a source, written to files in the working folder: the document that the
+//! What is measured of a source, written to files in a folder: the document that the
 //! result would be if it ended now, and the plot that is shown. What only the end of a source
 //! shows, such as why it ended, is not in it.
 
@@ -20,11 +20,18 @@ use vn100_report::{
     units::ChannelValues,
 };
 
-/// Writes both; gives the message. The assessment shown may be of a record a twentieth shorter.
-pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {
+/// Writes both into this folder; gives the message. The assessment shown may be of a record a
+/// twentieth shorter.
+pub(crate) fn save(
+    folder: &Path,
+    state: &ViewState,
+    source: &SourceView,
+    assessment: Assessment,
+    evaluation: &Evaluation,
+) -> String {
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
     let document = Document::new(&evaluation.complete(measured), true, remedy_words);
-    let (folder, stem) = (Path::new("."), stem(source));
+    let stem = stem(source);
     let write = || -> io::Result<String> {
         let json = new_file(folder, &stem, "json", &json_line(&serde_json::to_string(&document)?))?;
         let Some(figure) = picture(state, source) else { return Ok(json) };
@@ -69,8 +76,36 @@ fn new_file(folder: &Path, stem: &str, extension: &str, text: &str) -> io::Resul
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
+    use tempfile::TempDir;
+    use vn100_report::Asked;
+
     use super::*;
     use crate::tests::fixture::measured;
+
+    /// Each save has files of its own, and one that cannot be written is said.
+    #[test]
+    fn what_is_shown_is_saved_beside_other_files() {
+        let folder = TempDir::new().unwrap();
+        let source = measured();
+        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+        let save_in = |folder: &Path| {
+            let assessment = Assessment::new(&source.snapshot, 0.95);
+            save(folder, &ViewState::new(1), &source, assessment, &evaluation)
+        };
+        let stem = stem(&source);
+        fs::write(folder.path().join(format!("{stem}.svg")), "mine").unwrap();
+        assert_eq!(save_in(folder.path()), format!("saved {stem}.json and {stem}-2.svg"));
+        assert_eq!(save_in(folder.path()), format!("saved {stem}-2.json and {stem}-3.svg"));
+        let read = |name: String| fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(read(format!("{stem}.svg")), "mine");
+        assert!(read(format!("{stem}-2.svg")).contains("<svg "));
+        let document: serde_json::Value = serde_json::from_str(&read(format!("{stem}.json"))).unwrap();
+        assert_eq!(document["timing"]["samples"], source.snapshot.timing.samples);
+        assert_eq!(read(format!("{stem}.json")), read(format!("{stem}-2.json")));
+        assert!(save_in(&folder.path().join("absent")).starts_with("not saved: "));
+    }
 
     #[test]
     fn a_file_is_named_after_source_and_samples() {
