@@ -1,6 +1,7 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use vn100_report::units::Point;
 use vn100_session::Command;
 
 use crate::source::{ChannelGroup, SourceView};
@@ -88,7 +89,7 @@ pub(crate) struct ViewState {
     pub(crate) sensor: usize,
     pub(crate) axes: ShownAxes,
     pub(crate) plot: ShownPlot,
-    /// The octave that is read out; `None` for the last one.
+    /// The octave that is read out; `None` for the last that has an interval.
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
     pub(crate) units: usize,
@@ -137,10 +138,11 @@ impl ViewState {
         }
     }
 
-    /// The octave that is read out, of so many.
-    pub(crate) fn octave(&self, octaves: usize) -> Option<usize> {
-        let last = octaves.checked_sub(1)?;
-        Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
+    /// The octave of these that is read out: unless one was chosen, the last that has an interval.
+    pub(crate) fn octave(&self, octaves: &[Point]) -> Option<usize> {
+        let last = octaves.len().checked_sub(1)?;
+        let known = || octaves.iter().rposition(Point::is_known).unwrap_or(last);
+        Some(self.cursor.map_or_else(known, |cursor| cursor.min(last)))
     }
 
     pub(crate) fn key(&mut self, key: KeyEvent, sources: &[SourceView]) -> Option<ViewRequest> {
@@ -293,9 +295,9 @@ impl ViewState {
     }
 
     fn step_right(&mut self, right: bool, source: &SourceView) {
-        let octaves = self.channel(source).map_or(0, |channel| source.values[channel].deviations.len());
+        let octaves = self.channel(source).map_or(&[][..], |channel| &source.values[channel].deviations);
         if let Some(octave) = self.octave(octaves) {
-            self.cursor = Some(step(octave, right, octaves));
+            self.cursor = Some(step(octave, right, octaves.len()));
         }
     }
 }

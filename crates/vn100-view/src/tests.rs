@@ -103,8 +103,8 @@ fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
 #[test]
 fn the_data_sheet_is_shown_in_the_unit_chosen() {
     for (units, shown) in [
-        (0, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
-        (1, ["typ 0.21 deg/√h", "max 10 deg/h"]),
+        (0, ["typ 0.21 deg/√h", "max 10 deg/h"]),
+        (1, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
         (2, ["typ 12.6 deg/h/√Hz", "max 10 deg/h"]),
         (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
@@ -351,7 +351,7 @@ fn a_picture_has_all_that_the_screen_has() {
     let points = plot.curves[0].points.len();
     let discs = |svg: &str| svg.matches("<circle").count();
     assert!(discs(&svg) > points, "the points, and one in the legend");
-    assert!(svg.contains(">N: ") && svg.contains("gyro_y") && svg.contains("°/s"));
+    assert!(svg.contains(">N: ") && svg.contains("gyro_y") && svg.contains("°/h"));
     let svg_of_all = picture(&one());
     assert_eq!(discs(&svg_of_all), points + 1, "no two axes have the same sign");
     assert!(["gyro_x", "gyro_y", "gyro_z"].iter().all(|name| svg_of_all.contains(name)));

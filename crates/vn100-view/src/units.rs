@@ -3,7 +3,7 @@
 
 use imu_noise::{Convention, Sensor, Sides, Term, conventions};
 use vn100_analysis::sensor_of;
-use vn100_report::units::ChannelValues;
+use vn100_report::{summary::parameter_unit, units::ChannelValues};
 
 /// How the values and deviations of a channel are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,19 +30,24 @@ impl ShownUnit {
 /// Places among the conventions of N, B and K. Deviations are in the unit of B.
 type Together = [usize; 3];
 
-/// Those of data sheets first, those of the SI fourth. Each unit of N has its turn.
-const GYRO: [Together; 6] = [[2, 1, 1], [4, 2, 2], [5, 2, 2], [0, 0, 0], [1, 0, 0], [3, 1, 1]];
-const ACCEL: [Together; 6] = [[3, 1, 2], [4, 2, 2], [5, 2, 2], [0, 0, 0], [2, 0, 1], [1, 0, 0]];
+/// Those that follow the units of the summary; of the SI third. Each unit of N has its turn.
+const GYRO: [Together; 5] = [[2, 1, 1], [5, 2, 2], [0, 0, 0], [1, 0, 0], [3, 1, 1]];
+const ACCEL: [Together; 5] = [[4, 2, 2], [5, 2, 2], [0, 0, 0], [2, 0, 1], [1, 0, 0]];
 const MAG: [Together; 3] = [[0, 0, 0], [2, 1, 0], [1, 0, 0]];
 
+/// The unit of a parameter after so many steps, from that of the summary on.
 pub(crate) fn convention(sensor: Sensor, term: Term, steps: usize) -> Convention {
-    let all: &[Together] = match sensor {
+    let others: &[Together] = match sensor {
         Sensor::Gyroscope => &GYRO,
         Sensor::Accelerometer => &ACCEL,
         Sensor::Magnetometer => &MAG,
     };
-    let [white, bias, walk] = all[steps % all.len()];
     let known = conventions(sensor, term);
+    let Some(step) = (steps % (others.len() + 1)).checked_sub(1) else {
+        let (unit, factor) = parameter_unit(sensor, term);
+        return Convention { unit, factor, sides: None };
+    };
+    let [white, bias, walk] = others[step];
     known[match term {
         Term::White => white,
         Term::BiasInstability => bias,
@@ -64,13 +69,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_unit_has_its_turn() {
-        for (sensor, turns) in [(Sensor::Gyroscope, 6), (Sensor::Accelerometer, 6), (Sensor::Magnetometer, 3)] {
+    fn the_units_of_the_summary_come_first_and_every_other_has_its_turn() {
+        for (sensor, turns) in [(Sensor::Gyroscope, 6), (Sensor::Accelerometer, 6), (Sensor::Magnetometer, 4)] {
             for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+                let (first, factor) = parameter_unit(sensor, term);
+                let begin = convention(sensor, term, 0);
+                assert_eq!((begin.unit, begin.factor), (first, factor), "{sensor:?} {term:?}");
                 let seen: BTreeSet<_> = (0..turns).map(|steps| shown_unit(convention(sensor, term, steps))).collect();
-                let all: BTreeSet<_> = conventions(sensor, term).iter().map(|known| shown_unit(*known)).collect();
+                let known = conventions(sensor, term).iter().map(|known| shown_unit(*known));
+                let all: BTreeSet<_> = known.chain([first.to_owned()]).collect();
                 assert_eq!(seen, all, "{sensor:?} {term:?}");
-                assert_eq!(convention(sensor, term, turns), convention(sensor, term, 0));
+                assert_eq!(convention(sensor, term, turns), begin);
             }
         }
     }

@@ -94,8 +94,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
 
 /// The values at the cursor; without the kind of noise, then the averages, where room is short.
 fn read_out(scene: Scene<'_>, plot: &AllanPlot, width: u16) -> Vec<Line<'static>> {
-    let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
-    let Some(octave) = scene.state.octave(octaves) else { return Vec::new() };
+    let Some(octave) = scene.state.octave(plot.octaves()) else { return Vec::new() };
     let line = |curve: &AllanCurve| {
         let point = curve.points.get(octave)?;
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
@@ -130,15 +129,12 @@ fn noise_name(alpha: i8) -> &'static str {
 
 fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot) {
     let (state, theme) = (scene.state, scene.theme);
-    let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
+    let octaves = plot.octaves();
     let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
         frame.render_widget(Paragraph::new(" The first point needs two samples.").style(theme.faint()), area);
         return;
     };
-    let Some(cursor_tau) = plot.curves.iter().find_map(|curve| curve.points.get(octave)).map(|point| point.tau_s)
-    else {
-        return;
-    };
+    let cursor_tau = octaves[octave].tau_s;
     let Some(y) = LogAxis::over(plot.deviations()) else {
         let text = " No deviation: the values are constant.";
         frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
@@ -162,8 +158,9 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
                 context.draw(&Points { coords: &points, color: Theme::colour_of(axis.unwrap_or(theme.faint())) });
             }
             context.layer();
-            for curve in &plot.curves {
-                draw_curve(context, axes, curve, Theme::colour_of(theme.axis(curve.axis)));
+            for (place, curve) in plot.curves.iter().enumerate() {
+                let beside = axes.logarithm_of_columns(columns_beside(axes, &plot.curves, place));
+                draw_curve(context, axes, curve, beside, Theme::colour_of(theme.axis(curve.axis)));
                 context.layer();
             }
         }),
@@ -173,7 +170,21 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanP
     draw_letters(frame.buffer_mut(), axes, plot, theme);
 }
 
-fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAxes, curve: &AllanCurve, color: Color) {
+/// The columns by which the bars and signs of a curve stand beside their averaging time: where there
+/// is room between the octaves, those of several axes stand side by side.
+fn columns_beside(axes: ChartAxes, curves: &[AllanCurve], place: usize) -> i32 {
+    let between = 2_f64.log10() / axes.logarithm_of_columns(1);
+    if between > curves.len() as f64 { place as i32 - (curves.len() / 2) as i32 } else { 0 }
+}
+
+/// The curve, with its bars beside their averaging times by so much of the logarithm.
+fn draw_curve(
+    context: &mut ratatui::widgets::canvas::Context<'_>,
+    axes: ChartAxes,
+    curve: &AllanCurve,
+    beside: f64,
+    color: Color,
+) {
     let logs: Vec<(f64, f64)> = (curve.points.iter())
         .filter_map(|point| Some((point.tau_s.log10(), point.deviation.filter(|d| *d > 0.0)?.log10())))
         .collect();
@@ -182,22 +193,27 @@ fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: ChartAx
     }
     for point in &curve.points {
         if let (Some(lower), Some(upper)) = (point.lower.filter(|lower| *lower > 0.0), point.upper) {
-            let (x, [low, high]) =
-                (point.tau_s.log10(), [lower, upper].map(|bound| bound.log10().clamp(axes.y.low, axes.y.high)));
+            let (x, [low, high]) = (
+                point.tau_s.log10() + beside,
+                [lower, upper].map(|bound| bound.log10().clamp(axes.y.low, axes.y.high)),
+            );
             context.draw(&Stroke { x1: x, y1: low, x2: x, y2: high, color });
         }
     }
 }
 
 /// The signs of the points, over arrows where a bar runs out of the chart. Where curves lie on each
-/// other, their signs take turns from octave to octave: none of them hides behind the last.
+/// other and there is no room side by side, their signs take turns from octave to octave: none of them hides behind the last.
 fn draw_points(buffer: &mut Buffer, axes: ChartAxes, curves: &[AllanCurve], theme: Theme, cursor_tau: f64) {
     let octaves = curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     for octave in 0..octaves {
-        let turn = |place: usize| &curves[(octave + place) % curves.len()];
-        let here = (0..curves.len()).map(turn).filter_map(|curve| Some((curve, curve.points.get(octave)?)));
-        for (curve, point) in here.clone() {
-            let Some(column) = axes.column(point.tau_s) else { continue };
+        let turn = |place: usize| (octave + place) % curves.len();
+        let here = (0..curves.len()).map(turn).filter_map(|place| {
+            let point = curves[place].points.get(octave)?;
+            let column = axes.column(point.tau_s)?.checked_add_signed(columns_beside(axes, curves, place) as i16)?;
+            Some((&curves[place], point, column))
+        });
+        for (curve, point, column) in here.clone() {
             if point.upper.is_some_and(|upper| upper.log10() > axes.y.high) {
                 put(buffer, column, axes.chart.top(), "↑", theme.axis(curve.axis));
             }
@@ -205,9 +221,8 @@ fn draw_points(buffer: &mut Buffer, axes: ChartAxes, curves: &[AllanCurve], them
                 put(buffer, column, axes.chart.bottom() - 1, "↓", theme.axis(curve.axis));
             }
         }
-        for (curve, point) in here {
-            let row = point.deviation.and_then(|deviation| axes.row(deviation));
-            let Some((column, row)) = axes.column(point.tau_s).zip(row) else { continue };
+        for (curve, point, column) in here {
+            let Some(row) = point.deviation.and_then(|deviation| axes.row(deviation)) else { continue };
             let style = theme.axis(curve.axis);
             let style = if point.tau_s == cursor_tau { style.patch(theme.chosen()) } else { style };
             put(buffer, column, row, SIGNS.get(curve.axis).unwrap_or(&"●"), style);

@@ -30,6 +30,11 @@ impl ChartAxes {
         Some(self.chart.bottom() - 1 - (part * f64::from(self.chart.height - 1)).round() as u16)
     }
 
+    /// So many columns in decimal logarithms of the horizontal axis.
+    pub(crate) fn logarithm_of_columns(self, columns: i32) -> f64 {
+        f64::from(columns) * (self.x.high - self.x.low) / f64::from(self.chart.width - 1)
+    }
+
     /// Whether a point, in logarithms, is in the chart.
     pub(crate) fn within(self, (x, y): (f64, f64)) -> bool {
         (self.x.low..=self.x.high).contains(&x) && (self.y.low..=self.y.high).contains(&y)
@@ -66,10 +71,10 @@ pub(crate) fn draw_grid(buffer: &mut Buffer, axes: ChartAxes, label_row: u16, th
     put(buffer, chart.x.saturating_sub(LABELS), label_row, &theme.spelled(label), theme.faint());
 }
 
-/// A line from top to bottom at a place of the horizontal axis.
+/// A place of the horizontal axis, marked at the top and at the bottom: a line between the two would look like the bar of a point.
 pub(crate) fn draw_cursor(buffer: &mut Buffer, axes: ChartAxes, x: f64) {
     if let Some(column) = axes.column(x) {
-        for row in axes.chart.top()..axes.chart.bottom() {
+        for row in [axes.chart.top(), axes.chart.bottom() - 1] {
             put(buffer, column, row, "│", Style::new());
         }
     }

@@ -91,6 +91,11 @@ impl AllanPlot {
         self.curves.iter().flat_map(|curve| curve.model.iter().chain(&curve.reference)).chain(&self.sheet)
     }
 
+    /// The points of the curve with the most octaves.
+    pub(crate) fn octaves(&self) -> &[Point] {
+        self.curves.iter().map(|curve| &curve.points[..]).max_by_key(|points| points.len()).unwrap_or(&[])
+    }
+
     pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {
         self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.tau_s)
     }

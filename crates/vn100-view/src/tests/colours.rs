@@ -8,6 +8,7 @@ use ratatui::{
     style::{Color, Modifier},
 };
 use vn100_driver::LinkState;
+use vn100_report::units::Point;
 
 use super::{damaged, drawn, measured, one};
 use crate::{
@@ -115,12 +116,21 @@ fn curves_on_each_other_hide_no_sign() {
     let curve = first.deviations.clone();
     let octaves = curve.len();
     others.iter_mut().for_each(|channel| channel.deviations.clone_from(&curve));
-    let buffer = drawn(&one(), &[source], theme(Colours::None), SIZE);
+    let buffer = drawn(&one(), std::slice::from_ref(&source), theme(Colours::None), SIZE);
     let signs = |sign: &str| buffer.content.iter().filter(|cell| cell.symbol() == sign).count();
     // once more in the legend, once where the cursor is read out, and the first in the head
     let [discs, triangles, diamonds] = ["●", "▲", "◆"].map(signs);
-    assert_eq!([discs - 3, triangles - 2, diamonds - 2].iter().sum::<usize>(), octaves);
-    assert!([discs - 3, triangles - 2, diamonds - 2].iter().all(|count| *count >= octaves / 3));
+    assert_eq!([discs - 3, triangles - 2, diamonds - 2], [octaves; 3], "side by side");
+    // twice the octaves have no room for that
+    for channel in &mut source.values {
+        let longest = channel.deviations[octaves - 1];
+        let longer = (1..=octaves as i32).map(|octave| Point { tau_s: longest.tau_s * 2_f64.powi(octave), ..longest });
+        channel.deviations.extend(longer);
+    }
+    let crowded = drawn(&one(), &[source], theme(Colours::None), SIZE);
+    let signs = |sign: &str| crowded.content.iter().filter(|cell| cell.symbol() == sign).count();
+    let shown = ["●", "▲", "◆"].map(signs);
+    assert!(shown.iter().all(|count| (2 * octaves / 3..2 * octaves).contains(count)), "in turn, {shown:?}");
 }
 
 #[test]
