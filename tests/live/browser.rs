@@ -9,6 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use rustix::process::Signal;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -129,6 +130,21 @@ fn a_page_that_is_open_survives_a_restart_of_the_program() {
     browser.until("document.title === 'second.mcap: noise, live'");
     browser.until(UP_TO_DATE);
     browser.until("document.querySelectorAll('#allan figure').length === 3");
+}
+
+/// A program that is stopped sends no end: the page notices by its own clock.
+#[test]
+fn a_page_greys_when_it_hears_no_more() {
+    const OLD: &str = "document.documentElement.className === 'old' && \
+        document.getElementById('connection').textContent.startsWith('No news from the program for ')";
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let Some(mut browser) = Browser::open(&format!("http://{}/", served.address)) else { return };
+    browser.until(UP_TO_DATE);
+    served.signal(Signal::STOP);
+    browser.until(OLD);
+    served.signal(Signal::CONT);
+    browser.until(&format!("{UP_TO_DATE} && document.documentElement.className === ''"));
 }
 
 #[test]

@@ -82,7 +82,11 @@ impl Served {
     }
 
     fn interrupt(&self) {
-        kill_process(Pid::from_child(&self.process), Signal::INT).unwrap();
+        self.signal(Signal::INT);
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.process), signal).unwrap();
     }
 }
 
@@ -224,16 +228,19 @@ fn events_continue_where_a_reader_has_come_and_end_with_the_program() {
 }
 
 #[test]
-fn the_seventeenth_page_is_refused_and_one_that_is_closed_makes_room() {
+fn the_seventeenth_page_gets_the_present_state_and_one_that_is_closed_makes_room() {
     let served = Served::start(&["attach", "sim", "-d", "30s", "--json"]);
-    let is_open = |events: &mut dyn Iterator<Item = String>| events.next().unwrap().contains(" 200 ");
+    fn stays_open(mut events: impl Iterator<Item = String>) -> bool {
+        events.any(|line| line == "event: alive")
+    }
     let mut open: Vec<_> = (0..16).map(|_| served.events("")).collect();
-    assert!(open.iter_mut().all(|events| is_open(events)));
-    let refused = served.events("").next().unwrap();
-    assert!(refused.contains(" 503 "), "{refused}");
+    assert!(open.iter_mut().all(stays_open));
+    let lines: Vec<String> = served.events("").filter(|line| line.contains(": ")).collect();
+    assert!(lines.iter().any(|line| line == "event: snapshot"), "{lines:?}");
+    assert_eq!(lines[lines.len() - 3..], ["retry: 5000", "event: full", "data: 16"]);
     open.pop();
     for _ in 0..20 {
-        if is_open(&mut served.events("")) {
+        if stays_open(served.events("")) {
             return;
         }
         // with the next event at the latest its end is noticed

@@ -30,15 +30,29 @@
   };
   let count = 0;
   let source, again;
+  // what the page knows of the program, and when it heard from it last
+  let state = 'waiting', heard = Date.now(), limit_ms = 5000;
   const details = [...document.querySelectorAll('details.source')];
+  const time = () => new Date(heard).toLocaleTimeString();
+  // by the reader's own clock: a program that stands still says nothing
+  const look = () => {
+    const age_s = Math.floor((Date.now() - heard) / 1000);
+    const old = state === 'ended' || state === 'lost' || Date.now() - heard > limit_ms;
+    page.classList.toggle('old', old);
+    if (state === 'ended') say('The program has ended; this is its last state, of ' + time() + '. The page continues when it starts again.', true);
+    else if (old) say('No news from the program for ' + age_s + ' s: this is its state of ' + time() + '. Trying again.', true);
+    else if (state === 'full') say('Other pages take all streams: this one asks every 5 s. State of ' + time(), false);
+    else if (state === 'up') say('Up to date: ' + time(), false);
+  };
+  const hear = (now) => { state = now; heard = Date.now(); look(); };
+  setInterval(look, 1000);
   const connect = (since) => {
     clearTimeout(again);
     // the details of those that are open alone
     const open = details.filter((one) => one.open).map((one) => one.dataset.source).join(',');
     source = new EventSource('events?since=' + encodeURIComponent(since) + '&open=' + encodeURIComponent(open));
-    const isUp = () => say('Up to date: ' + new Date().toLocaleTimeString(), false);
-    // where nothing changes, no event follows
-    source.addEventListener('open', isUp);
+    const isUp = () => { if (state !== 'full') hear('up'); };
+    source.addEventListener('alive', () => { limit_ms = 5000; hear('up'); });
     source.addEventListener('snapshot', (event) => {
       const cut = event.data.indexOf('\n');
       take(event.data.slice(0, cut), event.data.slice(cut + 1));
@@ -49,9 +63,11 @@
     });
     // another run of the program: it may have other sources
     source.addEventListener('other', () => location.reload());
-    source.addEventListener('end', () => { page.dataset.ended = 'true'; });
+    source.addEventListener('full', () => { limit_ms = 15000; hear('full'); });
+    source.addEventListener('end', () => { heard = Date.now(); state = 'ended'; look(); });
     source.addEventListener('error', () => {
-      say(page.dataset.ended ? 'The program has ended; this is its last state. The page continues when it starts again.' : 'The program is out of reach; this is the last state. Trying again.', true);
+      // of a stream that ends as it should, the browser asks again by itself
+      if (state === 'up' || state === 'waiting') { state = 'lost'; look(); }
       // a refusal is final for the browser, and not for this page
       if (source.readyState === EventSource.CLOSED) again = setTimeout(() => connect(page.dataset.version), 3000);
     });

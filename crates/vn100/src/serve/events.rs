@@ -1,5 +1,6 @@
 //! The stream of what has changed: an event for each part of a new state of the page that the
-//! reader does not have. A slow reader skips states.
+//! reader does not have. A slow reader skips states. A reader who finds all streams taken gets the
+//! present state and the end of the stream, and asks again after five seconds.
 
 use std::{
     collections::VecDeque,
@@ -19,7 +20,7 @@ use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use vn100_report::html::PagePart;
 
-use crate::serve::drawing::PageState;
+use crate::serve::{STREAMS, drawing::PageState};
 
 /// How far a reader has come: the run of the program, and the version of its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +37,16 @@ impl EventPlace {
     }
 }
 
-/// A comment is sent after this time without an event: it shows that the server is still there.
-const KEEP_ALIVE: Duration = Duration::from_secs(10);
+/// After this time without an event one is sent that changes nothing: the page tells by it that the
+/// program runs, and is marked as old after five seconds without one.
+const KEEP_ALIVE: Duration = Duration::from_secs(2);
+
+/// Begins each stream that stays open, and keeps it.
+const ALIVE: &[u8] = b"event: alive\ndata:\n\n";
+
+/// Ends the stream of a reader who found all streams taken; browsers ask again after the time in
+/// milliseconds.
+const FULL: &str = "retry: 5000\nevent: full\ndata: ";
 
 /// The content of a part, which all readers share.
 struct Html(Arc<PagePart>);
@@ -81,8 +90,11 @@ pub(crate) struct PageEvents {
     /// The text that is still to be sent of the present state.
     unsent: VecDeque<Bytes>,
     quiet: Interval,
+    /// Whether a state was taken from the pages.
+    has_state: bool,
     is_over: bool,
-    _stream: OwnedSemaphorePermit,
+    /// The place of the stream among those that stay open; `None` for a reader of one state.
+    stream: Option<OwnedSemaphorePermit>,
 }
 
 impl PageEvents {
@@ -90,12 +102,13 @@ impl PageEvents {
         pages: watch::Receiver<Arc<PageState>>,
         (place, shown): (Option<EventPlace>, ShownParts),
         over: CancellationToken,
-        stream: OwnedSemaphorePermit,
+        stream: Option<OwnedSemaphorePermit>,
     ) -> Self {
         let over = Box::pin(over.cancelled_owned());
         let pages = WatchStream::new(pages);
         let quiet = time::interval(KEEP_ALIVE);
-        Self { pages, over, place, shown, unsent: VecDeque::new(), quiet, is_over: false, _stream: stream }
+        let unsent = stream.iter().map(|_| Bytes::from_static(ALIVE)).collect();
+        Self { pages, over, place, shown, unsent, quiet, has_state: false, is_over: false, stream }
     }
 
     /// Takes the parts of this page that the reader does not have. Whether the reader had those of
@@ -118,9 +131,9 @@ impl PageEvents {
     }
 
     /// The last event of the stream.
-    fn last(&mut self, event: &'static str) -> Poll<Option<Result<Bytes, Infallible>>> {
+    fn last(&mut self, event: impl Into<Bytes>) -> Poll<Option<Result<Bytes, Infallible>>> {
         self.is_over = true;
-        Poll::Ready(Some(Ok(Bytes::from_static(event.as_bytes()))))
+        Poll::Ready(Some(Ok(event.into())))
     }
 }
 
@@ -136,6 +149,9 @@ impl Stream for PageEvents {
                 self.quiet.reset();
                 return Poll::Ready(Some(Ok(piece)));
             }
+            if self.stream.is_none() && self.has_state {
+                return self.last(format!("{FULL}{STREAMS}\n\n"));
+            }
             match Pin::new(&mut self.pages).poll_next(context) {
                 // not drawn yet
                 Poll::Ready(Some(page)) if page.run() == 0 => {}
@@ -143,6 +159,7 @@ impl Stream for PageEvents {
                     if self.take(&page) {
                         return self.last("event: other\ndata: another run\n\n");
                     }
+                    self.has_state = true;
                 }
                 Poll::Ready(None) => return Poll::Ready(None),
                 Poll::Pending => break,
@@ -151,6 +168,6 @@ impl Stream for PageEvents {
         if self.over.as_mut().poll(context).is_ready() {
             return self.last("event: end\ndata: the program ends\n\n");
         }
-        self.quiet.poll_tick(context).map(|_| Some(Ok(Bytes::from_static(b":\n\n"))))
+        self.quiet.poll_tick(context).map(|_| Some(Ok(Bytes::from_static(ALIVE))))
     }
 }

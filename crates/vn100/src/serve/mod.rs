@@ -48,7 +48,7 @@ use hosts::Hosts;
 /// The shortest interval between two versions of the page.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// The most streams of events at the same time.
+/// The most streams of events that stay open at the same time.
 const STREAMS: usize = 16;
 
 /// How long readers may take for the last state before the server ends without them.
