@@ -1,10 +1,10 @@
 //! `vn100 ports`: the serial ports of this machine, the likely ones first.
 
-use std::{borrow::Cow, fmt::Write};
+use std::{borrow::Cow, fmt::Write, path::Path};
 
 use anyhow::Result;
 use serde::Serialize;
-use vn100_driver::{PortEntry, UsbAdapter, list_ports};
+use vn100_driver::{PortEntry, UsbAdapter, list_ports, other_program_on};
 use vn100_report::{Completion, printable};
 
 use crate::{
@@ -13,7 +13,11 @@ use crate::{
 };
 
 pub(crate) fn ports(args: &PortsArgs) -> Result<Completion> {
-    let ports = list_ports();
+    let held = |port: PortEntry| {
+        let held_by = other_program_on(Path::new(&port.name));
+        (port, held_by)
+    };
+    let ports: Vec<HeldPort> = list_ports().into_iter().map(held).collect();
     if args.json {
         print_json(&ports.iter().map(document).collect::<Vec<_>>())?;
     } else {
@@ -22,15 +26,18 @@ pub(crate) fn ports(args: &PortsArgs) -> Result<Completion> {
     Ok(Completion::Complete)
 }
 
-/// A table; or what to do where there is nothing to list.
-fn listing(ports: &[PortEntry]) -> String {
+/// A port, and the program that has it open, if the system shows one.
+type HeldPort = (PortEntry, Option<String>);
+
+/// A table; or what to do if there is nothing to list.
+fn listing(ports: &[HeldPort]) -> String {
     if ports.is_empty() {
         return "no serial port is available: plug in the USB cable of the sensor; in a container, pass the device through\n"
             .into();
     }
-    let width = ports.iter().map(|port| port.name.len()).max().unwrap_or_default();
+    let width = ports.iter().map(|(port, _)| port.name.len()).max().unwrap_or_default();
     let mut out = String::new();
-    for port in ports {
+    for (port, held_by) in ports {
         let mark = if port.likely { '*' } else { ' ' };
         let usb = port.usb.as_ref().map_or("not USB".into(), |usb| {
             let names = [&usb.manufacturer, &usb.product, &usb.serial_number];
@@ -42,8 +49,11 @@ fn listing(ports: &[PortEntry]) -> String {
         if let Some(stable) = &port.stable_name {
             let _ = writeln!(out, "  {:width$}  also {}", "", printable(&stable.to_string_lossy()));
         }
+        if let Some(program) = held_by {
+            let _ = writeln!(out, "  {:width$}  in use by {}", "", printable(program));
+        }
     }
-    if ports.iter().any(|port| port.likely) {
+    if ports.iter().any(|(port, _)| port.likely) {
         out.push_str("* likely a VN-100; vn100 info PORT identifies it\n");
     }
     out
@@ -70,6 +80,7 @@ struct PortDocument<'a> {
     likely: bool,
     stable_name: Option<Cow<'a, str>>,
     usb: Option<UsbDocument<'a>>,
+    in_use_by: &'a Option<String>,
 }
 
 #[derive(Serialize)]
@@ -81,7 +92,7 @@ struct UsbDocument<'a> {
     serial_number: &'a Option<String>,
 }
 
-fn document(PortEntry { name, stable_name, usb, likely }: &PortEntry) -> PortDocument<'_> {
+fn document((PortEntry { name, stable_name, usb, likely }, in_use_by): &HeldPort) -> PortDocument<'_> {
     PortDocument {
         name,
         likely: *likely,
@@ -89,6 +100,7 @@ fn document(PortEntry { name, stable_name, usb, likely }: &PortEntry) -> PortDoc
         usb: usb.as_ref().map(|UsbAdapter { vendor_id, product_id, manufacturer, product, serial_number }| {
             UsbDocument { vendor_id: *vendor_id, product_id: *product_id, manufacturer, product, serial_number }
         }),
+        in_use_by,
     }
 }
 
@@ -113,8 +125,8 @@ mod tests {
         };
         let other = PortEntry { name: "/dev/ttyS0".into(), stable_name: None, usb: None, likely: false };
         assert_eq!(
-            listing(&[likely, other]),
-            "* /dev/ttyUSB0  0403:6001 FTDI\u{fffd}[2J A1\n                also /dev/serial/by-id/usb-FTDI_A1\n  /dev/ttyS0    not USB\n\
+            listing(&[(likely, Some("screen (process 71)".into())), (other, None)]),
+            "* /dev/ttyUSB0  0403:6001 FTDI\u{fffd}[2J A1\n                also /dev/serial/by-id/usb-FTDI_A1\n\u{20}               in use by screen (process 71)\n  /dev/ttyS0    not USB\n\
              * likely a VN-100; vn100 info PORT identifies it\n"
         );
     }
