@@ -124,19 +124,25 @@ fn without_its_terminal_only_a_recording_continues() {
     assert!(!Path::new(&format!("/proc/{}", pid.as_raw_nonzero())).exists());
 
     let folder = tempfile::tempdir().unwrap();
-    let [told, gone] = ["told", "gone"].map(|name| folder.path().join(format!("{name}.mcap")));
-    let record = |recording: &Path| {
-        let session = Session::start(&format!("attach sim --duration 6s --record {}", recording.display()));
+    let [told, gone, ended] = ["told", "gone", "ended"].map(|name| folder.path().join(format!("{name}.mcap")));
+    let record = |recording: &Path, options: &str| {
+        let session = Session::start(&format!("attach sim --record {} {options}", recording.display()));
         session.wait_for("Allan deviation");
         session
     };
     // each at once: on a busy machine the one may be over before the other has begun
-    let mut session = record(&told);
+    let mut session = record(&told, "--duration 6s");
     session.signal(Signal::HUP);
-    let mut other = record(&gone);
+    let mut other = record(&gone, "--duration 6s");
     other.hang_up();
+    let mut stopped = record(&ended, "--hangup stop");
+    let stopped_pid = stopped.vn100();
+    stopped.hang_up();
     session.wait_for(NORMAL_SCREEN);
-    let _ = (session.wait(), other.wait());
+    let _ = (session.wait(), other.wait(), stopped.wait());
+    let process = format!("/proc/{}", stopped_pid.as_raw_nonzero());
+    wait_until("it has ended", || !Path::new(&process).exists());
+    assert!(fs::read(&ended).unwrap().ends_with(END_OF_RECORDING), "it was ended as by Ctrl-C");
     for recording in [told, gone] {
         let (document, _) = replay(&recording, &[]);
         // a machine that is too busy makes the emulator drop lines

@@ -26,7 +26,7 @@ use duration::length;
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 use link::baud_rate;
-pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
+pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, OnHangup, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
 pub(crate) use plan::{Fixed, PlanArgs};
 pub(crate) use report::{ExportForm, ReportArgs, is_page};

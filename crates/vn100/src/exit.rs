@@ -114,6 +114,8 @@ pub(crate) enum HangUp {
     /// It ends the data too; not under `nohup`.
     Stops,
     HandledByView,
+    /// It ends nothing.
+    Ignored,
 }
 
 /// Listens from now on, and gives the token that the first signal cancels.
@@ -162,6 +164,10 @@ impl Signals {
         use tokio::signal::unix::{SignalKind, signal};
         // a file that may not grow is an error of its write, and no reason to be killed
         drop(signal(SignalKind::from_raw(rustix::process::Signal::XFSZ.as_raw()))?);
+        if hang_up == HangUp::Ignored {
+            // what is listened to ends the program no more
+            drop(signal(SignalKind::hangup())?);
+        }
         let stops = hang_up == HangUp::Stops && !hang_up_is_ignored();
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,

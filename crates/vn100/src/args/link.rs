@@ -2,7 +2,7 @@
 
 use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr, time::Duration};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use vn100_capture::Rotation;
 use vn100_driver::OutputSettings;
 use vn100_protocol::{
@@ -229,6 +229,20 @@ pub(crate) struct LimitArgs {
     /// --duration has not passed, or neither it nor --until is given
     #[arg(long, value_name = "T", value_parser = length)]
     pub(crate) wall: Option<Duration>,
+
+    /// If the terminal is closed: end the measurement, or let it go on [default: what is recorded
+    /// with --record goes on if its view is closed, everything else ends]
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) hangup: Option<OnHangup>,
+}
+
+/// What a measurement does if its terminal is closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OnHangup {
+    /// End as by Ctrl-C, with whole recordings and the settings restored
+    Stop,
+    /// Go on until the end of the data, or of the time asked for
+    Continue,
 }
 
 impl LimitArgs {

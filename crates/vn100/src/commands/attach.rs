@@ -21,7 +21,7 @@ use vn100_session::{
 use vn100_view::{MessageQueue, SourceMonitor, View};
 
 use crate::{
-    args::{AttachArgs, OutputFormat, SourceName},
+    args::{AttachArgs, OnHangup, OutputFormat, SourceName},
     asked::measure_options,
     commands::ports::only_likely,
     exit::{HangUp, report, stop_on_interrupt, unless_closed},
@@ -66,6 +66,10 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
     run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
 }
 
+/// Said when the view of a recording begins.
+const RECORDING_GOES_ON: &str =
+    "if this terminal is closed, the recording goes on and keeps the port; --hangup stop ends it then";
+
 async fn attach_all(
     args: AttachArgs,
     format: OutputFormat,
@@ -76,7 +80,11 @@ async fn attach_all(
     let watched = Watched::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
-    let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
+    let hang_up = match args.limits.hangup {
+        _ if messages.is_some() => HangUp::HandledByView,
+        Some(OnHangup::Continue) => HangUp::Ignored,
+        Some(OnHangup::Stop) | None => HangUp::Stops,
+    };
     let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings { recent: messages.is_some() || watched.is_some(), ..args.measure.settings() };
     if messages.is_some() {
@@ -125,9 +133,18 @@ async fn attach_all(
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
+        let all = stop.clone();
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
-        // without a terminal only what is recorded is worth continuing for
-        let alone = || unrecorded.iter().for_each(CancellationToken::cancel);
+        let on_hangup = job.args.limits.hangup;
+        if on_hangup.is_none() && !job.args.record.is_empty() {
+            job.status.report(RECORDING_GOES_ON);
+        }
+        let alone = || match on_hangup {
+            Some(OnHangup::Stop) => all.cancel(),
+            Some(OnHangup::Continue) => {}
+            // without a terminal only what is recorded is worth continuing for
+            None => unrecorded.iter().for_each(CancellationToken::cancel),
+        };
         unless_closed(writer.write_shown(view.until(all_of(sources), alone, report).await))?;
     } else {
         let mut written = Ok(());
