@@ -68,6 +68,11 @@ pub(crate) struct ChannelGroup {
 }
 
 impl SourceView {
+    /// Whether nothing more is to be waited for.
+    pub(crate) fn is_over(&self) -> bool {
+        matches!(self.phase, SourcePhase::Ended(_)) || self.playback.is_some_and(|playback| playback.at_end)
+    }
+
     pub(crate) fn new(name: String, origin: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
         Self {
             name,

@@ -29,7 +29,7 @@ use crate::{
         warnings::shortened,
     },
     scene::{Scene, framed},
-    source::{SourcePhase, SourceView},
+    source::SourceView,
     state::Panel,
     theme::{SIGNS, Theme},
 };
@@ -82,9 +82,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     if plot.sheet.is_some() {
         spans.push(Span::styled(format!(" {SHEET} data sheet "), theme.faint()));
     }
-    // nothing is to be waited for behind the end
-    let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
-    if let Some(next) = next_octave(&source.snapshot).filter(|_| !over) {
+    if let Some(next) = next_octave(&source.snapshot).filter(|_| !source.is_over()) {
         let (tau, when) = (tau(next.tau_s), next.when());
         let when = if whole { when } else { when.replace(" without a gap", " gapless") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));

@@ -91,7 +91,7 @@ pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup, width: u16) -> Vec
                 (Some(value), Some(lower), Some(upper)) => {
                     theme.spelled(format!("{} {}", digits(value * unit.factor, 3), interval(value, lower, upper)))
                 }
-                _ => status(white.status).into(),
+                _ => status(scene.source, white.status).into(),
             });
             let sign = SIGNS.get(axis).unwrap_or(&"●");
             Span::styled(format!("  {sign} {text}"), theme.axis(axis))
@@ -160,7 +160,7 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
             parameter.map_or("-".into(), |parameter| match (parameter.value, parameter.upper) {
                 (Some(value), _) => digits(value * unit.factor, 3),
                 (None, Some(upper)) => theme.spelled(format!("≤ {}", digits(upper * unit.factor, 3))),
-                (None, None) => status(parameter.status).into(),
+                (None, None) => status(source, parameter.status).into(),
             })
         };
         let interval = |parameter: &Option<Parameter>| {
@@ -311,9 +311,13 @@ fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
     doubts
 }
 
-fn status(status: Status) -> &'static str {
+/// While a measurement is shorter than this, what cannot be observed may appear with the next octave.
+const EARLY_S: f64 = 60.0;
+
+fn status(source: &SourceView, status: Status) -> &'static str {
     match status {
         Status::Estimated | Status::Bounded => "-",
+        Status::NotObservable if !source.is_over() && source.snapshot.timing.duration_s() < EARLY_S => "not yet",
         Status::NotObservable => "not observable",
         Status::NotMeasurable => "not measurable",
         Status::Moved => "sensor moved",

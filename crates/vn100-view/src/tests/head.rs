@@ -199,6 +199,14 @@ fn one_unit_for_a_sensor_on_all_panels() {
 }
 
 #[test]
+fn parameters_of_the_first_minute_are_not_yet_observable() {
+    let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
+    let [early, later] = [short(12), short(80 * 40)].map(|source| screen(&state, &source, (80, 24)));
+    assert!(early.contains("not yet") && !early.contains("not observable"), "{early}");
+    assert!(!later.contains("not yet"), "{later}");
+}
+
+#[test]
 fn aliasing_is_explained_where_the_verdict_stands() {
     let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
     for size in [(80, 24), (120, 40)] {
