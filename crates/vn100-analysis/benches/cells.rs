@@ -3,7 +3,8 @@
 //! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records
 //! instead and `--clean` for what is found in clean ones, `--means` for how often two means are
 //! said to differ, `--plans` for how many records of the planned length show what was wanted,
-//! `--temperature` for the temperature coefficient.
+//! `--temperature` for the temperature coefficient, `--random SEED` for cells that are drawn from
+//! ranges, for at most `--minutes` minutes.
 //! Families: model-class, lines, correlated, filters, tails, mixtures, gaps, quantised; all of
 //! them, ten minutes and an hour, unless the arguments say otherwise.
 //!
@@ -31,6 +32,7 @@ mod figures;
 mod cells {
     pub(super) mod clean;
     pub(super) mod disturbances;
+    pub(super) mod drawn;
     pub(super) mod efficiency;
     pub(super) mod families;
     pub(super) mod generators;
@@ -49,7 +51,7 @@ use std::{
 };
 
 use cells::{
-    clean, disturbances, efficiency, families, generators::Flicker, means, plans, printing, random::Random,
+    clean, disturbances, drawn, efficiency, families, generators::Flicker, means, plans, printing, random::Random,
     scoring::RecordScore, temperature,
 };
 
@@ -64,6 +66,9 @@ struct Arguments {
     cell: Option<String>,
     seed: u64,
     threads: usize,
+    /// The seed of cells that are drawn, and how many.
+    random: Option<u64>,
+    cells: usize,
     disturbances: bool,
     clean: bool,
     efficiency: bool,
@@ -76,8 +81,13 @@ fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
         println!("--records N, --minutes M,M, --family NAME, --cell PART, --seed S, --threads T");
         println!("--disturbances, --clean, --efficiency, --means, --plans, --temperature");
+        println!("--random SEED, --cells N, --minutes BUDGET");
         return ExitCode::from(2);
     };
+    if let Some(seed) = arguments.random {
+        drawn::measure(&arguments, seed);
+        return ExitCode::SUCCESS;
+    }
     if arguments.disturbances {
         disturbances::measure(&arguments);
         return ExitCode::SUCCESS;
@@ -147,6 +157,8 @@ impl Arguments {
             family: None,
             seed: 1,
             threads,
+            random: None,
+            cells: 200,
             disturbances: false,
             clean: false,
             cell: None,
@@ -159,6 +171,8 @@ impl Arguments {
             match name.as_str() {
                 // cargo's own
                 "--bench" => {}
+                "--random" => read.random = Some(arguments.next()?.parse().ok()?),
+                "--cells" => read.cells = arguments.next()?.parse().ok()?,
                 "--disturbances" => read.disturbances = true,
                 "--clean" => read.clean = true,
                 "--cell" => read.cell = Some(arguments.next()?),

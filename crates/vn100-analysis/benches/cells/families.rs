@@ -71,8 +71,8 @@ impl Cell {
                 Part::Flicker(b) => truth.bias_instability = *b,
                 Part::Walk(step) => truth.walk = step / interval_s.sqrt(),
                 Part::Ramp(total) => truth.ramp = total / self.duration_s,
-                Part::GaussMarkov { .. } => truth.is_of_model = false,
-                Part::Line { .. } | Part::Cycle { .. } => {}
+                Part::GaussMarkov { .. } | Part::Popcorn { .. } | Part::Resonance { .. } => truth.is_of_model = false,
+                Part::Line { .. } | Part::Cycle { .. } | Part::WarmUp { .. } => {}
             }
         }
         truth

@@ -28,10 +28,15 @@ pub(crate) enum White {
     },
     /// Averages over so many refreshes, one output in [`REFRESHES`].
     Window(u32),
-    /// A Butterworth low pass of first or second order, its corner over the rate.
+    /// A Butterworth low pass, its corner over the rate.
     LowPass {
         order: u8,
         corner: f64,
+    },
+    /// Gaussian, its standard deviation up and down by this share, once in this part of the record.
+    Modulated {
+        depth: f64,
+        period: f64,
     },
     /// A sensor's own low pass at 0.32 of the refresh rate, then averages over four refreshes, all
     /// of them sent.
@@ -51,6 +56,12 @@ pub(crate) enum Part {
     GaussMarkov { time_s: f64, deviation: f64 },
     /// A sine that has this share in the variance of white part and line.
     Line { hz: f64, share: f64, drift: Drift },
+    /// White noise through a resonance of this quality, stationary.
+    Resonance { hz: f64, quality: f64, deviation: f64 },
+    /// Two levels, apart by twice the deviation, each for this time in the mean.
+    Popcorn { dwell_s: f64, deviation: f64 },
+    /// A level that decays from this deviation with this time.
+    WarmUp { time_s: f64, deviation: f64 },
     /// A slow sine, the same in all channels but for the sign, with the temperature.
     Cycle { period_s: f64, deviation: f64 },
 }
@@ -89,9 +100,14 @@ impl White {
                 })
                 .collect(),
             Self::Window(length) => window(length, samples, random),
-            Self::LowPass { order, corner } => LowPass::new(order, corner).filtered(samples, random),
+            Self::LowPass { order, corner } => low_passed(order, corner, samples, random),
+            Self::Modulated { depth, period } => {
+                let mean_square = (1.0 + depth * depth / 2.0).sqrt();
+                let share = |i: usize| 1.0 + depth * (TAU * i as f64 / (period * samples as f64)).sin();
+                (0..samples).map(|i| share(i) / mean_square * random.normal()).collect()
+            }
             Self::EveryRefresh => {
-                let refreshes = LowPass::new(2, 0.32).filtered(samples + 3, random);
+                let refreshes = low_passed(2, 0.32, samples + 3, random);
                 refreshes.windows(4).map(|averaged| averaged.iter().sum::<f64>() / 4.0).collect()
             }
         }
@@ -120,8 +136,17 @@ fn greatest_divisor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
-/// Butterworth, by the bilinear transform, with unit gain at zero frequency.
-struct LowPass {
+/// White noise through a Butterworth low pass of any order, by sections of first and second order.
+fn low_passed(order: u8, corner: f64, samples: usize, random: &mut Random) -> Vec<f64> {
+    let mut series: Vec<f64> = (0..samples + LowPass::SETTLED).map(|_| random.normal()).collect();
+    for section in LowPass::sections(order, corner) {
+        section.filter(&mut series);
+    }
+    series.split_off(LowPass::SETTLED)
+}
+
+/// A section of a Butterworth low pass, by the bilinear transform, with unit gain at zero frequency.
+pub(crate) struct LowPass {
     forward: [f64; 3],
     back: [f64; 2],
 }
@@ -130,31 +155,45 @@ impl LowPass {
     /// Samples until a start from rest is forgotten.
     const SETTLED: usize = 400;
 
-    fn new(order: u8, corner: f64) -> Self {
+    pub(crate) fn sections(order: u8, corner: f64) -> Vec<Self> {
         let k = (PI * corner).tan();
-        if order == 1 {
+        let mut sections = Vec::new();
+        if order % 2 == 1 {
             let gain = k / (1.0 + k);
-            return Self { forward: [gain, gain, 0.0], back: [(k - 1.0) / (k + 1.0), 0.0] };
+            sections.push(Self { forward: [gain, gain, 0.0], back: [(k - 1.0) / (k + 1.0), 0.0] });
         }
-        let root = 2_f64.sqrt() * k;
-        let scale = 1.0 / (1.0 + root + k * k);
-        let gain = k * k * scale;
-        let back = [2.0 * (k * k - 1.0) * scale, (1.0 - root + k * k) * scale];
-        Self { forward: [gain, 2.0 * gain, gain], back }
+        for pair in 0..order / 2 {
+            // the angle of the pair of poles from the negative real axis
+            let angle = PI * f64::from(2 * pair + 1 + order % 2) / f64::from(2 * order);
+            let root = 2.0 * k * angle.cos();
+            let scale = 1.0 / (1.0 + root + k * k);
+            let gain = k * k * scale;
+            let back = [2.0 * (k * k - 1.0) * scale, (1.0 - root + k * k) * scale];
+            sections.push(Self { forward: [gain, 2.0 * gain, gain], back });
+        }
+        sections
     }
 
-    fn filtered(&self, samples: usize, random: &mut Random) -> Vec<f64> {
+    fn filter(&self, series: &mut [f64]) {
         let ([f0, f1, f2], [b1, b2]) = (self.forward, self.back);
         // the transposed direct form
         let (mut first, mut second) = (0.0, 0.0);
-        let outputs = (0..samples + Self::SETTLED).map(|_| {
-            let input = random.normal();
-            let output = f0 * input + first;
-            first = f1 * input - b1 * output + second;
-            second = f2 * input - b2 * output;
-            output
-        });
-        outputs.skip(Self::SETTLED).collect()
+        for value in series {
+            let input = *value;
+            *value = f0 * input + first;
+            first = f1 * input - b1 * *value + second;
+            second = f2 * input - b2 * *value;
+        }
+    }
+
+    /// The squared gain at this frequency over the rate.
+    pub(crate) fn squared_gain(&self, frequency: f64) -> f64 {
+        let at = |c0: f64, c1: f64, c2: f64| {
+            let turn = |power: f64| Complex::from_polar(1.0, -TAU * frequency * power);
+            (turn(0.0) * c0 + turn(1.0) * c1 + turn(2.0) * c2).norm_sqr()
+        };
+        let ([f0, f1, f2], [b1, b2]) = (self.forward, self.back);
+        at(f0, f1, f2) / at(1.0, b1, b2)
     }
 }
 
@@ -201,6 +240,36 @@ impl Part {
                     phase = (phase + hz / rate_hz).fract();
                 }
             }
+            Self::Resonance { hz, quality, deviation } => {
+                let [first, second, kick] = resonance(hz / rate_hz, quality);
+                let (mut last, mut before) = (0.0, 0.0);
+                // until the start from rest is forgotten
+                let settled = (10.0 * quality * rate_hz / hz) as usize;
+                let mut next = || {
+                    let value = first * last + second * before + kick * random.normal();
+                    before = std::mem::replace(&mut last, value);
+                    value
+                };
+                (0..settled).for_each(|_| {
+                    next();
+                });
+                series.iter_mut().for_each(|sum| *sum += deviation * next());
+            }
+            Self::Popcorn { dwell_s, deviation } => {
+                let changes = 1.0 - (-1.0 / (dwell_s * rate_hz)).exp();
+                let mut level = deviation * random.sign();
+                for sum in series {
+                    *sum += level;
+                    if random.uniform() < changes {
+                        level = -level;
+                    }
+                }
+            }
+            Self::WarmUp { time_s, deviation } => {
+                let start = deviation * random.sign();
+                let level = |i: usize| start * (-(i as f64) / (time_s * rate_hz)).exp();
+                series.iter_mut().enumerate().for_each(|(i, sum)| *sum += level(i));
+            }
             Self::Cycle { period_s, deviation } => {
                 let amplitude = 2_f64.sqrt() * deviation * random.sign();
                 let cycle = |i: usize| (TAU * (i as f64 / (rate_hz * period_s) + cycle_phase)).sin();
@@ -208,6 +277,16 @@ impl Part {
             }
         }
     }
+}
+
+/// The two coefficients of the recursion of a resonance at this frequency over the rate, and the
+/// standard deviation of its input for an output of 1.
+pub(crate) fn resonance(frequency: f64, quality: f64) -> [f64; 3] {
+    let radius = (-PI * frequency / quality).exp();
+    let (first, second) = (2.0 * radius * (TAU * frequency).cos(), -radius * radius);
+    // the variance of an autoregressive process of second order (Box and Jenkins, 1970)
+    let variance = (1.0 - second) / ((1.0 + second) * ((1.0 - second).powi(2) - first * first));
+    [first, second, variance.recip().sqrt()]
 }
 
 impl Drift {
