@@ -31,7 +31,7 @@ const COUNTS: u32 = 3;
 const LISTEN: Duration = Duration::from_millis(1200);
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The attempts to set the sensor where the link is lost meanwhile, and the timeout of the
+/// The attempts to set the sensor if the link is lost meanwhile, and the timeout of the
 /// reconnection: the longest delay of the back-off, the boot of the sensor and a baud scan.
 const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
@@ -39,12 +39,12 @@ const RETURN: Duration = Duration::from_secs(10);
 /// What [`configure`] has changed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Configured {
-    /// The registers in the order in which they were written; empty where none differed.
+    /// The registers in the order in which they were written; empty if none differed.
     pub changes: Vec<Change>,
     /// Frames per second of the message that the sensor is set to, counted for two seconds, up to
-    /// three times where they are not as set; 0 where the output is off.
+    /// three times where they are not as set; 0 if the output is off.
     pub measured_hz: f64,
-    /// The rate that the sensor is set to, in hertz; 0 where its output is off.
+    /// The rate that the sensor is set to, in hertz; 0 if its output is off.
     pub rate_hz: f64,
     /// Whether the output was found paused, as a program that was killed leaves it. The output is
     /// on now.
@@ -133,7 +133,7 @@ pub async fn configure(
     };
     let Configured { changes, was_paused, .. } = configured;
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
-    // also where nothing was written; awaited because the caller may close the link next
+    // also if nothing was written; awaited because the caller may close the link next
     let is_as_found = !touched || link.request(SensorCommand::Async(!was_paused)).await.is_ok();
     let unrestored = if is_back { &[] } else { &*changes };
     Err(match with_left(link, cause, unrestored, !is_as_found && !was_paused).await {
@@ -171,7 +171,7 @@ async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written
     Ok(())
 }
 
-/// Reads the settings, writes those that differ, and measures the rate. `false` where the link was
+/// Reads the settings, writes those that differ, and measures the rate. `false` if the link was
 /// lost or silent meanwhile: without power the sensor has lost what was written.
 async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<bool, ConfigureError> {
     let mut state = link.state();
@@ -333,7 +333,7 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     Ok(false)
 }
 
-/// What a register holds; `None` where the sensor does not have the register, or the fields are not
+/// What a register holds; `None` if the sensor does not have the register, or the fields are not
 /// understood.
 async fn value<T: RegisterValue>(link: &LinkHandle, register: Register) -> Result<Option<T>, ConfigureError> {
     Ok(link.read(register).await?.and_then(|contents| contents.value().ok()))

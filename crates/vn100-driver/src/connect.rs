@@ -52,12 +52,12 @@ pub trait Connection: Source {
     /// inputs that were read and not taken, so that every byte is counted.
     fn close(self) -> impl Future<Output = Vec<StreamInput>> + Send;
 
-    /// The file by which other programs open the same port; `None` where there is no such file.
+    /// The file by which other programs open the same port; `None` if there is no such file.
     fn device_file(&self) -> Option<&Path> {
         None
     }
 
-    /// The latency timer of the adapter; `None` where the adapter has none.
+    /// The latency timer of the adapter; `None` if the adapter has none.
     fn latency_timer(&self) -> Option<&LatencyTimer> {
         None
     }
@@ -103,8 +103,8 @@ pub enum PortProblem {
     /// The adapter was unplugged, and the name of the port leads to another adapter now.
     #[error("another adapter has that name now; plug in the one that had it; {}", candidate_advice(.0))]
     AnotherAdapter(Vec<PortEntry>),
-    /// The user may not open the port, only members of this group may: `dialout` where the group is
-    /// not known, `None` where only root may.
+    /// The user may not open the port, only members of this group may: `dialout` if the group is
+    /// not known, `None` if only root may.
     #[error("permission denied; {}", permission_advice(.0.as_deref()))]
     Denied(Option<String>),
     /// The file is not a serial port.
@@ -156,7 +156,7 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
-/// The group whose members may read and write the port, `dialout` where the group is not known. To
+/// The group whose members may read and write the port, `dialout` if the group is not known. To
 /// join the group of root would give away far more than a port.
 #[cfg(unix)]
 fn group_of(path: &Path) -> Option<String> {

@@ -32,15 +32,15 @@ pub struct LinkOptions {
     /// recording as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
     pub recording: Option<mpsc::Sender<StreamInput>>,
     /// The interval between two reads of register 54, which holds the temperature; reads are
-    /// skipped where the line has no room for them, and `None` is for none. The answers are in
+    /// skipped if the line has no room for them, and `None` is for none. The answers are in
     /// [`Batch::registers`](vn100_protocol::stream::Batch::registers).
     pub poll_temperature: Option<Duration>,
     /// What [`configure`](crate::configure()) has changed. These registers are written again after
     /// a reconnect, before the link is up, because the sensor may have lost its power; except for
-    /// the baud rate, which the baud scan finds. Ignored where the link only listens.
+    /// the baud rate, which the baud scan finds. Ignored if the link only listens.
     pub desired_settings: Vec<Change>,
-    /// The serial number of the sensor, where it is known: another sensor on the port ends the
-    /// link, during a reconnect as well. Ignored where the link only listens.
+    /// The serial number of the sensor, if it is known: another sensor on the port ends the
+    /// link, during a reconnect as well. Ignored if the link only listens.
     pub known_serial: Option<String>,
     /// The words of a hint in errors and states; `None` for those of [`LinkHint::text`].
     pub hint_text: Option<fn(LinkHint) -> &'static str>,
@@ -56,7 +56,7 @@ pub enum LinkState {
     Probing {
         /// The port by its name.
         port: String,
-        /// The baud rate that is tried; `None` where the link has none.
+        /// The baud rate that is tried; `None` if the link has none.
         baud: Option<u32>,
     },
     /// The sensor is connected.
@@ -79,7 +79,7 @@ pub enum LinkState {
     /// The link has ended; the last event says why.
     Closed {
         /// Whether an output that was found paused by another program, and was resumed, is paused
-        /// again; `None` where the output was not found paused.
+        /// again; `None` if the output was not found paused.
         paused_again: Option<bool>,
     },
 }
@@ -101,14 +101,14 @@ impl LinkState {
 pub struct Up {
     /// The port by its name, such as `/dev/ttyUSB0`.
     pub port: String,
-    /// The baud rate; `None` where the link has none.
+    /// The baud rate; `None` if the link has none.
     pub baud: Option<u32>,
     /// The start of this connection, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter; `None` where the adapter has none.
+    /// The latency timer of the adapter; `None` if the adapter has none.
     pub latency_timer: Option<LatencyTimer>,
     /// The error that the sensor reported at a restart, where the link is up again because of it;
-    /// `None` where the sensor did not restart.
+    /// `None` if the sensor did not restart.
     pub restarted: Option<DeviceError>,
     /// Whether the output was found paused by another program, and was resumed. The output is
     /// paused again when the link is stopped, unless a command of the user has resumed it as well.
@@ -177,7 +177,7 @@ impl LinkHandle {
         }
     }
 
-    /// Reads a register; `None` where the sensor does not have the register, which depends on model
+    /// Reads a register; `None` if the sensor does not have the register, which depends on model
     /// and firmware.
     ///
     /// # Errors

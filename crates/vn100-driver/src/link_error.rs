@@ -46,7 +46,7 @@ pub(crate) enum LinkError {
     NotSet(#[from] RequestFailure),
 }
 
-/// What the user can do where no sensor answers. An application puts each hint into words.
+/// What the user can do if no sensor answers. An application puts each hint into words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkHint {

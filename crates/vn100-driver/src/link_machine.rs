@@ -122,7 +122,7 @@ enum Phase {
     Scanning(BaudScan),
     /// A sensor is found: it must be the known sensor, with its settings.
     Identifying { baud: Option<u32>, verification: Verification },
-    /// The output of the sensor is forwarded. Where the sensor sends again after a silence, it is
+    /// The output of the sensor is forwarded. If the sensor sends again after a silence, it is
     /// verified first: it must still be the known sensor, with its settings.
     Connected { connected: Connected, verification: Option<Verification> },
     /// Switches the output on or off, as it was found or as it is to be, before the port is closed.
@@ -236,7 +236,7 @@ impl LinkMachine {
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again; `None` where only an input can have an effect.
+    /// [`poll_transmit`](Self::poll_transmit) again; `None` if only an input can have an effect.
     pub(crate) fn poll_timeout(&self) -> Option<Duration> {
         match &self.phase {
             Phase::Scanning(scan) => scan.poll_timeout(),
@@ -300,7 +300,7 @@ impl LinkMachine {
         self.context.port_actions.push_back(PortAction::Open { baud });
     }
 
-    /// The baud rates to try, in order; a single `None` where the link has no baud rate.
+    /// The baud rates to try, in order; a single `None` if the link has no baud rate.
     fn baud_rates(&self) -> Vec<Option<u32>> {
         let LinkContext { has_baud, last_baud, .. } = self.context;
         let given = self.context.options.baud;

@@ -80,7 +80,7 @@ fn ends_with_fletcher(bytes: &[u8]) -> bool {
 }
 
 impl PacketFormat {
-    /// The length of the packet that begins here: 0 where none does, `None` before all of it is
+    /// The length of the packet that begins here: 0 if none does, `None` before all of it is
     /// received.
     fn packet_at(&self, bytes: &[u8]) -> Option<usize> {
         let sync = bytes.len().min(self.sync.len());
@@ -189,7 +189,7 @@ fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
 struct TextLines {
     count: u32,
     last: String,
-    /// The incomplete line; `None` where its beginning is missing.
+    /// The incomplete line; `None` if its beginning is missing.
     line: Option<String>,
     /// Number of characters of the incomplete line since the last noise.
     characters: usize,

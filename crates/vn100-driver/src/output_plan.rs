@@ -18,7 +18,7 @@ pub struct OutputSettings {
     /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. For
     /// packets the sentences are switched off, and the baud rate is raised where it must be.
     pub message: Option<String>,
-    /// Rate of the message in hertz. Where `None`, packets that are not sent yet get 200 Hz.
+    /// Rate of the message in hertz. If `None`, packets that are not sent yet get 200 Hz.
     pub rate_hz: Option<u32>,
     /// The averaging window: how many of its 800 samples of acceleration and angular rate a second
     /// the sensor averages for one measurement (register 85).
@@ -81,7 +81,7 @@ pub enum PlanError {
         /// The load of the binary outputs besides them, whichever port they go to: the sensor does
         /// not report which port is this one.
         packets: LinkLoad,
-        /// The highest rate of the message that fits; `None` where none does.
+        /// The highest rate of the message that fits; `None` if none does.
         highest: Option<AsyncRate>,
     },
     /// No baud rate is high enough for the packets, or the one asked for is not.
@@ -131,7 +131,7 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
 /// Measurements of the sensor per second; every `800 / rate`th one is sent.
 const SAMPLES_PER_S: u16 = MEASUREMENTS_PER_S as u16;
 
-/// The rate of packets where none is asked for: the highest that the factory default of the baud
+/// The rate of packets if none is asked for: the highest that the factory default of the baud
 /// rate has room for.
 const PACKETS_HZ: u32 = 200;
 
@@ -164,7 +164,7 @@ struct Output {
     protocol: ProtocolControl,
     sync: Option<SyncControl>,
     filter: Option<ImuFilter>,
-    /// The first binary output; `None` where its fields are not understood.
+    /// The first binary output; `None` if its fields are not understood.
     binary: Option<BinaryOutput>,
     /// The load of the other binary outputs.
     other_packets: LinkLoad,
@@ -220,7 +220,7 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
-/// The fields to write so that a register holds `fields` again. Where packets are off, firmware 2
+/// The fields to write so that a register holds `fields` again. If packets are off, firmware 2
 /// reports no group of fields, and refuses such a value when it is written: what is written then
 /// for off is the time on request, the factory default of firmware 3.
 pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterFields {
@@ -354,7 +354,7 @@ impl Output {
         Ok(())
     }
 
-    /// Measurements between two that are sent; 0 where nothing is sent.
+    /// Measurements between two that are sent; 0 if nothing is sent.
     fn measurements_skipped(&self) -> u16 {
         let rate_hz = u16::try_from(self.rate.hz()).unwrap_or(SAMPLES_PER_S);
         SAMPLES_PER_S.checked_div(rate_hz).map_or(0, |measurements| measurements.saturating_sub(1))
@@ -386,7 +386,7 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
     value(current)?.ok_or(PlanError::Missing(T::REGISTERS[0]))
 }
 
-/// The write that makes `after` of `before`, `None` where they are equal: values are compared, not
+/// The write that makes `after` of `before`, `None` if they are equal: values are compared, not
 /// how the sensor prints them.
 fn change<T: WritableValue + PartialEq>(before: Option<&T>, after: Option<&T>) -> Option<Change> {
     let (before, after) = before.zip(after).filter(|(before, after)| before != after)?;

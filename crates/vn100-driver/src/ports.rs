@@ -22,7 +22,7 @@ const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
 pub struct PortEntry {
     /// The name of the port, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// A name that stays the same when the adapter is plugged in again; `None` where the system has
+    /// A name that stays the same when the adapter is plugged in again; `None` if the system has
     /// none.
     pub stable_name: Option<PathBuf>,
     /// The description of the USB adapter; `None` for a port that is not on USB.
@@ -38,7 +38,7 @@ pub struct UsbAdapter {
     pub vendor_id: u16,
     /// USB product number.
     pub product_id: u16,
-    /// Serial number of the adapter, not of the sensor; `None` where it has none.
+    /// Serial number of the adapter, not of the sensor; `None` if it has none.
     pub serial_number: Option<String>,
     /// Name of the maker, as the adapter reports it.
     pub manufacturer: Option<String>,
@@ -58,7 +58,7 @@ impl UsbAdapter {
 
 /// Lists the serial ports of this machine: the likely ones first, then by name.
 ///
-/// Where the system cannot list ports, the list is empty; a port can still be opened by its name.
+/// If the system cannot list ports, the list is empty; a port can still be opened by its name.
 #[must_use]
 pub fn list_ports() -> Vec<PortEntry> {
     let found = serialport::available_ports().unwrap_or_default();
@@ -169,13 +169,13 @@ const SHORTEST_MS: u32 = 1;
 pub struct LatencyTimer {
     /// The present time of the timer, in milliseconds.
     pub ms: u32,
-    /// How to shorten the time, where this program was not allowed to; `None` where it is at its
+    /// How to shorten the time, where this program was not allowed to; `None` if it is at its
     /// shortest.
     pub advice: Option<String>,
 }
 
-/// Sets the latency timer behind `port`, which may be a symlink, to 1 ms where that is allowed, and
-/// returns the timer as it is then. `None` where there is no such timer: another adapter,
+/// Sets the latency timer behind `port`, which may be a symlink, to 1 ms if that is allowed, and
+/// returns the timer as it is then. `None` if there is no such timer: another adapter,
 /// pseudo-terminal or system.
 pub(crate) fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
     let device = fs::canonicalize(port).ok()?;

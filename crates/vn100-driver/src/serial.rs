@@ -277,7 +277,7 @@ impl Reader {
 }
 
 /// How many bytes at the head of `input` end with a whole frame and the end of its line, or with a
-/// line that is no frame; zero where nothing has ended yet.
+/// line that is no frame; zero if nothing has ended yet.
 fn ended_frames(framer: &mut Framer, input: &[u8]) -> usize {
     let (mut at, mut ended) = (0, 0);
     loop {

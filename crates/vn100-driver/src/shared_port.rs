@@ -23,7 +23,7 @@ pub(crate) struct SharedPort {
 }
 
 impl SharedPort {
-    /// Searches again where this batch of the stream shows damaged frames.
+    /// Searches again if this batch of the stream shows damaged frames.
     pub(crate) fn handle_batch(&mut self, batch: &Batch, device_file: Option<&Path>) {
         let damage = batch.link.tally.rejected.total() + batch.link.tally.skipped_bytes;
         if damage > self.damage && self.searched.is_none_or(|at| at.elapsed() >= PERIOD) {

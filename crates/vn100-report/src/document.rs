@@ -137,7 +137,7 @@ struct Statistics {
 
 #[derive(Debug, Serialize)]
 struct NormalityDocument {
-    /// 99 of 100 normal records are said to be; `null` where it cannot be judged.
+    /// 99 of 100 normal records are said to be; `null` if it cannot be judged.
     consistent: Option<bool>,
     reason: Option<String>,
     /// If the values were normal.

@@ -171,7 +171,7 @@ pub struct Figure {
     pub area: Rectangle,
     /// The plotted numbers.
     pub series: Vec<PlottedSeries>,
-    /// Units to choose from, each with its value for 1 in that of `y`; empty where there is one.
+    /// Units to choose from, each with its value for 1 in that of `y`; empty if there is one.
     pub units: Vec<(String, f64)>,
     drawing: Drawing,
 }
@@ -200,7 +200,7 @@ pub struct PlottedValue {
     /// Along the y axis.
     pub y: f64,
     /// From where to where it reaches along the y axis: a confidence interval, or the smallest and
-    /// the largest sample. `None` where it has neither.
+    /// the largest sample. `None` if it has neither.
     pub reach: Option<(f64, f64)>,
 }
 

@@ -29,7 +29,7 @@ pub fn link_word(link: &LinkFacts) -> String {
     }
 }
 
-/// The word for a connected link: its baud rate, where it has one.
+/// The word for a connected link: its baud rate, if it has one.
 #[must_use]
 pub fn up_word(baud: Option<u32>) -> String {
     baud.map_or_else(|| "up".into(), |baud| format!("up {baud} baud"))

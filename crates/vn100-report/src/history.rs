@@ -17,7 +17,7 @@ pub struct HistoryColumn {
 /// The columns of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
-    /// The columns, the oldest first; `None` where a column has no sample.
+    /// The columns, the oldest first; `None` if a column has no sample.
     pub columns: Vec<Option<HistoryColumn>>,
     /// Data time of a column, in seconds.
     pub column_s: f64,
@@ -25,7 +25,7 @@ pub struct History {
 
 impl History {
     /// The latest `most_slots` slots of the channel at this place, in at most `columns` columns,
-    /// which begin at fixed times so that they do not flicker. `None` where the recent samples are
+    /// which begin at fixed times so that they do not flicker. `None` if the recent samples are
     /// not kept, or without a column.
     #[must_use]
     pub fn of(snapshot: &Snapshot, channel: usize, columns: usize, most_slots: usize) -> Option<Self> {

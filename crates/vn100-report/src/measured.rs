@@ -17,7 +17,7 @@ use crate::{
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
-/// The result of one source. Where nothing could be read it has no samples, and `facts` hold the
+/// The result of one source. If nothing could be read it has no samples, and `facts` hold the
 /// reason.
 #[derive(Debug, Clone)]
 pub struct Measured {
@@ -76,7 +76,7 @@ impl Measured {
         }
     }
 
-    /// The result of a source that ended without meeting the goals in `unmet`; where the source
+    /// The result of a source that ended without meeting the goals in `unmet`; if the source
     /// could not be opened, or an error ended it, `facts` hold the reason.
     #[must_use]
     pub fn ended(
@@ -151,7 +151,7 @@ impl Measured {
     }
 
     /// Notes that the result was interrupted, although an interrupt ends it like the end of the
-    /// data; where no sample came, the interrupt is the reason.
+    /// data; if no sample came, the interrupt is the reason.
     pub fn note_interrupted(&mut self) {
         let SourceFacts { name, error, .. } = &mut self.facts;
         if error.as_ref().is_none_or(|error| *error == no_sample(name, &self.snapshot)) {

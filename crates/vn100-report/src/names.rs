@@ -69,7 +69,7 @@ pub fn deviation_name(deviation: Deviation) -> &'static str {
 pub struct ParameterNames {
     /// The name in IEEE Std 952, capitalised.
     pub name: &'static str,
-    /// The abbreviation in use; empty where there is none.
+    /// The abbreviation in use; empty if there is none.
     pub short: &'static str,
     /// The symbol of the coefficient.
     pub symbol: &'static str,
@@ -279,7 +279,7 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, or \
      whether the density is one-sided or two-sided";
 
-/// What is unknown that a verdict on this figure needs; `None` where it is the interval.
+/// What is unknown that a verdict on this figure needs; `None` if it is the interval.
 #[must_use]
 pub fn undecided_by(verdict: &FigureVerdict) -> Option<&'static str> {
     match verdict.unknown {
@@ -319,7 +319,7 @@ fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
 }
 
 /// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
-/// the SI unit and 1 where the parameter is not given in such a unit.
+/// the SI unit and 1 if the parameter is not given in such a unit.
 #[must_use]
 pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
     let all = conventions(sensor, term);

@@ -25,7 +25,7 @@ pub struct Summary {
     pub identity: Vec<String>,
     /// How far the record can be trusted, aspect by aspect, in the order of a measurement.
     pub statuses: Vec<AspectStatus>,
-    /// The noise parameters; none where the sensor was moved.
+    /// The noise parameters; none if the sensor was moved.
     pub sensors: Vec<SensorTable>,
     /// Means and standard deviations of single samples.
     pub statistics: Vec<StatisticsRow>,
@@ -67,13 +67,13 @@ pub struct SensorTable {
 pub struct ParameterRow {
     /// The parameter, or the detail that the row adds to the one before.
     pub label: String,
-    /// The unit; empty where the row has none.
+    /// The unit; empty if the row has none.
     pub unit: &'static str,
     /// Whether the row is a detail of the parameter above.
     pub is_detail: bool,
     /// The cells of the axes.
     pub cells: Cells,
-    /// The figure of the data sheet, in the same unit, and the verdict; `None` where there is no
+    /// The figure of the data sheet, in the same unit, and the verdict; `None` if there is no
     /// figure.
     pub figure: Option<(String, VerdictWord)>,
 }

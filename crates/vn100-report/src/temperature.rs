@@ -19,7 +19,7 @@ pub fn coefficient_parameter(temperature: &AxisTemperature) -> Parameter {
     }
 }
 
-/// The most likely lag and its range, in seconds, as text; `None` where the record does not show
+/// The most likely lag and its range, in seconds, as text; `None` if the record does not show
 /// it: without a significant coefficient, or where the range reaches the longest lag searched.
 #[must_use]
 pub fn lag_text(temperature: &AxisTemperature) -> Option<String> {

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why a text is no TOML, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub struct TomlError {
-    /// Line and column of the error, both from 1; `None` where they are not known.
+    /// Line and column of the error, both from 1; `None` if they are not known.
     pub place: Option<(usize, usize)>,
     /// The error, in one line.
     pub message: String,

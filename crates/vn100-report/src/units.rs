@@ -82,7 +82,7 @@ pub struct SignalValues {
     pub blocks: Vec<BlockValues>,
     /// Vibration, disturbances and changes of level.
     pub disturbed: Disturbed,
-    /// Whether the values are normally distributed; `None` where that was not assessed.
+    /// Whether the values are normally distributed; `None` if that was not assessed.
     pub normality: Option<Result<Normality, NotJudged>>,
 }
 
@@ -131,11 +131,11 @@ pub struct Point {
     pub m: u64,
     /// Averaging time in seconds.
     pub tau_s: f64,
-    /// Allan or Hadamard deviation, in the unit; `None` where the sum is not known.
+    /// Allan or Hadamard deviation, in the unit; `None` if the sum is not known.
     pub deviation: Option<f64>,
     /// Number of squared differences in the sum.
     pub terms: u64,
-    /// Equivalent degrees of freedom; `None` below two, where there is no interval either.
+    /// Equivalent degrees of freedom; `None` below two, if there is no interval either.
     pub edf: Option<f64>,
     /// Exponent of the spectrum at this averaging time; `None` with too few blocks.
     pub alpha: Option<i8>,
@@ -143,7 +143,7 @@ pub struct Point {
     pub lower: Option<f64>,
     /// Upper limit of the confidence interval.
     pub upper: Option<f64>,
-    /// Deviation of the fitted model; `None` where no model was fitted at this point.
+    /// Deviation of the fitted model; `None` if no model was fitted at this point.
     pub fitted: Option<f64>,
 }
 
@@ -269,7 +269,7 @@ fn converted_decimals(decimals: u8, scale: f64) -> usize {
     (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
 }
 
-/// A value with `decimals` decimals. Where the text is wider than `width`, with fewer decimals as
+/// A value with `decimals` decimals. If the text is wider than `width`, with fewer decimals as
 /// long as three digits remain, else with a power of ten. What rounds to 0 has no minus.
 #[must_use]
 pub fn fitted(value: f64, decimals: usize, width: usize) -> String {

@@ -16,7 +16,7 @@ pub fn about(name: &str, text: &str) -> String {
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
-/// Why the result of that source is not whole; `None` where it is.
+/// Why the result of that source is not whole; `None` if it is.
 #[must_use]
 pub fn end(name: &str, end: &End, snapshot: &Snapshot) -> Option<String> {
     const LOST: &str =
@@ -96,7 +96,7 @@ fn shortfall_words(&Shortfall { wanted, measured }: &Shortfall) -> String {
     }
 }
 
-/// To a tenth of a second where that is worth reading.
+/// To a tenth of a second if that is worth reading.
 fn seconds(duration: Duration) -> String {
     match duration.as_secs_f64() {
         whole @ 60.0.. => time(whole),

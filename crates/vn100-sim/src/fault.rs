@@ -48,7 +48,7 @@ pub enum Bytes {
 pub enum Fault {
     /// Bytes are lost.
     Drop(Bytes),
-    /// A bit of bytes is inverted; a random one where none is named.
+    /// A bit of bytes is inverted; a random one if none is named.
     Flip(Bytes, Option<u8>),
     /// The end of one line and the beginning of the next are lost.
     Splice(Duration),
@@ -118,7 +118,7 @@ pub enum FaultPlanError {
     Detail {
         /// The item as written.
         item: String,
-        /// The part that is wrong; empty where it is missing.
+        /// The part that is wrong; empty if it is missing.
         detail: String,
     },
 }

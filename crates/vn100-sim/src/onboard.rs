@@ -14,7 +14,7 @@ pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 /// How white noise reaches the output.
 ///
 /// After a window of w refreshes, samples less than w refreshes apart are correlated, by (w -
-/// lag)/w. Where fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
+/// lag)/w. If fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
 /// the density of the output is higher than that of the sensor: by √(200/rate) for 4 samples at 800
 /// Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]

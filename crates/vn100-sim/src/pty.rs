@@ -1,5 +1,5 @@
 //! The emulated sensor as a serial port of this machine: a pseudo-terminal, which any program can
-//! open. Linux only, where the machine reports when a host opens and closes the port.
+//! open. Linux only, if the machine reports when a host opens and closes the port.
 //!
 //! ```no_run
 //! use vn100_sim::{Device, DeviceConfig, pty::{PtyOptions, serve}};

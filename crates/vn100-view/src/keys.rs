@@ -64,7 +64,7 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     frame.render_widget(Paragraph::new(line), area);
 }
 
-/// A question, with the source it is about where there are several.
+/// A question, with the source it is about if there are several.
 fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
     if scene.sources.len() < 2 {
         return format!(" {question}");

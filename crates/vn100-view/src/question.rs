@@ -12,7 +12,7 @@ use crate::{
 const MOST_SIGNS: usize = 120;
 
 impl ViewState {
-    /// Asks before what cannot be undone; where it has no effect, says why.
+    /// Asks before what cannot be undone; if it has no effect, says why.
     pub(super) fn ask(&mut self, question: Question, sources: &[SourceView]) {
         match sources.get(self.source).and_then(SourceView::no_measurement) {
             Some(why) => self.message = Some(why.into()),

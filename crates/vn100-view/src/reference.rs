@@ -42,7 +42,7 @@ impl Reference {
         Self { name, channels: values.iter().map(channel).collect(), deviation }
     }
 
-    /// The curve of the same axis, in the same unit; `None` where it has none.
+    /// The curve of the same axis, in the same unit; `None` if it has none.
     pub(crate) fn curve(&self, channel: &ChannelValues) -> Option<&[(f64, f64)]> {
         let same = self.channels.iter().find(|other| other.name == channel.name && other.unit == channel.unit)?;
         (!same.points.is_empty()).then_some(&same.points)

@@ -94,7 +94,7 @@ pub(crate) struct ViewState {
     /// How often `u` was pressed.
     pub(crate) units: usize,
     pub(crate) frozen: bool,
-    /// The page of the help, where that is shown.
+    /// The page of the help, if that is shown.
     pub(crate) help: Option<usize>,
     pub(crate) question: Option<Question>,
     pub(crate) warning: usize,

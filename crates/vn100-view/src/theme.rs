@@ -144,7 +144,7 @@ impl Theme {
         style.fg.unwrap_or(Color::Reset)
     }
 
-    /// The text as it is shown: where there is nothing but ASCII, signs that mean something are
+    /// The text as it is shown: if there is nothing but ASCII, signs that mean something are
     /// spelled out. To be asked for before a width is measured.
     pub(crate) fn spelled(self, text: impl Into<String>) -> String {
         let text = text.into();
@@ -162,7 +162,7 @@ impl Theme {
         })
     }
 
-    /// Puts ASCII in the place of every other sign, where nothing else is shown.
+    /// Puts ASCII in the place of every other sign, if nothing else is shown.
     pub(crate) fn finish(self, buffer: &mut Buffer) {
         if self.ascii {
             for cell in &mut buffer.content {

@@ -141,7 +141,7 @@ pub(crate) enum Subcommand {
     #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
-    /// exact degrees of freedom and bounds; exit with 1 where one differs
+    /// exact degrees of freedom and bounds; exit with 1 if one differs
     #[command(after_help = help::after("selftest"))]
     Selftest(SelftestArgs),
     /// Explain a code or a parameter of results: what it means, why it matters, what to do

@@ -107,7 +107,7 @@ impl Entries {
         ReadOptions { diagnostics: self.is_open(), ..read }
     }
 
-    /// What sees the events of the source of that name; nothing where no log is kept.
+    /// What sees the events of the source of that name; nothing if no log is kept.
     pub(crate) fn observer(&self, name: &str) -> Option<EventObserver> {
         self.sender.as_ref()?;
         let (entries, name) = (self.clone(), name.to_owned());

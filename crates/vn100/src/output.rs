@@ -1,4 +1,4 @@
-//! Writes files that did not exist, or replaces whole ones where that was asked for. Never writes
+//! Writes files that did not exist, or replaces whole ones if that was asked for. Never writes
 //! through a link.
 
 use std::{
@@ -15,7 +15,7 @@ use crate::args::is_page;
 pub(crate) struct Output {
     /// The folder and the beginning of every name.
     stem: PathBuf,
-    /// The page's own name; `None` where no page is wanted.
+    /// The page's own name; `None` if no page is wanted.
     page: Option<PathBuf>,
     force: bool,
 }

@@ -105,7 +105,7 @@ fn missing_times(measured: &Measured) -> Option<String> {
     (!missing.is_empty()).then(|| format!("{}: {}", measured.facts.name, missing.join("; ")))
 }
 
-/// The outcome of the recording made meanwhile. Where it failed the result says so, and
+/// The outcome of the recording made meanwhile. If it failed the result says so, and
 /// the command has failed.
 fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64, of: ResultOf) {
     let independent = if of == ResultOf::Recording { "" } else { ". The result does not depend on it" };

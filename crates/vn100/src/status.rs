@@ -1,5 +1,5 @@
 //! The status of live sources while they are measured: a line on stderr for each, or messages for
-//! the view where there is one.
+//! the view if there is one.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use vn100_view::MessageQueue;
 
 use crate::exit::{about, report};
 
-/// The lines of all sources. Where stderr is no terminal, only link events are written.
+/// The lines of all sources. If stderr is no terminal, only link events are written.
 #[derive(Clone)]
 pub(crate) struct StatusLines {
     lines: MultiProgress,
@@ -27,7 +27,7 @@ pub(crate) struct StatusLines {
 impl StatusLines {
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// Lines on stderr; none where a view takes the messages, or the log goes to the terminal.
+    /// Lines on stderr; none if a view takes the messages, or the log goes to the terminal.
     pub(crate) fn new(view: Option<MessageQueue>, logs_to_terminal: bool, is_quiet: bool) -> Self {
         let is_quiet = is_quiet && view.is_none();
         let target = if view.is_some() || logs_to_terminal || is_quiet {

@@ -32,7 +32,7 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
-    /// Takes the address; `None` where nothing is asked for.
+    /// Takes the address; `None` if nothing is asked for.
     pub(crate) fn of(args: &ServeArgs) -> Result<Option<Self>> {
         let Some(address) = args.serve else { return Ok(None) };
         let listener = TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)))?;
@@ -45,7 +45,7 @@ impl Watched {
         Self { asked: options.text(), ..self }
     }
 
-    /// Where the page is, as others ask for it; `None` where its address is not known.
+    /// Where the page is, as others ask for it; `None` if its address is not known.
     pub(crate) fn url(&self) -> Option<String> {
         let address = self.listener.local_addr().ok()?;
         Some(url(address, self.name()))

@@ -11,7 +11,7 @@ use crate::commands::sensor::describe;
 
 const RESTORED: &str = "settings restored";
 
-/// An event of the session of that source; `None` where there is nothing to say.
+/// An event of the session of that source; `None` if there is nothing to say.
 pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
     let text = match event {
         SessionEvent::SensorConfigured(configured) => describe(&configured),

@@ -29,7 +29,7 @@ impl ChannelAccumulator {
     /// The kind of noise of each of `octaves`, whose `variances` are in any unit, by the lag-1
     /// autocorrelation of block sums (Riley and Greenhall, 2004), else by the slope of the variance
     /// to the next octave, α = -1 - log₂(V(2m)/V(m)), where kinds above α = 1 look like α = 1.
-    /// `None` where neither has 30 blocks.
+    /// `None` if neither has 30 blocks.
     #[must_use]
     pub fn noise_types(&self, octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<Option<PowerLaw>> {
         noise_types(octaves, variances, shape, |m| self.lag_one.alpha(m))

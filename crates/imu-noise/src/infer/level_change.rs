@@ -81,12 +81,12 @@ pub enum LevelShape {
 pub struct LevelFindings {
     /// The change with the most evidence above its threshold.
     pub change: Option<LevelChange>,
-    /// The cycle that `change` is, or, where nothing was found, one of few periods that explains
+    /// The cycle that `change` is, or, if nothing was found, one of few periods that explains
     /// the level as well as a random walk does: a walk that is fitted without it may be made by
     /// it.
     pub cycle: Option<SlowCycle>,
     /// The step in the middle of the record, in the unit of the channel, that nine of ten such
-    /// records would show; `None` where there is too little to judge.
+    /// records would show; `None` if there is too little to judge.
     pub detectable_step: Option<f64>,
 }
 

@@ -76,7 +76,7 @@ struct NoiseSpectrum {
     /// A random walk is part of it.
     walks: bool,
     /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and
-    /// of the sine, whose product is 0; 0 where there is none.
+    /// of the sine, whose product is 0; 0 if there is none.
     over_squares: Vec<[f64; 2]>,
 }
 
@@ -190,7 +190,7 @@ impl LevelNoise {
         }
     }
 
-    /// For every shape its likeliest fit; nothing where a shape is all there is.
+    /// For every shape its likeliest fit; nothing if a shape is all there is.
     pub(super) fn fits(&self, means: &[f64]) -> Vec<LevelFit> {
         let series = self.coefficients(means);
         let count = series.len() as f64;
@@ -243,7 +243,7 @@ impl LevelNoise {
 
 impl LevelNoise {
     /// The likeliest sine in these means with a frequency between those examined next to
-    /// `frequency`; `None` where a sine is all there is.
+    /// `frequency`; `None` if a sine is all there is.
     pub(super) fn sine(&self, means: &[f64], frequency: f64) -> Option<Sine> {
         let series = self.coefficients(means);
         let spacing = if is_few(frequency * self.blocks as f64) { 0.25 } else { 0.5 };

@@ -44,7 +44,7 @@ pub struct NoiseChanges {
     /// Single samples far out.
     pub spikes: Option<Spikes>,
     /// The factor of the standard deviation from the middle of the record on that nine of ten such
-    /// records would show; `None` where none would.
+    /// records would show; `None` if none would.
     pub detectable_factor: Option<f64>,
 }
 

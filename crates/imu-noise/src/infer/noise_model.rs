@@ -114,7 +114,7 @@ impl NoiseModel {
 /// pairs of octaves ask for the same ones, and each costs a logarithm.
 struct RememberedPhase {
     law: PowerLaw,
-    /// By lag; no number where it was not asked for.
+    /// By lag; no number if it was not asked for.
     known: RefCell<Vec<f64>>,
 }
 

@@ -124,7 +124,7 @@ pub struct TemperatureSearch {
 impl TemperatureSearch {
     /// In the longest stretch without a gap. `degrees_per_count` is of the temperature.
     ///
-    /// Costs about a millisecond where there is a coefficient to be found, next to nothing
+    /// Costs about a millisecond if there is a coefficient to be found, next to nothing
     /// elsewhere.
     ///
     /// # Errors

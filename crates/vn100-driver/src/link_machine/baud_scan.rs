@@ -12,7 +12,7 @@ use crate::{
 /// How long to listen before asking: more than three periods of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// How long to listen where no question is sent: a period of the slowest output, and the frame
+/// How long to listen if no question is sent: a period of the slowest output, and the frame
 /// itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
@@ -47,7 +47,7 @@ const GLITCH_BYTES: u64 = 8;
 /// A baud rate to try.
 #[derive(Debug, Clone, Copy)]
 struct BaudAttempt {
-    /// The rate; `None` where the link has none, as over TCP.
+    /// The rate; `None` if the link has none, as over TCP.
     baud: Option<u32>,
     /// For how long received bytes are discarded first.
     settle: Duration,
@@ -75,7 +75,7 @@ enum AttemptStage {
 /// before, that may be another device: then no further question is sent, and each rate is listened
 /// to for as long as the slowest output needs. Every second scan sends the question nevertheless.
 ///
-/// Where a sensor is silent at its former rate, its adapter may be stalled: it delays all bytes,
+/// If a sensor is silent at its former rate, its adapter may be stalled: it delays all bytes,
 /// answers as well, and delivers them at once, perhaps while another rate is tried. So the first
 /// valid frame after such a silence is discarded, and the former rate is tried next: only what
 /// arrives after a delayed burst shows the baud rate.

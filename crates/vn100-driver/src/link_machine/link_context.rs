@@ -92,7 +92,7 @@ impl LinkContext {
     }
 
     /// The frames of all connections so far. A frame with a right checksum shows that the link
-    /// carries a sensor, even where its fields are malformed.
+    /// carries a sensor, even if its fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
         let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
@@ -157,7 +157,7 @@ impl LinkContext {
         identified
     }
 
-    /// The serial number to verify; `None` where it is not known or must not be read.
+    /// The serial number to verify; `None` if it is not known or must not be read.
     pub(super) fn serial_to_verify(&self) -> Option<&str> {
         // a link that only listens may have received the answer to another program
         self.serial_number.as_deref().filter(|_| !self.options.listen_only)

@@ -46,7 +46,7 @@ impl Verification {
         Self::start(context, Some(Step::VerifySettings { left }))
     }
 
-    /// Starts by reading the serial number, where it is known.
+    /// Starts by reading the serial number, if it is known.
     fn start(context: &mut LinkContext, settings: Option<Step>) -> Self {
         let serial = context.serial_to_verify().map(|_| Step::VerifySerialNumber);
         let mut verification = Self { steps: serial.into_iter().chain(settings).collect() };
@@ -149,7 +149,7 @@ impl Verification {
     }
 }
 
-/// The step that writes the desired settings; `None` where there are none. The baud rate is not
+/// The step that writes the desired settings; `None` if there are none. The baud rate is not
 /// written: the sensor is found at the rate it has.
 fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
     let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);

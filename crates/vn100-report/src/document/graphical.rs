@@ -10,7 +10,7 @@ use crate::{
     units::si_unit,
 };
 
-/// N, B and K; `null` where they are not read.
+/// N, B and K; `null` if they are not read.
 #[derive(Debug, Serialize)]
 pub(super) struct ClassicalDocument {
     white: Option<f64>,

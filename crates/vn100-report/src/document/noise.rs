@@ -100,7 +100,7 @@ struct RateDocument {
 struct AliasingDocument {
     /// N in the stream over that of the sensor, with the window as known or by default.
     factor: Option<f64>,
-    /// How far the factor may be off; `null` where the window is not known.
+    /// How far the factor may be off; `null` if the window is not known.
     relative: Option<f64>,
     /// The most that any window makes of the factor.
     largest_factor: Option<f64>,
@@ -328,7 +328,7 @@ impl VerdictDocument {
 #[derive(Debug, Serialize)]
 pub(crate) struct GradeDocument {
     scheme: String,
-    /// Equal where the intervals decide; `null` where it is not known.
+    /// Equal where the intervals decide; `null` if it is not known.
     best: Option<&'static str>,
     worst: Option<&'static str>,
     /// The same in words.

@@ -42,7 +42,7 @@ struct WantDocument {
     at_least: Option<f64>,
     /// The limit that the verdict is on; of B, as the figure of the data sheet has it.
     at_most: Option<f64>,
-    /// The assumed value of the sensor in the sense of the limit, where the want is one.
+    /// The assumed value of the sensor in the sense of the limit, if the want is one.
     taken_at: Option<f64>,
     record_s: Option<f64>,
     /// Of a random walk: without bias instability.
@@ -61,11 +61,11 @@ struct AssumedDocument {
 /// The commands for what was planned, as a user types them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PlanCommands {
-    /// The command that sets the sensor; `None` where the measuring command does that.
+    /// The command that sets the sensor; `None` if the measuring command does that.
     pub configure: Option<String>,
     /// The command that measures.
     pub attach: String,
-    /// The command that restores the factory default; `None` where the measuring command restores
+    /// The command that restores the factory default; `None` if the measuring command restores
     /// the settings.
     pub undo: Option<String>,
 }

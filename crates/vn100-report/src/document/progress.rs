@@ -65,7 +65,7 @@ struct ShortParameter {
 #[derive(Debug, Serialize)]
 struct GoalProgress {
     goal: String,
-    /// Of the axis known least; `None` where one is not estimated.
+    /// Of the axis known least; `None` if one is not estimated.
     relative_half_width: Option<f64>,
     met: bool,
 }
@@ -132,7 +132,7 @@ pub struct HeartbeatDocument {
     samples: u64,
     /// `None` for what is no link.
     link: Option<&'static str>,
-    /// When the latest sample came, or else the start; `None` where the clock is not set.
+    /// When the latest sample came, or else the start; `None` if the clock is not set.
     since: Option<String>,
     silent_s: f64,
     /// Failed attempts to connect since the sensor was connected last.

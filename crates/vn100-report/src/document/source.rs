@@ -218,9 +218,9 @@ impl Bag {
 /// A recording, with its times in UTC.
 #[derive(Debug, Serialize)]
 pub struct RecordingDocument {
-    /// Name and version of the program that recorded; `None` where the recording does not say.
+    /// Name and version of the program that recorded; `None` if the recording does not say.
     pub program: Option<String>,
-    /// When the recording began, in UTC to the millisecond (RFC 3339); `None` where it does not
+    /// When the recording began, in UTC to the millisecond (RFC 3339); `None` if it does not
     /// say, or by a clock that was not set.
     pub started: Option<String>,
     /// When the recording ended, in the same form; also `None` before it was read to its end.

@@ -33,7 +33,7 @@ pub(crate) struct TemperatureDocument {
     from: &'static str,
     /// The most that it has in the variance of an octave.
     largest_share: Option<f64>,
-    /// Where it is proved, the deviation of each octave.
+    /// If it is proved, the deviation of each octave.
     deviations: Vec<DeviationDocument>,
 }
 

@@ -55,7 +55,7 @@ struct Value {
 impl KalibrYaml {
     /// For each sensor the values of its noisiest axis: N, and as the random walk the larger of K
     /// and 1.15 B/√span, the walk that drifts in `span_s` seconds as much as the bias instability.
-    /// A value without an estimate is an upper bound; where there is no bound, the value is
+    /// A value without an estimate is an upper bound; if there is no bound, the value is
     /// missing, with the reason.
     #[must_use]
     pub fn of(record: &Record<'_>, span_s: f64) -> Self {
@@ -164,7 +164,7 @@ impl KalibrYaml {
     }
 }
 
-/// The axes of a sensor in the stream, none where its noise is not assessed; what was read from a
+/// The axes of a sensor in the stream, none if its noise is not assessed; what was read from a
 /// register between the samples has no noise parameters.
 fn axes<'a>(record: &'a Record<'_>, quantity: Quantity) -> Vec<&'a ChannelValues> {
     let streamed = record.channels.iter().take(record.measured.assessment.channels.len());

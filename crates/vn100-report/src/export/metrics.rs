@@ -48,7 +48,7 @@ pub struct MeasuredSource<'a> {
 }
 
 /// The metrics of these sources. A metric whose value is not known has no sample; noise parameters
-/// have none where the sensor was moved.
+/// have none if the sensor was moved.
 ///
 /// # Examples
 /// ```
@@ -215,7 +215,7 @@ fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues) {
     }
 }
 
-/// The latest half second of it; `None` where the stream does not carry it.
+/// The latest half second of it; `None` if the stream does not carry it.
 fn temperature_now(snapshot: &Snapshot) -> Option<f64> {
     let place = snapshot.layout_channels().iter().position(|channel| channel.quantity == Quantity::Temperature)?;
     let history = History::of(snapshot, place, 2, 1)?;

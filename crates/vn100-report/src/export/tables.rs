@@ -1,4 +1,4 @@
-//! Tables as CSV: full precision, nothing where a number is not known.
+//! Tables as CSV: full precision, nothing if a number is not known.
 
 use std::fmt::Write;
 
@@ -219,7 +219,7 @@ fn warnings(record: &Record<'_>, words: RemedyWords) -> String {
     table.0
 }
 
-/// What a record is, by name; empty where it is not known.
+/// What a record is, by name; empty if it is not known.
 pub(super) fn identity(record: &Record<'_>) -> Vec<(&'static str, String)> {
     let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());

@@ -53,7 +53,7 @@ pub(super) fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> Chann
 }
 
 /// The deviations of channels of one sensor, multiplied by `factor`, in `unit`; those of a single
-/// channel with its model. `None` where no channel has a deviation.
+/// channel with its model. `None` if no channel has a deviation.
 pub fn allan_in_unit(
     name_of_all: &str,
     channels: &[&ChannelValues],

@@ -136,7 +136,7 @@ fn power_of_ten(digit: i32, decade: i32, plain: bool) -> String {
 pub struct PlotAxis {
     /// The quantity along it, such as `frequency`.
     pub name: String,
-    /// The unit of its values, as people write it; empty where it has none.
+    /// The unit of its values, as people write it; empty if it has none.
     pub unit: String,
     /// Where it begins and ends.
     pub scale: Scale,

@@ -157,7 +157,7 @@ impl Plot {
     }
 
     /// Writes a short text beside the first of these places where it keeps clear of all that is
-    /// drawn so far, in a layer of `series`; nothing where it does not fit into the plot.
+    /// drawn so far, in a layer of `series`; nothing if it does not fit into the plot.
     pub(super) fn label(&mut self, series: usize, beside: &[(f64, f64)], text: &str) {
         let places: Vec<_> = beside.iter().map(|(x, y)| self.place.of(*x, *y)).collect();
         if let Some((at, anchor)) =

@@ -9,7 +9,7 @@ const SAME: f64 = 0.03;
 /// Peaks with a number beside them.
 const MOST_LABELS: usize = 6;
 
-/// `None` where the record is too short for one. The density is one-sided.
+/// `None` if the record is too short for one. The density is one-sided.
 pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Option<Figure> {
     let curves: Vec<(&ChannelValues, Vec<(f64, f64)>)> = (channels.iter())
         .filter_map(|channel| {

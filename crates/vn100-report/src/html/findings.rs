@@ -109,7 +109,7 @@ impl Worst<'_> {
 }
 
 impl SensorFindings {
-    /// By a parameter; `None` where no axis has an estimate.
+    /// By a parameter; `None` if no axis has an estimate.
     pub(crate) fn largest(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Largest<'_>> {
         let estimate = |axis| of(axis).filter(|found| found.status == Status::Estimated).and_then(|found| found.value);
         let known = self.axes.iter().filter_map(|axis| Some((axis, estimate(axis)?)));
@@ -119,7 +119,7 @@ impl SensorFindings {
         Some(Largest { axis, value, is_worst })
     }
 
-    /// By a parameter; `None` where no axis is known from above.
+    /// By a parameter; `None` if no axis is known from above.
     pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
         let bounded = |axis| of(axis).and_then(|found| Some((axis, found.upper?)));
         let known = self.axes.iter().filter_map(bounded);

@@ -69,7 +69,7 @@ pub struct PageSource<'a> {
     pub stage: LiveStage<'a>,
     /// Time by the clock since the command began.
     pub elapsed: Duration,
-    /// How long no sample has come; `None` where that is too short to mention.
+    /// How long no sample has come; `None` if that is too short to mention.
     pub silent: Option<Duration>,
 }
 
@@ -80,7 +80,7 @@ pub enum LiveStage<'a> {
     Preparing,
     /// Samples are measured.
     Measuring,
-    /// The measurement is over; why its result is not complete, `None` where it is.
+    /// The measurement is over; why its result is not complete, `None` if it is.
     Ended(Option<&'a str>),
 }
 

@@ -22,6 +22,6 @@ pub struct PageOptions<'a> {
 pub struct Program<'a> {
     /// Name and version, such as `vn100 1.0.0`.
     pub name: &'a str,
-    /// The commit it was built from; `None` where that is not known.
+    /// The commit it was built from; `None` if that is not known.
     pub commit: Option<&'a str>,
 }

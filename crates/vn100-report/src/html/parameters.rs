@@ -117,7 +117,7 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     }
 }
 
-/// A parameter in every unit in use, in one alone where nothing is known of it.
+/// A parameter in every unit in use, in one alone if nothing is known of it.
 fn in_units(
     axes: &[AxisNoise<'_>],
     units: &[Convention],

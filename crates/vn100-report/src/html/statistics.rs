@@ -158,7 +158,7 @@ fn sentences(
     sentences
 }
 
-/// The step from value to value where it is much of the noise.
+/// The step from value to value if it is much of the noise.
 fn coarse_steps(channels: &[&ChannelValues]) -> Option<String> {
     const MUCH: f64 = 0.25;
     let steps: Vec<String> = (channels.iter())

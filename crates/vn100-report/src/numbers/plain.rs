@@ -56,7 +56,7 @@ pub fn spread(value: f64, lower: f64, upper: f64) -> String {
     }
 }
 
-/// The larger of these distances alone, rounded up, where there is no room for both: `±≤7.8 %`.
+/// The larger of these distances alone, rounded up, if there is no room for both: `±≤7.8 %`.
 #[must_use]
 pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
     let widest = (100.0 * (1.0 - lower / value)).max(100.0 * (upper / value - 1.0));

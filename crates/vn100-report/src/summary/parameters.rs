@@ -45,7 +45,7 @@ impl Axis<'_> {
         self.noise.parameter(term)
     }
 
-    /// The factor of aliasing on N; `None` where there is none, or none is known.
+    /// The factor of aliasing on N; `None` if there is none, or none is known.
     fn aliasing(&self) -> Option<f64> {
         let window = self.onboard?.window;
         let factor = window.white_factor();
@@ -237,7 +237,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// `±3.2 %`, or the ends of the interval where they are far apart.
+/// `±3.2 %`, or the ends of the interval if they are far apart.
 fn interval(parameter: Option<Parameter>, factor: f64) -> String {
     let Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. }) = parameter else {
         return "-".into();
@@ -294,8 +294,8 @@ fn claim(verdict: &FigureVerdict, factor: f64) -> String {
     format!("{kind} {}", range(low, high))
 }
 
-/// Both ends to two digits, or one number where they are the same; with fewer digits of the lower
-/// end where there is no room.
+/// Both ends to two digits, or one number if they are the same; with fewer digits of the lower
+/// end if there is no room.
 fn range(low: f64, high: f64) -> String {
     const ROOM: usize = 9;
     let [mut from, to] = [low, high].map(|value| digits_trimmed(value, 2));

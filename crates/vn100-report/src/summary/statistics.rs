@@ -72,7 +72,7 @@ fn remark(quantity: Quantity, record: &Record<'_>) -> String {
 }
 
 /// The mean temperature of the sensor as text, such as `24.3 °C`: of the samples, or else of what
-/// was read from a register between them; `None` where neither has it.
+/// was read from a register between them; `None` if neither has it.
 #[must_use]
 pub fn mean_temperature(snapshot: &Snapshot) -> Option<String> {
     let channels = snapshot.layout_channels();

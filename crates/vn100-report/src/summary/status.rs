@@ -221,7 +221,7 @@ fn may_be_moved(snapshot: &Snapshot) -> bool {
     })
 }
 
-/// Why an aspect could not be tested; `None` where it was.
+/// Why an aspect could not be tested; `None` if it was.
 fn untested(aspect: Aspect, snapshot: &Snapshot, assessment: &Assessment) -> Option<String> {
     match aspect {
         Aspect::Data => warm_up(snapshot).map(|passed| format!("no sample: warm-up excluded, {passed}")),

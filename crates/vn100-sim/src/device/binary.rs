@@ -18,7 +18,7 @@ pub(crate) struct PacketContents<'a> {
     pub(crate) vpe_status: u16,
 }
 
-/// Bytes of each field by its bit, 0 where a VN-100 has none. Fields of a satellite receiver are
+/// Bytes of each field by its bit, 0 if a VN-100 has none. Fields of a satellite receiver are
 /// sent as zeros.
 ///
 /// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet

@@ -63,7 +63,7 @@ impl Registers {
         }
     }
 
-    /// The settings as a read would print them; `None` where no such register is kept here.
+    /// The settings as a read would print them; `None` if no such register is kept here.
     ///
     /// `port` is the port the command names, or came in on.
     pub(crate) fn print(&self, number: u16, port: usize) -> Option<String> {
@@ -146,7 +146,7 @@ impl Registers {
         self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
     }
 
-    /// A whole number of a register, by the index of its field; 0 where there is none.
+    /// A whole number of a register, by the index of its field; 0 if there is none.
     pub(crate) fn whole(&self, number: u16, field: usize) -> u32 {
         match self.values.get(&number).and_then(|values| values.get(field)) {
             Some(Value::Whole(value)) => *value,

@@ -65,7 +65,7 @@ impl Uart {
         Self { baud, bursts: VecDeque::new() }
     }
 
-    /// Queues a whole message; `false` where it does not fit.
+    /// Queues a whole message; `false` if it does not fit.
     pub(crate) fn send(&mut self, now_ns: u64, message: Vec<u8>) -> bool {
         let unsent = |burst: &Burst| burst.bytes.len() - burst.sent(now_ns);
         let waiting: usize = self.bursts.iter().rev().map(unsent).take_while(|count| *count > 0).sum();

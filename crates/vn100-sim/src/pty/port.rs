@@ -162,7 +162,7 @@ impl PseudoTerminal {
         Ok(written)
     }
 
-    /// Bytes the host has not read; 0 where a host with exclusive access lets no one ask.
+    /// Bytes the host has not read; 0 if a host with exclusive access lets no one ask.
     pub(super) fn unread(&self) -> io::Result<u64> {
         match &self.slave {
             Some(slave) => Ok(ioctl_fionread(slave)?),
@@ -220,7 +220,7 @@ pub(super) struct SymbolicLink {
 impl SymbolicLink {
     /// Creates the link, or changes the target of the existing one.
     pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
-        // where it has a target, that may be another sensor
+        // if it has a target, that may be another sensor
         if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
             && let Ok(leads_to) = fs::canonicalize(path)
         {

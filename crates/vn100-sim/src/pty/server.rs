@@ -91,7 +91,7 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
 }
 
 impl PtySensor {
-    /// The path for a host to open: the link where there is one. Without a link the path changes
+    /// The path for a host to open: the link if there is one. Without a link the path changes
     /// when a host closes the port; while the sensor is unplugged it is the last path.
     #[must_use]
     pub fn path(&self) -> PathBuf {

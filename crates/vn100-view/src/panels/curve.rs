@@ -168,7 +168,7 @@ impl LogAxis {
         (0.0..=1.0).contains(&part).then_some(part)
     }
 
-    /// The decades within, every second or third where there are more than `most`; with few decades
+    /// The decades within, every second or third if there are more than `most`; with few decades
     /// twos and fives too.
     pub(crate) fn ticks(self, most: usize) -> Vec<GridLine> {
         let (first, last) = (self.low.ceil() as i32, self.high.floor() as i32);

@@ -16,7 +16,7 @@ use crate::{
     units::shown_unit,
 };
 
-/// The verdicts on a parameter, one for each axis; none where the sheet has no such figure.
+/// The verdicts on a parameter, one for each axis; none if the sheet has no such figure.
 pub(crate) fn verdicts<'a>(
     source: &'a SourceView,
     group: &ChannelGroup,

@@ -44,7 +44,7 @@ fn a_measurement_from_its_beginning() {
 
 const THEME: Theme = Theme { colours: Colours::Dark, ascii: false };
 
-/// Keeps the picture where that is asked for, or compares it with the one kept.
+/// Keeps the picture if that is asked for, or compares it with the one kept.
 fn compare(name: &str, svg: &str, most_bytes: usize) {
     assert!(svg.len() < most_bytes, "{name} takes {} bytes", svg.len());
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("stills").join(format!("{name}.svg"));
@@ -82,7 +82,7 @@ fn replayed(samples: u64) -> SourceView {
     }
 }
 
-/// Pictures one after the other, the last one where nothing moves.
+/// Pictures one after the other, the last one if nothing moves.
 fn animated(frames: &[Buffer]) -> String {
     let area = frames[0].area;
     const FRAME_S: f64 = 1.0;

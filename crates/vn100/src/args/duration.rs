@@ -1,4 +1,4 @@
-//! Durations on the command line: seconds where no unit is given.
+//! Durations on the command line: seconds if no unit is given.
 
 use std::time::Duration;
 

@@ -219,7 +219,7 @@ const COMMANDS: [CommandHelp; 16] = [
     },
 ];
 
-/// That of the command of this name; of the program, where none has it.
+/// That of the command of this name; of the program, if none has it.
 pub(crate) fn help_of(command: &str) -> &'static CommandHelp {
     COMMANDS.iter().find(|help| help.name == command).unwrap_or(&PROGRAM)
 }

@@ -49,7 +49,7 @@ pub(crate) struct ReportArgs {
 }
 
 impl ReportArgs {
-    /// The page, or the beginning of the names where no page is wanted.
+    /// The page, or the beginning of the names if no page is wanted.
     pub(crate) fn output(&self) -> PathBuf {
         self.output.clone().unwrap_or_else(|| match &self.files.files[..] {
             [only] if only == Path::new("-") => "stdin.html".into(),
@@ -101,7 +101,7 @@ pub(crate) enum ExportForm {
     /// The document of `vn100 replay --json`
     Json,
     /// imu.yaml for Kalibr: N as estimated, and the larger of K and 1.15 B/√span as random walk;
-    /// an upper bound, marked in a comment, where there is no estimate
+    /// an upper bound, marked in a comment, if there is no estimate
     Kalibr,
     /// Each figure as SVG, in a folder
     Svg,

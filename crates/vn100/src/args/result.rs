@@ -80,7 +80,7 @@ impl OutputFormat {
         matches!(self, Self::Summary(_))
     }
 
-    /// The lines written during the measurement; `None` where there are none.
+    /// The lines written during the measurement; `None` if there are none.
     pub(crate) const fn lines(&self) -> Option<Ndjson> {
         match self {
             Self::Ndjson(form) => Some(*form),

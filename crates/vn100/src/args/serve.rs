@@ -30,7 +30,7 @@ pub(crate) struct ServeArgs {
 
 impl ServeArgs {
     /// What is wrong with an address behind `--serve` and a space, which is one of these sources
-    /// then; `None` where no source looks like one.
+    /// then; `None` if no source looks like one.
     pub(crate) fn refused(&self, mut sources: impl Iterator<Item = String>) -> Option<String> {
         self.serve?;
         let taken = sources.find(|source| address(source).is_ok() && !Path::new(source).exists())?;

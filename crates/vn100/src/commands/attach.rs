@@ -182,7 +182,7 @@ struct Job {
 }
 
 impl Job {
-    /// The name of the source in this place: emulated sensors have numbers where there are several.
+    /// The name of the source in this place: emulated sensors have numbers if there are several.
     fn name_of(&self, name: &SourceName, place: u64) -> String {
         let emulated =
             |places: usize| self.args.sources.iter().take(places).filter(|name| **name == SourceName::Sim).count();
@@ -275,7 +275,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
     }
 }
 
-/// Whether its recording continues; `None` where that is not known yet.
+/// Whether its recording continues; `None` if that is not known yet.
 fn is_recorded(state: &SourceState) -> Option<bool> {
     match (&state.stage, &state.recording) {
         (Stage::Preparing, _) => None,
@@ -284,7 +284,7 @@ fn is_recorded(state: &SourceState) -> Option<bool> {
 }
 
 /// Follows a session to its end, showing where it is and writing the documents of every second
-/// meanwhile. Where these cannot be written, `written` says why, and it ends as when it is stopped,
+/// meanwhile. If these cannot be written, `written` says why, and it ends as when it is stopped,
 /// unless so much of it is to be recorded, and lacks nothing that was asked for; where it is only
 /// recorded, it ends once that fails.
 async fn follow(

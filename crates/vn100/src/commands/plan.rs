@@ -18,7 +18,7 @@ use crate::{
     user_files::open_datasheet,
 };
 
-/// What is usually wanted: the table where no goal is given.
+/// What is usually wanted: the table if no goal is given.
 const USUAL: [&str; 13] = [
     "gyro N ±10%",
     "gyro N ±5%",

@@ -86,7 +86,7 @@ const CORRELATION: f64 = 0.5;
 
 /// By how many standard deviations the longest octaves lie below white noise with density `white`
 /// (N, in unit/√Hz): the most of all runs of octaves that reach to the longest averaging time, 0
-/// where none lies below. What lies below was filtered: a high-pass, or a bias that is taken out.
+/// if none lies below. What lies below was filtered: a high-pass, or a bias that is taken out.
 ///
 /// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum
 /// over its standard deviation (Stouffer, 1949) with correlated neighbours. One of 6000 seeded

@@ -8,7 +8,7 @@ use crate::infer::slow_cycle::SlowCycle;
 /// The statistics of one channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ChannelCurve<'a> {
-    /// In the order of the octaves, in the unit of the channel squared. Where one is missing, zero
+    /// In the order of the octaves, in the unit of the channel squared. If one is missing, zero
     /// or no number, nothing is observable.
     pub variances: &'a [f64],
     /// Slope of the regression line, in the unit of the channel per second; without it, a ramp is

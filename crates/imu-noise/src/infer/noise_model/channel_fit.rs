@@ -68,7 +68,7 @@ struct Accepted<'a> {
 }
 
 impl<'a> ChannelFit<'a> {
-    /// `None` where the channel does not show more than it has parameters.
+    /// `None` if the channel does not show more than it has parameters.
     pub(super) fn new(
         noise_model: &'a NoiseModel,
         ends: &'a [usize],
@@ -155,7 +155,7 @@ impl<'a> ChannelFit<'a> {
         })
     }
 
-    /// Where `model` holds: the fit with Gauss-Markov processes, or the one without them, whichever
+    /// If `model` holds: the fit with Gauss-Markov processes, or the one without them, whichever
     /// the record shows, with intervals that cover both where it does not decide.
     fn with_or_without(&self, model: &Model, with_processes: &Model, range: &Range<usize>) -> Option<NoiseFit> {
         let without = self.solve(model, range).filter(|without| without.quality.p >= LEAST_P)?;
@@ -282,7 +282,7 @@ impl<'a> ChannelFit<'a> {
     }
 
     /// K, decided by the level, and the squares of white noise, flicker noise and the walk where it
-    /// finds a walk that the octaves do not. `None` where the level is not known or does not
+    /// finds a walk that the octaves do not. `None` if the level is not known or does not
     /// decide: without a slope the record may have a gap of unknown length.
     fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<(Parameter, Option<[f64; 3]>)> {
         let Accepted { model, range, solution, .. } = accepted;

@@ -125,10 +125,10 @@ pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
 ///
 /// The status is that of `bias_instability`, but for a bound, which needs one for every term:
 /// otherwise it is [`Status::NotObservable`]. The lower end counts the flicker noise alone, or,
-/// where that is only bounded, white noise and random walk if they are estimated: both ends are
+/// if that is only bounded, white noise and random walk if they are estimated: both ends are
 /// right together as often as an interval, even if one knew nothing of the other (Bonferroni). The
 /// upper end counts every term at its own. So the interval holds at the level of those three or
-/// above. An end is `None` where nothing gives it.
+/// above. An end is `None` if nothing gives it.
 #[must_use]
 pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();
@@ -143,7 +143,7 @@ pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_wal
             ..Parameter::without_value(Status::Estimated)
         },
         Status::Bounded if upper.is_some() => {
-            // both are there only where both are estimated
+            // both are there only if both are estimated
             let lower = white.lower.zip(random_walk.lower).map(|(white, walk)| minimum(white, 0.0, walk));
             Parameter { lower, upper, ..Parameter::without_value(Status::Bounded) }
         }

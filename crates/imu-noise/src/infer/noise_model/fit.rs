@@ -43,11 +43,11 @@ impl NoiseModel {
     ///
     /// Behind a proved filter of unknown transfer the terms are fitted from the first octave on
     /// that averages over four times its memory, the second at the earliest; a known window is
-    /// tried first. Where a filter is possible but not proved, and neither a window nor
+    /// tried first. If a filter is possible but not proved, and neither a window nor
     /// quantisation is in the model, both fits are made: intervals and bounds of N, B and K cover
     /// both, and a term that only one of them shows is bounded. If only the fit behind the filter
     /// follows the model, it is the result. A rejected model without window and quantisation
-    /// bounds N by octaves of ten times the filter's memory and more, ten samples where that is not
+    /// bounds N by octaves of ten times the filter's memory and more, ten samples if that is not
     /// known.
     ///
     /// Whether a random walk is there is decided by the level of the channel, by the likelihood of
@@ -96,7 +96,7 @@ impl NoiseModel {
     }
 
     /// The model behind a filter of unknown transfer, and the first octave that averages over what
-    /// it remembers; `None` where there is none.
+    /// it remembers; `None` if there is none.
     pub(super) fn filtered(&self, model: &Model, fitted: usize, roll_off: RollOff) -> Option<(Model, usize)> {
         let shortest = (SETTLED * (roll_off.correlation_samples - 1.0)).max(2.0);
         let first = self.octaves[..fitted].iter().position(|(_, octave)| octave.m as f64 >= shortest)?;

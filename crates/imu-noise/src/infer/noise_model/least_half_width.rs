@@ -18,7 +18,7 @@ const ABOVE: f64 = 4.0;
 ///
 /// White noise of n samples shows N² with a relative variance of 2/n at best. For slow terms an
 /// octave of averaging factor m counts as n/m independent squares, and with the share that the term
-/// has in it at most: the fitted curve does not pass far above any octave. 0 where nothing is said.
+/// has in it at most: the fitted curve does not pass far above any octave. 0 if nothing is said.
 #[must_use]
 pub fn least_half_width(
     term: Term,

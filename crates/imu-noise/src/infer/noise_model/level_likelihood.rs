@@ -103,7 +103,7 @@ impl<'a> LevelLikelihood<'a> {
         }
     }
 
-    /// The likeliest walk; `None` where the octaves cannot be explained.
+    /// The likeliest walk; `None` if the octaves cannot be explained.
     pub(super) fn walk(&self) -> Option<Walk> {
         let space = &mut Space::default();
         let [white, flicker, _] = self.octaves.at;

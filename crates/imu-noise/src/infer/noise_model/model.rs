@@ -112,7 +112,7 @@ impl Model {
         self
     }
 
-    /// Correlation times in samples of what is beside the terms, where that is a Gauss-Markov
+    /// Correlation times in samples of what is beside the terms, if that is a Gauss-Markov
     /// process.
     pub(super) fn gauss_markov_times(&self) -> impl Iterator<Item = Option<f64>> {
         self.beside.iter().map(|beside| match beside.kind {

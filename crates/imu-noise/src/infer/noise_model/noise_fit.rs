@@ -6,7 +6,7 @@ use crate::infer::roll_off::RollOff;
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
-    /// `None` where no parameter could be fitted.
+    /// `None` if no parameter could be fitted.
     pub quality: Option<FitQuality>,
     /// By term, as in [`Term::ALL`]; `None` for terms that were not asked for.
     pub(super) parameters: [Option<Parameter>; Term::ALL.len()],
@@ -78,7 +78,7 @@ impl NoiseFit {
     }
 
     /// N that long averages show, in unit/√Hz: that of the white and the Gauss-Markov noise
-    /// together, √(N² + Σ 2σ²T). `None` where no Gauss-Markov noise is proved or N has no value.
+    /// together, √(N² + Σ 2σ²T). `None` if no Gauss-Markov noise is proved or N has no value.
     #[must_use]
     pub fn apparent_white(&self) -> Option<f64> {
         let white = self.parameter(Term::White)?.value.filter(|_| self.is_process_proved)?;

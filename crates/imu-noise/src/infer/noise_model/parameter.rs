@@ -53,7 +53,7 @@ pub struct Parameter {
     pub lower: Option<f64>,
     /// Upper end of the interval, where estimated; the bound on the magnitude, where bounded.
     pub upper: Option<f64>,
-    /// Probability that noise without this term would show as much of it; `None` where that was
+    /// Probability that noise without this term would show as much of it; `None` if that was
     /// not tested.
     pub p: Option<f64>,
 }

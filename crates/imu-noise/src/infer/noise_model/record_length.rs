@@ -20,7 +20,7 @@ impl NoiseModel {
     /// Whether about nine of ten records with these parameters estimate `term`. The squared
     /// amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky
     /// record shows the quantile of χ² at 2 % instead, and a slope that only one in ten exceeds,
-    /// taken for a ramp. Where that record finds the term, 83 to 91 % of simulated ones do: the
+    /// taken for a ramp. If that record finds the term, 83 to 91 % of simulated ones do: the
     /// quantile is chosen for that, as octaves of slow noise are far from independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
@@ -62,7 +62,7 @@ impl NoiseModel {
     }
 
     /// The smallest value of `term`, in its unit, that [is found](Self::is_found) in the noise of
-    /// `others`, too high by 5 % at most. `None` where the model does not have the term, where
+    /// `others`, too high by 5 % at most. `None` if the model does not have the term, where
     /// `others` are nothing, and where no value is ever found.
     #[must_use]
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {

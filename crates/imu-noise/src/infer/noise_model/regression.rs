@@ -53,7 +53,7 @@ impl<'a> Regression<'a> {
         self.used.len()
     }
 
-    /// `None` where the model cannot be evaluated, as for data that never change.
+    /// `None` if the model cannot be evaluated, as for data that never change.
     pub(super) fn fit(&self) -> Option<Solution> {
         self.solve(self.start(None), None)
     }

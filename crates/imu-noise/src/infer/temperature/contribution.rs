@@ -17,7 +17,7 @@ pub struct TemperatureContribution {
 }
 
 impl TemperatureContribution {
-    /// `None` where a gap leaves less than nine tenths of the record in one stretch.
+    /// `None` if a gap leaves less than nine tenths of the record in one stretch.
     pub(super) fn new(series: &BlockSeries, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<Self> {
         let axis = series.axes.get(axis)?.clone();
         let of_record = (series.record.end - series.record.start) as f64;

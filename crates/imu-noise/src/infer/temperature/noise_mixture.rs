@@ -136,7 +136,7 @@ impl NoiseMixture {
         Regressor { lag_s, coefficients, squares }
     }
 
-    /// `None` where the values do not vary.
+    /// `None` if the values do not vary.
     pub(super) fn axis(&self, values: &[f64]) -> Option<WeightedAxis<'_>> {
         let coefficients = self.cosine_coefficients(values);
         let dof = coefficients.len() as f64;

@@ -5,7 +5,7 @@ use std::time::Duration;
 /// Bytes that a reply with the temperature takes on the line.
 const REPLY_BYTES: f64 = 128.0;
 
-/// A poll at an interval, skipped where the line has no room for the reply.
+/// A poll at an interval, skipped if the line has no room for the reply.
 pub(super) struct TemperaturePoll {
     every: Duration,
     last: Duration,
@@ -33,7 +33,7 @@ impl TemperaturePoll {
     }
 
     /// Whether a read is due and its reply fits between the frames. A due read ends the interval,
-    /// even where the reply does not fit.
+    /// even if the reply does not fit.
     pub(super) fn is_due(&mut self, now: Duration, baud: Option<u32>) -> bool {
         let passed = now.saturating_sub(self.last);
         if passed < self.every {

@@ -20,7 +20,7 @@ fn a_silent_output_is_asked_and_given_up_without_an_answer() {
     bench.wait(ms(1600));
     assert_eq!((bench.phase(), bench.down_cause()), ("scanning", "the sensor sends nothing and does not reply"));
     bench.assert_ledger();
-    // where nothing may be asked, the second check decides
+    // if nothing may be asked, the second check decides
     let mut bench = Bench::connected(LinkOptions { listen_only: true, ..LinkOptions::default() });
     bench.wait(ms(12_999));
     assert_eq!(bench.phase(), "connected");

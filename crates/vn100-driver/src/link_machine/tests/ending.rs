@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A link in each phase, with bytes pending where it has them.
+/// A link in each phase, with bytes pending if it has them.
 fn phases() -> Vec<Bench> {
     let mut opening = Bench::new(known_serial());
     opening.machine.phase = Phase::Opening;

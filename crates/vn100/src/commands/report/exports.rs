@@ -138,7 +138,7 @@ impl<'a> Exports<'a> {
         print_written(path)
     }
 
-    /// Captures are numbered from 1 where there are several.
+    /// Captures are numbered from 1 if there are several.
     fn path(&self, index: usize, ending: &str) -> PathBuf {
         match self.inputs.len() {
             0 | 1 => self.output.beside(ending),
