@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use vn100_analysis::{Assessment, Goal, Settings, Snapshot};
+use vn100_analysis::{Assessment, Goal, LinkStatus, Settings, Snapshot};
 
 use crate::numbers::plain::{digits_trimmed, span, time};
 
@@ -31,12 +31,20 @@ impl Goals {
         self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
     }
 
-    /// One text for each goal, the times first; `elapsed` is the time by the clock.
+    /// One text for each goal, the times first; `elapsed` is the time by the clock. While nothing is
+    /// received from the link of the source, no text foretells how much more data time a goal takes.
     #[must_use]
-    pub fn texts(&self, snapshot: &Snapshot, assessment: &Assessment, elapsed: Duration) -> Vec<String> {
-        let duration = self.duration.map(|duration| progress(data_time_s(snapshot), duration));
-        let wall = self.wall.map(|wall| format!("by the clock {}", progress(elapsed.as_secs_f64(), wall)));
-        let until = self.until.iter().map(|goal| of_goal(snapshot, assessment, goal));
+    pub fn texts(
+        &self,
+        snapshot: &Snapshot,
+        assessment: &Assessment,
+        elapsed: Duration,
+        link: Option<LinkStatus>,
+    ) -> Vec<String> {
+        let is_receiving = link.is_none_or(|status| status == LinkStatus::Connected);
+        let duration = self.duration.map(|duration| progress(data_time_s(snapshot), duration, is_receiving));
+        let wall = self.wall.map(|wall| format!("by the clock {}", progress(elapsed.as_secs_f64(), wall, true)));
+        let until = self.until.iter().map(|goal| of_goal(snapshot, assessment, goal, is_receiving));
         duration.into_iter().chain(wall).chain(until).collect()
     }
 }
@@ -57,14 +65,20 @@ fn data_time_s(snapshot: &Snapshot) -> f64 {
     }
 }
 
-fn progress(passed_s: f64, whole: Duration) -> String {
+/// In place of the time that a goal still takes.
+const NOTHING_RECEIVED: &str = "nothing is received now";
+
+fn progress(passed_s: f64, whole: Duration, goes_on: bool) -> String {
     let whole_s = whole.as_secs_f64();
-    let more_s = whole_s - passed_s;
-    let more = if more_s > 0.0 { format!(", {} more", time(more_s.ceil())) } else { String::new() };
+    let more = match whole_s - passed_s {
+        more_s if more_s <= 0.0 => String::new(),
+        more_s if goes_on => format!(", {} more", time(more_s.ceil())),
+        _ => format!(", {NOTHING_RECEIVED}"),
+    };
     format!("{} of {}{more}", time(passed_s), span(whole_s, " "))
 }
 
-fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal) -> String {
+fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal, is_receiving: bool) -> String {
     let asked = 100.0 * goal.relative_half_width;
     if let Some(why) = goal.out_of_reach(snapshot) {
         return format!("{goal}: out of reach, {why}");
@@ -78,6 +92,9 @@ fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal) -> String 
     let known = format!("{} ±{:.decimals$} % of ±{} %", goal.figure, 100.0 * widest, digits_trimmed(asked, 4));
     if widest <= goal.relative_half_width {
         return format!("{known}, reached");
+    }
+    if !is_receiving {
+        return format!("{known}, {NOTHING_RECEIVED}");
     }
     // an interval narrows as the root of the time
     let ratio = widest / goal.relative_half_width;
@@ -115,6 +132,17 @@ mod tests {
         assert_eq!(warm_up(&snapshot), None, "the measurement has begun");
         (snapshot.timing.samples, snapshot.skipped) = (0, Duration::ZERO);
         assert_eq!(warm_up(&snapshot), None, "excluded for another reason");
+    }
+
+    #[test]
+    fn no_time_is_foretold_while_nothing_is_received() {
+        let goals = Goals { duration: Some(Duration::from_secs(60)), ..Goals::default() };
+        let snapshot = Analysis::new(Settings::default()).snapshot();
+        let assessment = Assessment::new(&snapshot, 0.95);
+        let texts = |link| goals.texts(&snapshot, &assessment, Duration::ZERO, link).concat();
+        assert_eq!(texts(None), "0 s of 1 min, 1 min more");
+        assert_eq!(texts(Some(LinkStatus::Connected)), "0 s of 1 min, 1 min more");
+        assert_eq!(texts(Some(LinkStatus::Lost)), "0 s of 1 min, nothing is received now");
     }
 
     #[test]

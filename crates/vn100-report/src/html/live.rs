@@ -164,7 +164,8 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         ("Temperature, mean", mean_temperature(snapshot)),
         ("Next octave", next.map(|next| format!("τ {} s {}", tau(next.tau_s), next.when()))),
     ];
-    let goals = source.goals.texts(snapshot, source.assessment, source.elapsed);
+    let goals =
+        source.goals.texts(snapshot, source.assessment, source.elapsed, facts.link.as_ref().map(|link| link.status));
     let faults = if is_over { Vec::new() } else { FaultKind::of(facts) };
     // of a link that never was
     let is_fault = faults.iter().any(|(fault, _)| *fault != FaultKind::RecordingFailed);

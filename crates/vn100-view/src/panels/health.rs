@@ -62,7 +62,8 @@ pub(crate) fn goal_lines(scene: Scene<'_>, width: u16) -> Vec<Line<'static>> {
     if source.goals.is_none() {
         return Vec::new();
     }
-    let goals = source.goals.texts(&source.snapshot, &source.assessment, source.now);
+    let link = source.link.as_ref().map(|link| link_facts(link).status);
+    let goals = source.goals.texts(&source.snapshot, &source.assessment, source.now, link);
     let width = usize::from(width);
     let goals: Vec<String> = goals.into_iter().map(|goal| scene.theme.spelled(goal)).collect();
     let together = format!(" goal: {}", goals.join("   "));
