@@ -196,6 +196,10 @@ fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn Bag
     Ok(match form {
         BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
         BagForm::Mcap => Box::new(McapBag::open(file)?),
-        BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or(BagError::OtherDatabase)?),
+        BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or_else(|| {
+            let problem =
+                "it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV";
+            BagError::Files(problem.into())
+        })?),
     })
 }

@@ -50,14 +50,14 @@ impl Bag {
                 unpacked_bytes += bytes;
                 found = head(&mut file)?;
             }
-            let form = BagForm::of(&found).ok_or_else(|| BagError::OtherFile { path: path.clone() })?;
-            if *form_of_all.get_or_insert(form) != form {
-                return Err(BagError::OtherFile { path });
-            }
+            let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
+            let form = form.ok_or_else(|| {
+                BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
+            })?;
             check_log(form, &path)?;
             files.push(file);
         }
-        let form = form_of_all.ok_or(BagError::NotABagFolder)?;
+        let form = form_of_all.ok_or_else(folder::not_a_bag)?;
         Ok(Self { unpacked_bytes, ..Self::new(form, files) })
     }
 }
@@ -88,7 +88,9 @@ fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
     let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
         .map_err(|source| io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}")))?;
     if bytes > UNPACKED_BYTES {
-        return Err(BagError::TooLarge { most_bytes: UNPACKED_BYTES });
+        return Err(BagError::Files(format!(
+            "unpacked it is larger than {UNPACKED_BYTES} bytes, which is as much as is kept: unpack it to a file first"
+        )));
     }
     file.seek(SeekFrom::Start(0))?;
     Ok((file, bytes))
@@ -111,9 +113,12 @@ fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");
     match fs::metadata(&log) {
-        Ok(found) if form == BagForm::Db3 && found.len() > 0 => {
-            Err(BagError::PendingWrites { database: path.to_owned(), log: log.into() })
-        }
+        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Files(format!(
+            "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
+                 'PRAGMA wal_checkpoint(TRUNCATE)'` does",
+            Path::new(&log).display(),
+            path.display()
+        ))),
         _ => Ok(()),
     }
 }
