@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    files::{Bag, BagForm, is_foreign_mcap},
+    files::{Bag, BagForm, StoredFile, is_foreign_mcap},
     folder,
     topic::BagError,
 };
@@ -34,11 +34,11 @@ impl Bag {
             return Ok(None);
         }
         check_log(form, path)?;
-        Ok(Some(Self::new(form, vec![file])))
+        Ok(Some(Self::new(form, vec![Box::new(file)])))
     }
 
     fn in_folder(folder: &Path) -> Result<Self, BagError> {
-        let (mut form_of_all, mut files) = (None, Vec::new());
+        let (mut form_of_all, mut files) = (None, Vec::<Box<dyn StoredFile>>::new());
         let mut unpacked_bytes = 0;
         for path in folder::files(folder)? {
             let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
@@ -55,7 +55,7 @@ impl Bag {
                 BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
             })?;
             check_log(form, &path)?;
-            files.push(file);
+            files.push(Box::new(file));
         }
         let form = form_of_all.ok_or_else(folder::not_a_bag)?;
         Ok(Self { unpacked_bytes, ..Self::new(form, files) })
@@ -79,7 +79,7 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Bag
         file.seek(SeekFrom::Start(0))?;
         return Ok(Stream::Other(Box::new(file)));
     }
-    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
+    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![Box::new(file)]) }))
 }
 
 /// Copies a stream to a file without a name. Returns the file and its length in bytes.
