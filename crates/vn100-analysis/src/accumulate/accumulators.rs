@@ -219,9 +219,8 @@ impl Accumulators {
             remove_at(column, &lacking);
             if let Some(temperature) = temperature {
                 own.indexed_runs(first_index, column).for_each(|(first, run)| temperature.push(index, first, run));
-                let absent = stretch.places_not_in(&own);
-                let absent = absent.indexed_runs(first_index, &EACH_PLACE);
-                absent.for_each(|(first, run)| temperature.push_absent(index, first, run.len() as u64));
+                let absent = lacking.iter().filter_map(|row| stretch.place_of(*row));
+                absent.for_each(|place| temperature.push_absent(index, first_index + place as u64, 1));
             }
             channel.push(column, &own, &mut plans);
             if let Some(recent) = recent {

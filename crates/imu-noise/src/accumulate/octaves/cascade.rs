@@ -128,7 +128,7 @@ impl Level {
             self.squares.add(lossy.whole, [of_whole], |[z]| z);
         }
         if !lossy.gapped.is_empty() {
-            self.gapped.add(&plan.gapped, &lossy.gapped, deviation.weights(), clusters);
+            self.gapped.add(&plan.gapped, lossy.gapped.clone(), lossy.shares, deviation.weights(), clusters);
         }
     }
 }

@@ -44,30 +44,14 @@ pub(super) struct GappedWindows {
     scales: Vec<f64>,
 }
 
-/// The windows of one octave among all [`GappedWindows`].
-#[derive(Clone, Debug)]
-pub(super) struct OctaveWindows {
-    range: Range<usize>,
-    /// The sum of their c.
-    shares: u128,
-}
-
 impl GappedWindows {
-    /// Begins the windows of another octave.
-    pub(super) fn begin_octave(&self) -> OctaveWindows {
-        OctaveWindows { range: self.places.len()..self.places.len(), shares: 0 }
+    pub(super) const fn len(&self) -> usize {
+        self.places.len()
     }
 
-    /// Adds a window to the octave that was begun last: its place, and the number of samples
-    /// present in each of its clusters of `m`, which is at least one.
-    pub(super) fn push(
-        &mut self,
-        octave: &mut OctaveWindows,
-        m: u32,
-        weights: [i64; 3],
-        place: usize,
-        present: [u32; 3],
-    ) {
+    /// Adds a window of clusters of `m`, by its place and the number of samples present in each
+    /// cluster, which is at least one. Returns its c, in multiples of 2^-32.
+    pub(super) fn push(&mut self, m: u32, weights: [i64; 3], place: usize, present: [u32; 3]) -> u128 {
         let square = |weight: i64| (weight * weight) as f64;
         let all = weights.into_iter().map(square).sum::<f64>();
         let over_present =
@@ -80,33 +64,27 @@ impl GappedWindows {
         self.factors.push([first * (b * c), second * (a * c), third * (a * b)]);
         self.denominators.push(a * b * c);
         self.scales.push(share * f64::from(m).powi(2) * f64::from(1 << FRACTION_BITS));
-        octave.range.end += 1;
-        octave.shares += (share * (1_u64 << SHARE_BITS) as f64).round() as u128;
-    }
-}
-
-impl OctaveWindows {
-    pub(super) fn is_empty(&self) -> bool {
-        self.range.is_empty()
+        (share * (1_u64 << SHARE_BITS) as f64).round() as u128
     }
 }
 
 impl Gapped {
     pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0) };
 
-    /// Adds the windows of one octave: `clusters` are the sums of the samples present in the first
-    /// cluster of each window, in the second, and for Hadamard windows in the third.
+    /// Adds a range of windows, whose c sum to `shares`: `clusters` are the sums of the samples
+    /// present in the first cluster of each window, in the second, and for Hadamard windows in the
+    /// third.
     #[inline(always)]
     pub(super) fn add<const P: usize>(
         &mut self,
         windows: &GappedWindows,
-        octave: &OctaveWindows,
+        range: Range<usize>,
+        shares: u128,
         weights: [i64; 3],
         clusters: [&[i64]; P],
     ) {
-        let range = octave.range.clone();
         self.windows += range.len() as u64;
-        self.shares += octave.shares;
+        self.shares += shares;
         let (mut numerators, mut magnitudes): (Scratch<f64>, Scratch<f64>) = ([0.0; _], [0.0; _]);
         let (numerators, magnitudes) = (&mut numerators[..range.len()], &mut magnitudes[..range.len()]);
         let shared = windows.places[range.clone()].iter().zip(&windows.factors[range.clone()]);
@@ -208,7 +186,7 @@ mod tests {
             let (m, order) = (1_u32 << k, deviation.order());
             let weights = deviation.weights();
             let mut shared = GappedWindows::default();
-            let mut octave = shared.begin_octave();
+            let mut shares = 0;
             let (mut clusters, mut expected) = ([vec![], vec![], vec![]], (0, Some(0_u128)));
             for (place, (sums, missing)) in windows.iter().enumerate() {
                 let sums = sums.map(|sum| sum >> (63 - bits));
@@ -220,14 +198,14 @@ mod tests {
                     expected.1.zip(square).and_then(|(sum, square)| sum.checked_add(square)),
                 );
                 let of_two = [present[0], present[1], 1];
-                shared.push(&mut octave, m, weights, place, if order == 2 { of_two } else { present });
+                shares += shared.push(m, weights, place, if order == 2 { of_two } else { present });
                 clusters.iter_mut().zip(sums).for_each(|(cluster, sum)| cluster.push(sum));
             }
             let [a, b, c] = &clusters;
             let mut found = Gapped::EMPTY;
             match deviation {
-                Deviation::Allan => found.add(&shared, &octave, weights, [a, b]),
-                Deviation::Hadamard => found.add(&shared, &octave, weights, [a, b, c]),
+                Deviation::Allan => found.add(&shared, 0..shared.len(), shares, weights, [a, b]),
+                Deviation::Hadamard => found.add(&shared, 0..shared.len(), shares, weights, [a, b, c]),
             }
             prop_assert_eq!(found, Gapped { windows: windows.len() as u64, shares: expected.0, squares: expected.1 });
         }

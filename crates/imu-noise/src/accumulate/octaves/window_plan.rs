@@ -1,9 +1,13 @@
 //! Which windows end in a stretch of a record, and which samples they lack: the same for all
 //! channels whose samples have the same places.
 
-use std::{mem, ops::Add, sync::Arc};
+use std::{
+    mem,
+    ops::{Add, Range},
+    sync::Arc,
+};
 
-use super::gapped::{GappedWindows, OctaveWindows};
+use super::gapped::GappedWindows;
 use crate::accumulate::{places::room_for, record::Deviation, stretch::Stretch};
 
 /// Longest averaging factor, 2^30.
@@ -79,7 +83,9 @@ pub(super) struct LossyWindows {
     first_mask: usize,
     /// The number of windows that lack no sample.
     pub(super) whole: u64,
-    pub(super) gapped: OctaveWindows,
+    /// Those that lack some and are used, and the sum of their c.
+    pub(super) gapped: Range<usize>,
+    pub(super) shares: u128,
 }
 
 /// The windows that end in one stretch, worked out for the first channel and shared by all channels
@@ -293,7 +299,8 @@ impl WindowPlan {
     /// Adds one window for each place of the slices, by how many of `m` samples each of its
     /// clusters lacks: it is used where half of each cluster is present.
     fn add_windows<const P: usize>(&mut self, m: u32, weights: [i64; 3], missing: [&[u32]; P]) -> LossyWindows {
-        let mut lossy = LossyWindows { first_mask: self.masks.len(), whole: 0, gapped: self.gapped.begin_octave() };
+        let first = self.gapped.len();
+        let mut lossy = LossyWindows { first_mask: self.masks.len(), whole: 0, gapped: first..first, shares: 0 };
         for place in 0..missing[0].len() {
             let missing = missing.map(|missing| missing[place]);
             let is_whole = missing == [0; P];
@@ -302,9 +309,10 @@ impl WindowPlan {
             if !is_whole && missing.iter().all(|missing| 2 * u64::from(*missing) <= m.into()) {
                 let mut present = [1; 3];
                 present.iter_mut().zip(missing).for_each(|(present, missing)| *present = m - missing);
-                self.gapped.push(&mut lossy.gapped, m, weights, place, present);
+                lossy.shares += self.gapped.push(m, weights, place, present);
             }
         }
+        lossy.gapped.end = self.gapped.len();
         lossy
     }
 }
