@@ -4,6 +4,7 @@ mod any_factor;
 mod cascade;
 mod gapped;
 mod overlapping;
+mod remembered;
 mod squares;
 pub(crate) mod window_plan;
 

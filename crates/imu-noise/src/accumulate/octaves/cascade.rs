@@ -14,8 +14,9 @@ use multiversion::multiversion;
 
 use super::{
     gapped::Gapped,
+    remembered::{MAX_LAG, Scratch, from_end, pairs},
     squares::SquareSum,
-    window_plan::{LevelPlan, MAX_LAG, Scratch, WindowGrid, WindowPlan, WindowPlans, from_end, pairs},
+    window_plan::{LevelPlan, WindowGrid, WindowPlan, WindowPlans},
 };
 use crate::accumulate::{record::Deviation, stretch::Stretch};
 

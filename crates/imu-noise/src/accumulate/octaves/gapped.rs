@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::accumulate::counts;
 
-use super::window_plan::Scratch;
+use super::remembered::Scratch;
 
 /// Bits of the fraction of sums of squares.
 const FRACTION_BITS: u32 = 16;

@@ -7,21 +7,18 @@ use std::{
     sync::Arc,
 };
 
-use super::gapped::GappedWindows;
+use super::{
+    gapped::GappedWindows,
+    remembered::{MAX_LAG, Scratch, from_end, pairs},
+};
 use crate::accumulate::{places::room_for, record::Deviation, stretch::Stretch};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
 
-/// Most windows per averaging time, and most block sums that a level remembers.
-pub(super) const MAX_LAG: usize = 16;
-
 /// So many new sums of a long gap stand for all: a lag of them may reach back before the gap, as
 /// many fill what a level remembers, and the rest are alike.
 const OF_A_GAP: u64 = 4 * MAX_LAG as u64;
-
-/// Room for the values that a level remembers, followed from [`MAX_LAG`] on by the new ones.
-pub(super) type Scratch<T> = [T; MAX_LAG + Stretch::MOST];
 
 /// The place of a record that a cascade has reached, and which of the block sums that each level
 /// remembers lack samples.
@@ -339,27 +336,4 @@ impl LevelPlan {
     const fn joined(&self, pairs: usize) -> usize {
         if self.every == 1 { pairs } else { (pairs + 1).saturating_sub(self.first) / 2 }
     }
-}
-
-/// Values `lag` places apart among the last ones of `memory`, which are remembered, and the `new`
-/// ones of `scratch`: older and newer, as slices of equal length. The last values are remembered.
-#[inline(always)]
-pub(super) fn pairs<'a, T: Copy>(
-    memory: &mut [T; MAX_LAG],
-    remembered: usize,
-    scratch: &'a mut Scratch<T>,
-    new: usize,
-    lag: usize,
-) -> (&'a [T], &'a [T]) {
-    // always all places: a copy of constant length is a few moves
-    scratch[..MAX_LAG].copy_from_slice(memory);
-    memory.copy_from_slice(&scratch[new..new + MAX_LAG]);
-    let values = &scratch[MAX_LAG - remembered..MAX_LAG + new];
-    let kept = values.len().min(lag);
-    let pairs = values.len() - kept;
-    (&values[..pairs], &values[kept..])
-}
-
-pub(super) fn from_end<T>(values: &[T], len: usize) -> &[T] {
-    &values[values.len() - len..]
 }
