@@ -12,6 +12,7 @@ mod places;
 pub(crate) mod record;
 pub(crate) mod signal;
 pub(crate) mod spectrum;
+pub(crate) mod stretch;
 pub(crate) mod temperature_blocks;
 mod trend;
 pub(crate) mod unwrap;

@@ -5,6 +5,9 @@
 //! files; a [`TopicScan`] finds the topics, and [`choose`] those that are streams of a sensor.
 //! [`BagSamples`] makes samples of one topic: from the sentences inside its messages, or from their
 //! numbers.
+//!
+//! The readers of the forms take `Read + Seek`; `open`, `folder` and `shared_file` alone know the
+//! files of a system.
 
 mod definition;
 mod fields;

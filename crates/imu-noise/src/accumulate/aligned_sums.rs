@@ -42,10 +42,8 @@ impl AlignedBlock {
 }
 
 impl AlignedSums {
-    pub(crate) const fn new(block: u64, first_sample: u64) -> Self {
-        let current = AlignedBlock::empty(first_sample / block);
-        let begun = first_sample.is_multiple_of(block);
-        Self { block, end: first_sample, current, begun }
+    pub(crate) const fn new(block: u64) -> Self {
+        Self { block, end: 0, current: AlignedBlock::empty(0), begun: true }
     }
 
     /// `complete` gets each block that ends with these samples.

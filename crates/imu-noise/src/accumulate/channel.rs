@@ -4,12 +4,10 @@ use super::aligned_sums::{self, AlignedBlock, AlignedSums};
 use super::histogram::Histogram;
 use super::lag_one_sums::LagOneSums;
 use super::moments::Moments;
-use super::octaves::Octaves;
+use super::octaves::{Octaves, window_plan::WindowPlans};
 use super::record::{Deviation, Estimator};
+use super::stretch::Stretch;
 use super::trend::Trend;
-
-/// Samples handed to one accumulator after the other, so that they are read from the cache.
-const BLOCK: usize = 256;
 
 /// Moments, histogram and octave sums of one channel. The result is the same, bit by bit, for any
 /// division of the samples over calls of [`push`](Self::push).
@@ -31,7 +29,7 @@ impl ChannelAccumulator {
             moments: Moments::new(),
             histogram: Histogram::new(),
             octaves: Octaves::new(estimator, deviation),
-            aligned: AlignedSums::new(aligned_sums::BLOCK, 0),
+            aligned: AlignedSums::new(aligned_sums::BLOCK),
             lag_one: LagOneSums::new(aligned_sums::BLOCK),
             trend: Trend::new(),
         }
@@ -45,22 +43,24 @@ impl ChannelAccumulator {
         self
     }
 
-    /// The accumulator for a record whose first sample has this absolute index. To be called before
-    /// any sample.
-    #[must_use]
-    pub fn starting_at(mut self, index: u64) -> Self {
-        self.octaves = self.octaves.starting_at(index);
-        self.aligned = AlignedSums::new(aligned_sums::BLOCK, index);
-        self
-    }
-
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
-        for block in counts.chunks(BLOCK) {
-            self.moments.push(block);
-            self.histogram.push(block);
-            self.octaves.push(block);
-            self.aligned.push(block, |block| add_block(block, &mut self.lag_one, &mut self.trend));
+        for counts in counts.chunks(Stretch::MOST) {
+            self.push_stretch(counts, &Stretch::full(counts.len()), &mut WindowPlans::new());
+        }
+    }
+
+    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// [`gap`](Self::gap) between them. `plans` are for all channels of the stretch.
+    pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch, plans: &mut WindowPlans) {
+        self.moments.push(counts);
+        self.histogram.push(counts);
+        self.octaves.push_stretch(counts, stretch, plans);
+        for (missing, run) in stretch.runs_of(counts) {
+            if missing > 0 {
+                self.aligned.gap(Some(missing as u64), |block| add_block(block, &mut self.lag_one, &mut self.trend));
+            }
+            self.aligned.push(run, |block| add_block(block, &mut self.lag_one, &mut self.trend));
         }
     }
 

@@ -4,13 +4,17 @@ mod any_factor;
 mod cascade;
 mod gapped;
 mod overlapping;
+mod remembered;
 mod squares;
+pub(crate) mod window_plan;
 
 use super::record::{Deviation, Estimator, Octave};
+use super::stretch::Stretch;
 use cascade::Cascade;
 use gapped::Gapped;
 use overlapping::Overlapping;
 use squares::SquareSum;
+use window_plan::WindowPlans;
 
 /// Of the strided estimator, from there on where the stride grows with the averaging time.
 pub(crate) const WINDOWS_PER_TAU: usize = 16;
@@ -76,21 +80,26 @@ impl Octaves {
         self
     }
 
-    /// The accumulator for a record whose first sample has this absolute index. To be called before
-    /// any sample.
-    #[must_use]
-    pub fn starting_at(mut self, index: u64) -> Self {
-        if let Windows::Strided(cascade) = &mut self.windows {
-            cascade.start_at(index);
-        }
-        self
-    }
-
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
+        for counts in counts.chunks(Stretch::MOST) {
+            self.push_stretch(counts, &Stretch::full(counts.len()), &mut WindowPlans::new());
+        }
+    }
+
+    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// [`gap`](Self::gap) between them. `plans` are for all channels of the stretch.
+    pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch, plans: &mut WindowPlans) {
         match &mut self.windows {
-            Windows::Strided(cascade) => cascade.push(counts),
-            Windows::Full(overlapping) => overlapping.push(counts),
+            Windows::Strided(cascade) => cascade.push(counts, stretch, plans),
+            Windows::Full(overlapping) => {
+                for (missing, run) in stretch.runs_of(counts) {
+                    if missing > 0 {
+                        overlapping.gap();
+                    }
+                    overlapping.push(run);
+                }
+            }
         }
     }
 

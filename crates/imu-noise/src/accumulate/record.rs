@@ -34,6 +34,14 @@ impl Deviation {
         }
     }
 
+    /// Weights of successive cluster sums in the difference; 0 for a third one that it has not.
+    pub(crate) const fn weights(self) -> [i64; 3] {
+        match self {
+            Self::Allan => [-1, 1, 0],
+            Self::Hadamard => [1, -2, 1],
+        }
+    }
+
     /// Factor c of variance = sum / (c m² n) (Riley, NIST SP 1065, 2008, eq. 10, 11 and 16).
     pub(crate) const fn divisor(self) -> f64 {
         match self {

@@ -6,6 +6,7 @@ use super::aligned_sums::{AlignedBlock, AlignedSums};
 use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
 use super::places::room_for;
 use super::spectrum::{Spectrum, SpectrumPlan};
+use super::stretch::Stretch;
 use super::window_statistics::WindowStatistics;
 
 /// Windows in a sum of the slowest spectrum, and how many of them must be full.
@@ -56,26 +57,13 @@ impl ChannelSignal {
             spectrum: Spectrum::new(plan, false),
             slow_spectrum: Spectrum::new(plan, true),
             slowest_spectrum: Spectrum::new(plan, true),
-            sums: AlignedSums::new(WINDOWS, 0),
+            sums: AlignedSums::new(WINDOWS),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
             end: 0,
             is_parted: false,
             window: Vec::with_capacity(WINDOW),
         }
-    }
-
-    /// The accumulator for a record whose first sample has this absolute index; those before it
-    /// count as missing. To be called before any sample.
-    #[must_use]
-    pub fn starting_at(mut self, index: u64) -> Self {
-        self.end = index;
-        self.spectrum.start_at(index);
-        let window = index.div_ceil(WINDOW as u64);
-        self.slow_spectrum.start_at(window);
-        self.slowest_spectrum.start_at(window.div_ceil(WINDOWS));
-        self.sums = AlignedSums::new(WINDOWS, window);
-        self
     }
 
     /// The accumulator with segments of the spectrum that are spaced by all places of the record,
@@ -102,6 +90,17 @@ impl ChannelSignal {
             }
             self.end += now.len() as u64;
             counts = later;
+        }
+    }
+
+    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// [`gap`](Self::gap) between them.
+    pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch) {
+        for (missing, run) in stretch.runs_of(counts) {
+            if missing > 0 {
+                self.gap(Some(missing as u64));
+            }
+            self.push(run);
         }
     }
 

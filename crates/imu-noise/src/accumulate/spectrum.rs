@@ -73,11 +73,6 @@ impl<T: Count> Spectrum<T> {
         self.segments.count_missing();
     }
 
-    /// A record that begins at this absolute index; those before it count as missing.
-    pub(crate) fn start_at(&mut self, index: u64) {
-        self.segments.start_at(index);
-    }
-
     /// Absolute index behind the last place.
     pub(crate) const fn end(&self) -> u64 {
         self.segments.end()

@@ -87,7 +87,7 @@ mod tests {
     }
 
     fn slope(runs: &[(Option<u64>, Vec<i32>)]) -> Option<f64> {
-        let mut aligned = AlignedSums::new(BLOCK, 0);
+        let mut aligned = AlignedSums::new(BLOCK);
         let mut trend = Trend::new();
         for (missing, counts) in runs {
             aligned.gap(*missing, |block| push(block, &mut trend));

@@ -22,6 +22,7 @@ mod score;
 mod signal;
 mod spectrum;
 mod stationarity;
+mod stretches;
 #[path = "../synthetic/mod.rs"]
 mod synthetic;
 mod unwrap;

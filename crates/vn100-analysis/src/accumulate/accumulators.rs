@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
+use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, Stretch, WindowPlans};
 use vn100_protocol::{Layout, stream::AbsentCell};
 
 use super::{
@@ -33,10 +33,10 @@ pub(crate) struct Accumulators {
     quaternion: Option<QuaternionSign>,
     /// `None` while no temperature is known: until its first reading.
     pub(super) temperature: Option<TemperatureRecord>,
-    /// Absolute index after the last row; `end_of_sums` after the last row in the sums. Both are 0
-    /// before the first row.
+    /// Absolute index after the last row; 0 before the first row.
     end: u64,
-    end_of_sums: u64,
+    /// Whether any row is in the sums.
+    has_sums: bool,
     /// The recent samples; `None` where the settings do not ask for them.
     pub(super) recent: Option<Recent>,
     /// Samples of one channel; kept to reuse the memory.
@@ -44,17 +44,23 @@ pub(crate) struct Accumulators {
     repeats: Repeats,
     pub(super) fingerprint: Fingerprint,
     pub(super) printed: Printed,
-    /// Rows that arrived few at a time and are not in the sums yet: adding one row alone costs as
-    /// much as adding many. Every result is read from [`settled`](Self::settled) sums.
-    buffered: Vec<i32>,
-    buffered_at: RowPlace,
+    /// Every result is read from [`settled`](Self::settled) sums.
+    buffered: BufferedRows,
     /// Whether rows are buffered; not where the whole record is kept, which each reading would
     /// copy.
     holds_rows: bool,
 }
 
-/// The number of rows that are added together.
-const BUFFERED_ROWS: usize = 64;
+/// Rows that are not in the sums yet: adding one row or one gap alone costs as much as adding many.
+#[derive(Debug, Clone, Default)]
+struct BufferedRows {
+    counts: Vec<i32>,
+    absent: Vec<AbsentCell>,
+    /// The places of the rows, and of missing rows between them.
+    stretch: Stretch,
+    /// Of the first place.
+    place: RowPlace,
+}
 
 /// Index of the first row, and how rows are kept for a screen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -62,6 +68,39 @@ struct RowPlace {
     first_index: u64,
     rate_hz: f64,
     keep_recent: bool,
+}
+
+/// A longer gap is added alone.
+const LONGEST_BUFFERED_GAP: u64 = Stretch::MOST as u64;
+
+const EACH_PLACE: [(); Stretch::MOST] = [(); _];
+
+impl BufferedRows {
+    /// The number of rows that have room.
+    const fn room(&self) -> usize {
+        Stretch::MOST - self.stretch.places()
+    }
+
+    /// The place after the last one.
+    const fn end(&self) -> RowPlace {
+        RowPlace { first_index: self.place.first_index + self.stretch.places() as u64, ..self.place }
+    }
+
+    /// Adds rows that have room.
+    fn push(&mut self, rows: RowSlice<'_>) {
+        let before = self.stretch.samples();
+        self.absent.extend(rows.absent().into_iter().map(|cell| AbsentCell { row: before + cell.row, ..cell }));
+        self.counts.extend_from_slice(rows.counts);
+        self.stretch.push(rows.len(), true);
+    }
+
+    /// Removes the rows.
+    fn clear(&mut self) {
+        self.place = self.end();
+        self.stretch = Stretch::EMPTY;
+        self.counts.clear();
+        self.absent.clear();
+    }
 }
 
 impl Accumulators {
@@ -74,8 +113,8 @@ impl Accumulators {
         self.temperature = TemperatureRecord::of_stream(&layout);
         self.quaternion = QuaternionSign::of(&layout);
         (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
-        self.end_of_sums = 0;
-        self.buffered.clear();
+        self.has_sums = false;
+        self.buffered = BufferedRows::default();
         self.holds_rows = settings.averaging_times == AveragingTimes::Octave;
         self.layout = Some(layout);
     }
@@ -88,23 +127,26 @@ impl Accumulators {
     /// Adds rows without a gap between them; the first has this absolute index.
     pub(crate) fn push(&mut self, rows: RowSlice<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
         let place = RowPlace { first_index, rate_hz, keep_recent };
-        let width = self.width();
         self.end = first_index + rows.len() as u64;
-        let is_next = |buffered: &RowPlace, many: usize| {
-            RowPlace { first_index: buffered.first_index + many as u64, ..*buffered } == place
-        };
-        if !(self.buffered.is_empty() || rows.is_full() && is_next(&self.buffered_at, self.buffered.len() / width)) {
+        if self.buffered.end() != place {
             self.settle();
+            self.buffered.place = place;
         }
-        if self.buffered.is_empty() {
-            if rows.len() >= BUFFERED_ROWS || !self.holds_rows || !rows.is_full() {
-                self.add(rows, place);
-                return;
+        let mut from = 0;
+        while from < rows.len() {
+            let next = rows.at(from..rows.len().min(from + self.buffered.room()));
+            from += next.len();
+            if next.len() == Stretch::MOST {
+                self.add(next, &Stretch::full(next.len()), self.buffered.place);
+                self.buffered.place.first_index += next.len() as u64;
+            } else {
+                self.buffered.push(next);
+                if self.buffered.room() == 0 {
+                    self.settle();
+                }
             }
-            self.buffered_at = place;
         }
-        self.buffered.extend_from_slice(rows.counts);
-        if self.buffered.len() >= BUFFERED_ROWS * width {
+        if !self.holds_rows {
             self.settle();
         }
     }
@@ -112,8 +154,12 @@ impl Accumulators {
     /// Adds the buffered rows to the sums.
     fn settle(&mut self) {
         let mut buffered = mem::take(&mut self.buffered);
-        if !buffered.is_empty() {
-            self.add(RowSlice::new(&buffered, self.width(), &[]), self.buffered_at);
+        if buffered.stretch != Stretch::EMPTY {
+            self.add(
+                RowSlice::new(&buffered.counts, self.width(), &buffered.absent),
+                &buffered.stretch,
+                buffered.place,
+            );
             buffered.clear();
         }
         self.buffered = buffered;
@@ -121,7 +167,7 @@ impl Accumulators {
 
     /// The sums, with the buffered rows added.
     pub(crate) fn settled(&self) -> Cow<'_, Self> {
-        if self.buffered.is_empty() {
+        if self.buffered.stretch == Stretch::EMPTY {
             return Cow::Borrowed(self);
         }
         let mut settled = self.clone();
@@ -129,11 +175,12 @@ impl Accumulators {
         Cow::Owned(settled)
     }
 
-    fn add(&mut self, rows: RowSlice<'_>, RowPlace { first_index, rate_hz, keep_recent }: RowPlace) {
-        if self.end_of_sums == 0 {
+    /// Adds the rows of a stretch; `place` is that of its first place.
+    fn add(&mut self, rows: RowSlice<'_>, stretch: &Stretch, place: RowPlace) {
+        let RowPlace { first_index, rate_hz, keep_recent } = place;
+        if !mem::replace(&mut self.has_sums, true) {
             self.set_strides(rate_hz);
         }
-        self.end_of_sums = first_index + rows.len() as u64;
         let width = self.width();
         for row in rows.counts.chunks_exact(width) {
             let hash = repeats::hash(row);
@@ -159,27 +206,25 @@ impl Accumulators {
             self.recent = Some(Recent::new(width, rate_hz));
         }
         if let Some(temperature) = &mut self.temperature {
-            temperature.push_samples(first_index, rows.len());
+            let runs = stretch.indexed_runs(first_index, &EACH_PLACE);
+            runs.for_each(|(first, run)| temperature.push_samples(first, run.len()));
         }
         let Self { channels, temperature, recent, column, .. } = self;
+        let mut plans = WindowPlans::new();
         for (index, channel) in channels.iter_mut().enumerate() {
             column.clear();
             column.extend(counts.get(index..).unwrap_or_default().iter().step_by(width));
-            let mut from = 0;
-            for row in rows.lacking(index).chain([rows.len()]) {
-                let (run, first) = (&mut column[from..row], first_index + from as u64);
-                if let Some(temperature) = temperature {
-                    temperature.push(index, first, run);
-                    temperature.push_absent(index, first_index + row as u64, u64::from(row < rows.len()));
-                }
-                channel.push(run);
-                if let Some(recent) = recent {
-                    recent.push(index, first, run);
-                }
-                if row < rows.len() {
-                    channel.gap(Some(1));
-                }
-                from = row + 1;
+            let lacking: Vec<usize> = rows.lacking(index).collect();
+            let own = stretch.without(&lacking);
+            remove_at(column, &lacking);
+            if let Some(temperature) = temperature {
+                own.indexed_runs(first_index, column).for_each(|(first, run)| temperature.push(index, first, run));
+                let absent = lacking.iter().filter_map(|row| stretch.place_of(*row));
+                absent.for_each(|place| temperature.push_absent(index, first_index + place as u64, 1));
+            }
+            channel.push(column, &own, &mut plans);
+            if let Some(recent) = recent {
+                own.indexed_runs(first_index, column).for_each(|(first, run)| recent.push(index, first, run));
             }
         }
         for magnitude in &mut self.magnitudes {
@@ -217,8 +262,21 @@ impl Accumulators {
 
     /// Samples are missing at this place; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
-        self.settle();
-        self.channels.iter_mut().for_each(|channel| channel.gap(missing));
+        match missing {
+            Some(missing @ 1..=LONGEST_BUFFERED_GAP) if self.holds_rows => {
+                let mut missing = missing as usize;
+                while missing > 0 {
+                    missing -= self.buffered.stretch.push(missing, false);
+                    if self.buffered.room() == 0 {
+                        self.settle();
+                    }
+                }
+            }
+            _ => {
+                self.settle();
+                self.channels.iter_mut().for_each(|channel| channel.gap(missing));
+            }
+        }
         if let Some(temperature) = self.temperature.as_mut().filter(|_| missing.is_none()) {
             temperature.part();
         }
@@ -271,10 +329,20 @@ impl Accumulators {
     }
 }
 
+/// Removes the values at these places, which are in rising order.
+fn remove_at(values: &mut Vec<i32>, places: &[usize]) {
+    let mut place = 0;
+    values.retain(|_| {
+        place += 1;
+        places.binary_search(&(place - 1)).is_err()
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
-    use vn100_protocol::{Channel, PrintFormat, VNYMR};
+    use proptest::{collection::vec, prelude::*};
+    use vn100_protocol::{Channel, PrintFormat, VNIMU, VNYMR};
 
     use super::*;
 
@@ -385,6 +453,81 @@ mod tests {
             (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
             (0, 0)
         );
+    }
+
+    /// What comes: rows with their absent cells, or a gap.
+    #[derive(Debug, Clone)]
+    enum Step {
+        Rows(Vec<(i32, Option<usize>)>),
+        Gap(Option<u64>),
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Step>> {
+        let row = |absent| (any::<i32>(), prop::option::weighted(absent, 0..VNIMU.channels.len()));
+        let rows = |absent, most| vec(row(absent), 1..most).prop_map(Step::Rows);
+        let missing = prop_oneof![6 => (1_u64..4).prop_map(Some), 1 => (1_u64..700).prop_map(Some), 1 => Just(Some(0)), 1 => Just(None)];
+        let step = prop_oneof![2 => rows(0.001, 30), 1 => rows(0.1, 30), 1 => rows(0.001, 700), 4 => missing.prop_map(Step::Gap)];
+        vec(step, 1..60)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn rows_and_gaps_that_wait_are_as_those_added_at_once(steps in steps(), turns in any::<bool>()) {
+            let width = VNIMU.channels.len();
+            let mut channels = VNIMU.channels.to_vec();
+            channels[..3].iter_mut().for_each(|mag| mag.refresh_hz = Some(250));
+            if turns {
+                // an angle that leaves the range of its counts after some turns
+                channels[0] = Channel { decimals: 6, ..VNYMR.channels[0].clone() };
+            }
+            let layout = Arc::new(Layout { channels: channels.into(), ..VNIMU.clone() });
+            let [mut waiting, mut at_once] = [true, false].map(|holds_rows| {
+                let mut accumulators = Accumulators::default();
+                accumulators.begin(Arc::clone(&layout), &Settings::default());
+                accumulators.holds_rows = holds_rows;
+                accumulators
+            });
+            let mut index = 0;
+            for step in &steps {
+                match step {
+                    Step::Rows(rows) => {
+                        let of_row = |&(value, _): &(i32, _)| {
+                            let scaled = move |i: i32| (value >> 13).wrapping_mul(2 * i + 1);
+                            let first = if turns { value % 180_000_000 } else { scaled(0) };
+                            [first].into_iter().chain((1..width as i32).map(scaled))
+                        };
+                        let counts: Vec<i32> = rows.iter().flat_map(of_row).collect();
+                        let cell = |(row, (_, absent)): (usize, &(i32, Option<usize>))| {
+                            absent.map(|channel| AbsentCell { row, channel })
+                        };
+                        let absent: Vec<_> = rows.iter().enumerate().filter_map(cell).collect();
+                        for accumulators in [&mut waiting, &mut at_once] {
+                            accumulators.push(RowSlice::new(&counts, width, &absent), index, 800.0, true);
+                        }
+                        index += rows.len() as u64;
+                    }
+                    Step::Gap(missing) if index > 0 => {
+                        [&mut waiting, &mut at_once].into_iter().for_each(|accumulators| accumulators.gap(*missing));
+                        index += missing.unwrap_or(0);
+                    }
+                    Step::Gap(_) => {}
+                }
+            }
+            let of = |accumulators: &Accumulators| {
+                let settled = accumulators.settled();
+                let channels = settled.snapshot(&shape()).into_iter().map(|channel| {
+                    let signal = channel.signal.unwrap();
+                    let sums = (channel.octaves, channel.moments, channel.histogram, channel.slope_counts);
+                    (sums, signal.blocks(), signal.spectrum().density(imu_noise::Sides::Two, 1.0, 0))
+                });
+                let magnitudes = settled.magnitudes.iter().map(|magnitude| magnitude.moments.clone());
+                let rest = (settled.recent.clone(), format!("{:?}", settled.temperature), settled.fingerprint.clone());
+                (channels.collect::<Vec<_>>(), magnitudes.collect::<Vec<_>>(), rest)
+            };
+            prop_assert_eq!(of(&waiting), of(&at_once));
+        }
     }
 
     /// Magnetic field and angular rate, as packets have them.

@@ -1,6 +1,8 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
+use imu_noise::{
+    ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Stretch, Unwrap, WindowPlans,
+};
 use vn100_protocol::{Channel, Quantity};
 
 use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
@@ -37,21 +39,16 @@ impl ChannelState {
     /// Takes one sample of this channel from every `stride` rows: the rows whose index is a
     /// multiple of the stride. To be called before the first row.
     pub(crate) fn set_stride(&mut self, stride: u64) {
-        if stride == 1 {
-            return;
-        }
         self.stride = stride;
-        let first = self.place.div_ceil(stride);
-        self.accumulator = self.accumulator.clone().starting_at(first);
-        self.signal = self.signal.clone().counting_missing().starting_at(first);
+        if stride > 1 {
+            self.signal = self.signal.clone().counting_missing();
+        }
     }
 
     /// Rows are missing at this place; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         let rows = missing.unwrap_or(0);
-        let samples_until = |place: u64| place.div_ceil(self.stride);
-        let samples = samples_until(self.place + rows) - samples_until(self.place);
-        self.place += rows;
+        let samples = self.pass(rows);
         // missing rows among which there is no sample of the channel make no gap
         if rows == 0 || samples > 0 {
             self.accumulator.gap(missing.map(|_| samples));
@@ -59,34 +56,47 @@ impl ChannelState {
         }
     }
 
-    /// Adds the counts of rows in time order; unwraps angles in place.
-    pub(crate) fn push(&mut self, counts: &mut [i32]) {
-        let first = self.place.next_multiple_of(self.stride) - self.place;
-        self.place += counts.len() as u64;
-        match usize::try_from(self.stride) {
-            Ok(1) => self.push_samples(counts),
-            Ok(stride) if first < counts.len() as u64 => {
-                let mut samples: Vec<i32> = counts[first as usize..].iter().copied().step_by(stride).collect();
-                self.push_samples(&mut samples);
-            }
-            _ => {}
+    /// Adds the counts of the rows of a stretch; unwraps angles in place. `plans` are for all
+    /// channels of the rows.
+    pub(crate) fn push(&mut self, counts: &mut [i32], rows: &Stretch, plans: &mut WindowPlans) {
+        if self.stride == 1 {
+            self.place += rows.places() as u64;
+            return self.push_samples(counts, *rows, plans);
         }
+        let (mut samples, mut stretch) = (Vec::new(), Stretch::EMPTY);
+        for (missing, run) in rows.runs_of(counts) {
+            stretch.push(self.pass(missing as u64) as usize, false);
+            let is_sample = |place: &u64| place.is_multiple_of(self.stride);
+            samples.extend((self.place..).zip(run).filter(|(place, _)| is_sample(place)).map(|(_, count)| *count));
+            stretch.push(self.pass(run.len() as u64) as usize, true);
+        }
+        self.push_samples(&mut samples, stretch, plans);
     }
 
-    fn push_samples(&mut self, mut counts: &mut [i32]) {
+    /// Passes so many rows. Returns the number of samples of the channel among them.
+    fn pass(&mut self, rows: u64) -> u64 {
+        let samples_until = |place: u64| place.div_ceil(self.stride);
+        let before = samples_until(self.place);
+        self.place += rows;
+        samples_until(self.place) - before
+    }
+
+    fn push_samples(&mut self, mut counts: &mut [i32], mut stretch: Stretch, plans: &mut WindowPlans) {
         let Self { accumulator, signal, unwrap, restarted, .. } = self;
         loop {
             let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));
             let (continuous, rest) = counts.split_at_mut(together);
-            accumulator.push(continuous);
-            signal.push(continuous);
+            let [before, after] =
+                if rest.is_empty() { [stretch, Stretch::EMPTY] } else { stretch.split_before_sample(together) };
+            accumulator.push_stretch(continuous, &before, plans);
+            signal.push_stretch(continuous, &before);
             if rest.is_empty() {
                 return;
             }
             *restarted = true;
             accumulator.gap(Some(0));
             signal.gap(Some(0));
-            counts = rest;
+            (counts, stretch) = (rest, after);
         }
     }
 
@@ -137,6 +147,10 @@ mod tests {
         ChannelState::new(channel, settings, &SpectrumPlan::new())
     }
 
+    fn push(channel: &mut ChannelState, counts: &mut [i32]) {
+        channel.push(counts, &Stretch::full(counts.len()), &mut WindowPlans::new());
+    }
+
     fn shape(samples: u64) -> RecordShape {
         RecordShape { samples, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan }
     }
@@ -152,7 +166,7 @@ mod tests {
     #[test]
     fn an_angle_is_unwrapped() {
         let mut yaw = state(&VNYMR.channels[0], &Settings::default());
-        yaw.push(&mut [179_990, -179_990, -179_970]);
+        push(&mut yaw, &mut [179_990, -179_990, -179_970]);
         let snapshot = yaw.snapshot(1.0, &shape(3));
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
@@ -161,9 +175,9 @@ mod tests {
     #[test]
     fn a_gap_parts_windows_of_deviation_and_spectrum() {
         let mut channel = state(&VNYMR.channels[9], &Settings::default());
-        channel.push(&mut [1, 2]);
+        push(&mut channel, &mut [1, 2]);
         channel.gap(Some(32));
-        channel.push(&mut [3, 4]);
+        push(&mut channel, &mut [3, 4]);
         let snapshot = channel.snapshot(1.0, &shape(36));
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());

@@ -1,16 +1,18 @@
 //! The files of a bag, one after the other.
 
 use std::{
-    fs::File,
-    io::{self, Read},
-    sync::{Arc, atomic::AtomicU64},
+    fmt,
+    io::{self, Read, Seek},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use super::{
     mcap::McapBag,
     ros1::{self, Ros1Bag},
     rosbag2::Rosbag2,
-    shared_file::SharedFile,
     sqlite,
     topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount, place_of},
 };
@@ -58,24 +60,40 @@ impl BagForm {
     }
 }
 
+/// A file of a bag, wherever its bytes are.
+pub(crate) trait StoredFile: fmt::Debug + Send {
+    /// Opens the file at its first byte; each opening has a position of its own.
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>>;
+
+    /// Length in bytes; `None` if it is not known.
+    fn bytes(&self) -> Option<u64>;
+}
+
+/// An open file.
+pub(crate) trait ReadSeek: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> ReadSeek for T {}
+
 /// Whether an MCAP file contains no topic of a recording of this program. A recording may have been
 /// cut before its first topic.
-pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
-    let shared = || file.try_clone().map(SharedFile::new);
+pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
     let mut head = Vec::new();
-    shared()?.take(recording::HEAD_BYTES).read_to_end(&mut head)?;
+    file.open()?.take(recording::HEAD_BYTES).read_to_end(&mut head)?;
     if recording::is_ours(&head) {
         return Ok(false);
     }
-    let is_recorded = |bag: &McapBag<SharedFile>| bag.topics().iter().any(|topic| topic.name == recording::BYTES_TOPIC);
-    let mut bag = McapBag::open(shared()?)?;
+    let read = Arc::default();
+    let open = || McapBag::open(CountedReader { inner: file.open()?, read: Arc::clone(&read) });
+    let is_recorded = |bag: &McapBag<_>| bag.topics().iter().any(|topic| topic.name == recording::BYTES_TOPIC);
+    let mut bag = open()?;
     if matches!(bag.index(), Ok(Index::Counts(_))) {
         return Ok(!is_recorded(&bag));
     }
-    let mut bag = McapBag::open(shared()?)?;
+    let mut bag = open()?;
+    read.store(0, Ordering::Relaxed);
     loop {
         match bag.next_head() {
-            Ok(Some(_)) if !is_recorded(&bag) && bag.position() <= SEARCHED_BYTES => {}
+            Ok(Some(_)) if !is_recorded(&bag) && read.load(Ordering::Relaxed) <= SEARCHED_BYTES => {}
             // the file is cut before its first topic, and may be the copy of a recording
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && bag.topics().is_empty() => return Ok(false),
             _ => return Ok(!is_recorded(&bag)),
@@ -83,30 +101,30 @@ pub(crate) fn is_foreign_mcap(file: &File) -> io::Result<bool> {
     }
 }
 
-/// A bag: its files in order of time, each open.
+/// A bag: its files in order of time.
 #[derive(Debug)]
 pub(crate) struct Bag {
     pub(crate) form: BagForm,
-    pub(super) files: Vec<File>,
+    pub(super) files: Vec<Box<dyn StoredFile>>,
     /// Bytes in temporary files, where the bag was compressed or came as a stream; else 0.
     pub(crate) unpacked_bytes: u64,
 }
 
 impl Bag {
     /// A bag of files of one form.
-    pub(crate) fn new(form: BagForm, files: Vec<File>) -> Self {
+    pub(super) fn new(form: BagForm, files: Vec<Box<dyn StoredFile>>) -> Self {
         Self { form, files, unpacked_bytes: 0 }
     }
 
     /// Number of bytes of all files together; `None` where they were unpacked.
     pub(crate) fn stored_bytes(&self) -> Option<u64> {
-        let all = || self.files.iter().map(|file| Some(file.metadata().ok()?.len())).sum();
+        let all = || self.files.iter().map(|file| file.bytes()).sum();
         if self.unpacked_bytes == 0 { all() } else { None }
     }
 
     /// All messages, from the first; `read` counts the bytes that are read from the files.
     pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, BagError> {
-        let files = self.files.iter().map(|file| open(self.form, file, read)).collect::<Result<Vec<_>, _>>()?;
+        let files = self.files.iter().map(|file| open(self.form, &**file, read)).collect::<Result<Vec<_>, _>>()?;
         Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
     }
 
@@ -121,7 +139,7 @@ impl Bag {
         };
         let unseen = Arc::default();
         for file in &self.files {
-            let mut messages = open(self.form, file, &unseen)?;
+            let mut messages = open(self.form, &**file, &unseen)?;
             // a damaged index counts as none
             match messages.index().unwrap_or(Index::None) {
                 Index::Counts(counts) => {
@@ -134,7 +152,7 @@ impl Bag {
                 }
                 Index::Topics | Index::None => {}
             }
-            let mut messages = open(self.form, file, &unseen)?;
+            let mut messages = open(self.form, &**file, &unseen)?;
             let mut counts: Vec<TopicCount> = Vec::new();
             // the messages before a damage or a cut are counted
             while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
@@ -191,11 +209,15 @@ impl Messages {
     }
 }
 
-fn open(form: BagForm, file: &File, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
-    let file = CountedReader { inner: SharedFile::new(file.try_clone()?), read: Arc::clone(read) };
+fn open(form: BagForm, file: &dyn StoredFile, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
+    let file = CountedReader { inner: file.open()?, read: Arc::clone(read) };
     Ok(match form {
         BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
         BagForm::Mcap => Box::new(McapBag::open(file)?),
-        BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or(BagError::OtherDatabase)?),
+        BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or_else(|| {
+            let problem =
+                "it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV";
+            BagError::Files(problem.into())
+        })?),
     })
 }

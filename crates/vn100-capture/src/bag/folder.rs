@@ -22,7 +22,14 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let name = |path: &String| Path::new(path).file_name().map(|name| folder.join(name));
     let listed: Vec<_> = listed.iter().filter_map(name).collect();
     let files = if listed.is_empty() { found(folder)? } else { listed };
-    if files.is_empty() { Err(BagError::NotABagFolder) } else { Ok(files) }
+    if files.is_empty() { Err(not_a_bag()) } else { Ok(files) }
+}
+
+/// The error for a folder without files of a bag.
+pub(super) fn not_a_bag() -> BagError {
+    BagError::Files(
+        "it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it".into(),
+    )
 }
 
 /// The paths under `relative_file_paths:`.
@@ -54,7 +61,11 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
         pair[0].1 == pair[1].1 && next.is_some() && next == pair[1].0
     };
     if let Some(pair) = files.windows(2).find(|pair| !follow(pair)) {
-        return Err(BagError::NotOneBag { one: (&pair[0].2).into(), other: (&pair[1].2).into() });
+        let [one, other] = [&pair[0].2, &pair[1].2];
+        return Err(BagError::Files(format!(
+            "it is a folder without metadata.yaml, and {one} and {other} are not parts of one bag (NAME_0, NAME_1 ...): name \
+             one of them"
+        )));
     }
     Ok(files.into_iter().map(|(.., path)| path).collect())
 }
@@ -82,7 +93,7 @@ mod tests {
     #[test]
     fn files_without_metadata_come_by_their_numbers() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(files(folder.path()), Err(BagError::NotABagFolder)));
+        assert!(files(folder.path()).is_err());
         for name in ["b_10.db3", "b_9.db3", "b_8.db3", "notes.txt", "b_8.db3-wal"] {
             fs::write(folder.path().join(name), "").unwrap();
         }
@@ -90,8 +101,8 @@ mod tests {
             files(folder.path()).unwrap().iter().map(|path| path.file_name().unwrap().to_owned()).collect();
         assert_eq!(names, ["b_8.db3", "b_9.db3", "b_10.db3"]);
         fs::write(folder.path().join("c_11.db3"), "").unwrap();
-        let Err(BagError::NotOneBag { one, other }) = files(folder.path()) else { panic!() };
-        assert_eq!((one, other), ("b_10.db3".into(), "c_11.db3".into()));
+        let error = files(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("b_10.db3 and c_11.db3 are not parts of one bag"), "{error}");
     }
 
     #[test]

@@ -7,7 +7,6 @@ use std::{
 
 use mcap::records::{Channel, Record, Statistics, op};
 
-use super::shared_file::SharedFile;
 use super::topic::{
     BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged,
 };
@@ -83,13 +82,6 @@ impl<R: Read + Seek> McapBag<R> {
         file.seek(SeekFrom::Start(0))?;
         let records = McapRecords::open(file)?.ok_or_else(|| damaged("it does not begin as an MCAP file"))?;
         Ok(Self { records, contents: Contents::default() })
-    }
-}
-
-impl McapBag<SharedFile> {
-    /// Bytes read of the file.
-    pub(super) const fn position(&self) -> u64 {
-        self.records.file.position()
     }
 }
 

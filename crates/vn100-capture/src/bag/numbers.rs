@@ -14,7 +14,7 @@ use super::{
     message_reader::{Taken, take},
     standard_types::{PARTS, Part},
     topic::{BagError, Topic},
-    topic_scan::{ScannedTopic, StampProblem},
+    topic_scan::{ScannedTopic, StampProblem, unusable_definition},
 };
 use crate::csv::{ColumnMap, by_name, known};
 
@@ -22,11 +22,9 @@ use crate::csv::{ColumnMap, by_name, known};
 #[derive(Debug)]
 pub(super) struct NumberFields {
     pub(super) layout: Layout,
-    /// The slots of the numbers and of the time, by their paths.
-    slot_of: BTreeMap<String, usize>,
-    /// The steps to the numbers for each definition that messages have, and the definition in use.
-    steps: Vec<(Option<Arc<str>>, Vec<Step>)>,
-    selected: usize,
+    /// The definition of the messages, and the steps to the numbers and to the time.
+    definitions: Definitions,
+    steps: Vec<Step>,
     slots: Vec<Taken>,
     /// In the order of the layout.
     quantizers: Vec<Quantizer>,
@@ -127,12 +125,7 @@ impl NumberFields {
     ) -> Result<Self, BagError> {
         fields.sort_by_key(|field| field.place);
         let Topic { name, type_name, .. } = &topic.topic;
-        let definition = |problem| BagError::Definition { type_name: type_name.clone(), problem };
-        let definitions = match &topic.definitions {
-            Ok(Some(definitions)) => definitions,
-            Ok(None) => return Err(BagError::NoDefinition { topic: name.clone(), type_name: type_name.clone() }),
-            Err(problem) => return Err(definition(problem.clone())),
-        };
+        let definitions = topic.definitions()?;
         let all: BTreeMap<_, _> = places(definitions, type_name).into_iter().collect();
         let mut slots = BTreeMap::new();
         for field in &fields {
@@ -149,16 +142,17 @@ impl NumberFields {
                 (Some(PathTarget::Leaf(Leaf::Time)), _) => 1,
                 (Some(PathTarget::Leaf(Leaf::Number(_))), Some(in_unit)) => in_unit,
                 (Some(PathTarget::Leaf(Leaf::Number(_))), None) => {
-                    return Err(BagError::TimeAsText { topic: name.clone(), path });
+                    return Err(BagError::Messages(format!(
+                        "{path:?} in messages of topic {name:?} is a number, and no date: say whether it is in s, ms, us or ns"
+                    )));
                 }
                 _ => {
                     let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
-                    return Err(BagError::NoTime {
-                        topic: name.clone(),
-                        type_name: type_name.clone(),
-                        path,
-                        times: times.map(|(path, _)| path.clone()).collect(),
-                    });
+                    let times: Vec<_> = times.map(|(path, _)| &**path).collect();
+                    let times = if times.is_empty() { "none".into() } else { times.join(", ") };
+                    return Err(BagError::Messages(format!(
+                        "messages of topic {name:?} ({type_name}) have no time {path:?}; they have {times}"
+                    )));
                 }
             };
             asked.push((path, in_unit));
@@ -191,7 +185,8 @@ impl NumberFields {
             (UnreadNumbers { path, zero_messages: topic.probed, nonzero_messages: 0 }, numbers)
         });
         let unread = unread.collect();
-        let steps = steps(definitions, type_name, &slots).map_err(definition)?;
+        let steps =
+            steps(definitions, type_name, &slots).map_err(|problem| unusable_definition(type_name, &problem))?;
         let channels = fields.iter().map(|field| {
             let own = known(field.place);
             Channel {
@@ -210,49 +205,29 @@ impl NumberFields {
         };
         Ok(Self {
             layout,
-            steps: vec![(topic.topic.definition.clone(), steps)],
-            selected: 0,
+            definitions: definitions.clone(),
+            steps,
             slots: vec![Taken::Number(f64::NAN); slots.len()],
             quantizers: fields.iter().map(quantizer).collect(),
-            slot_of: slots,
             stamp,
             stamp_source,
             unread,
         })
     }
 
-    /// Selects the definition of this topic for the messages that follow.
+    /// Checks that messages of this topic, in another place of the bag, are built alike.
     ///
     /// # Errors
-    /// [`BagError::OtherDefinition`] where the definition lacks one of the numbers.
-    pub(super) fn select(&mut self, topic: &Topic) -> Result<(), BagError> {
-        let known = self.steps.iter().position(|(definition, _)| *definition == topic.definition);
-        self.selected = known.unwrap_or(self.steps.len());
-        if known.is_none() {
-            let steps = self.steps_by(topic).map_err(|problem| BagError::OtherDefinition {
-                topic: topic.name.clone(),
-                type_name: topic.type_name.clone(),
-                problem,
-            })?;
-            self.steps.push((topic.definition.clone(), steps));
+    /// [`BagError::Messages`] if they are not.
+    pub(super) fn check(&self, topic: &Topic) -> Result<(), BagError> {
+        let Topic { name, type_name, .. } = topic;
+        match Definitions::of(topic) {
+            Ok(Some(definitions)) if definitions == self.definitions => Ok(()),
+            _ => Err(BagError::Messages(format!(
+                "topic {name:?} has messages by several definitions of {type_name}, as in bags that were merged: read the \
+                 bags one by one"
+            ))),
         }
-        Ok(())
-    }
-
-    fn steps_by(&self, topic: &Topic) -> Result<Vec<Step>, String> {
-        let definitions = Definitions::of(topic)?.ok_or("the bag does not have it")?;
-        let all: BTreeMap<_, _> = places(&definitions, &topic.type_name).into_iter().collect();
-        for (path, &slot) in &self.slot_of {
-            let is_there = match all.get(path) {
-                Some(PathTarget::Leaf(Leaf::Time)) => self.stamp.iter().any(|(stamp, _)| *stamp == slot),
-                Some(PathTarget::Leaf(Leaf::Number(_))) => true,
-                _ => false,
-            };
-            if !is_there {
-                return Err(format!("it lacks {path}"));
-            }
-        }
-        steps(&definitions, &topic.type_name, &self.slot_of)
     }
 
     /// Sets the scales of series by their largest value in the bag, because their range is not
@@ -265,19 +240,16 @@ impl NumberFields {
         }
         let mut largest = vec![0.0_f64; is_series.len()];
         let mut messages = bag.messages(&Arc::default())?;
-        let (mut is_read, mut selected) = (Vec::<bool>::new(), None);
+        let mut is_read = Vec::<bool>::new();
         // an error is reported where the messages are read again
         while let Ok(Some(head)) = messages.next_head() {
-            is_read.extend(messages.topics()[is_read.len()..].iter().map(|other| other.is(topic)));
+            let is_alike = |other: &Topic| other.is(topic) && self.check(other).is_ok();
+            is_read.extend(messages.topics()[is_read.len()..].iter().map(is_alike));
             if !is_read[head.topic] {
                 continue;
             }
-            if selected != Some(head.topic) && self.select(&messages.topics()[head.topic]).is_err() {
-                break;
-            }
-            selected = Some(head.topic);
             let Ok(data) = messages.read_data() else { break };
-            if take(&self.steps[self.selected].1, &topic.encoding, data, &mut self.slots).is_some() {
+            if take(&self.steps, &topic.encoding, data, &mut self.slots).is_some() {
                 for (largest, quantizer) in largest.iter_mut().zip(&self.quantizers) {
                     if let Some(number) = self.slots[quantizer.slot].number()
                         && number.is_finite()
@@ -304,10 +276,9 @@ impl NumberFields {
         self.unread.iter().map(|(unread, _)| unread.clone()).collect()
     }
 
-    /// Reads the numbers of a message by the selected definition. Returns the time in the message,
-    /// where that time is used.
+    /// Reads the numbers of a message. Returns the time in the message, if that time is used.
     pub(super) fn read(&mut self, topic: &Topic, data: &[u8], row: &mut Row) -> Result<Option<i64>, Unreadable> {
-        take(&self.steps[self.selected].1, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
+        take(&self.steps, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
         row.counts.clear();
         row.absent.clear();
         for (channel, quantizer) in self.quantizers.iter().enumerate() {
@@ -352,10 +323,6 @@ fn is_of(channel: &str, quantity: Quantity) -> bool {
 
 fn no_field(topic: &ScannedTopic, path: &str) -> BagError {
     let Topic { name, type_name, .. } = &topic.topic;
-    BagError::NoField {
-        topic: name.clone(),
-        type_name: type_name.clone(),
-        path: path.into(),
-        fields: topic.number_paths(),
-    }
+    let fields = topic.number_paths().join(", ");
+    BagError::Messages(format!("messages of topic {name:?} ({type_name}) have no number {path:?}; they have {fields}"))
 }

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    files::{Bag, BagForm, is_foreign_mcap},
+    files::{Bag, BagForm, StoredFile, is_foreign_mcap},
     folder,
     topic::BagError,
 };
@@ -34,11 +34,11 @@ impl Bag {
             return Ok(None);
         }
         check_log(form, path)?;
-        Ok(Some(Self::new(form, vec![file])))
+        Ok(Some(Self::new(form, vec![Box::new(file)])))
     }
 
     fn in_folder(folder: &Path) -> Result<Self, BagError> {
-        let (mut form_of_all, mut files) = (None, Vec::new());
+        let (mut form_of_all, mut files) = (None, Vec::<Box<dyn StoredFile>>::new());
         let mut unpacked_bytes = 0;
         for path in folder::files(folder)? {
             let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
@@ -50,14 +50,14 @@ impl Bag {
                 unpacked_bytes += bytes;
                 found = head(&mut file)?;
             }
-            let form = BagForm::of(&found).ok_or_else(|| BagError::OtherFile { path: path.clone() })?;
-            if *form_of_all.get_or_insert(form) != form {
-                return Err(BagError::OtherFile { path });
-            }
+            let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
+            let form = form.ok_or_else(|| {
+                BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
+            })?;
             check_log(form, &path)?;
-            files.push(file);
+            files.push(Box::new(file));
         }
-        let form = form_of_all.ok_or(BagError::NotABagFolder)?;
+        let form = form_of_all.ok_or_else(folder::not_a_bag)?;
         Ok(Self { unpacked_bytes, ..Self::new(form, files) })
     }
 }
@@ -79,7 +79,7 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Bag
         file.seek(SeekFrom::Start(0))?;
         return Ok(Stream::Other(Box::new(file)));
     }
-    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
+    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![Box::new(file)]) }))
 }
 
 /// Copies a stream to a file without a name. Returns the file and its length in bytes.
@@ -88,7 +88,9 @@ fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
     let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
         .map_err(|source| io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}")))?;
     if bytes > UNPACKED_BYTES {
-        return Err(BagError::TooLarge { most_bytes: UNPACKED_BYTES });
+        return Err(BagError::Files(format!(
+            "unpacked it is larger than {UNPACKED_BYTES} bytes, which is as much as is kept: unpack it to a file first"
+        )));
     }
     file.seek(SeekFrom::Start(0))?;
     Ok((file, bytes))
@@ -111,9 +113,12 @@ fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");
     match fs::metadata(&log) {
-        Ok(found) if form == BagForm::Db3 && found.len() > 0 => {
-            Err(BagError::PendingWrites { database: path.to_owned(), log: log.into() })
-        }
+        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Files(format!(
+            "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
+                 'PRAGMA wal_checkpoint(TRUNCATE)'` does",
+            Path::new(&log).display(),
+            path.display()
+        ))),
         _ => Ok(()),
     }
 }

@@ -35,8 +35,6 @@ pub(crate) struct BagSamples {
     topic: Topic,
     /// For each topic, whether it is the one that is read.
     is_read: Vec<bool>,
-    /// The place of the topic of the last message: topics of one name may have several definitions.
-    selected: Option<usize>,
     content: OpenContent,
     line_by_line: bool,
     report: BagReport,
@@ -96,7 +94,6 @@ impl BagSamples {
             messages: bag.messages(read)?,
             topic,
             is_read: Vec::new(),
-            selected: None,
             content,
             line_by_line: options.line_by_line,
             report,
@@ -113,12 +110,11 @@ impl BagSamples {
             let Some(head) = self.messages.next_head()? else { return Ok(false) };
             for topic in &self.messages.topics()[self.is_read.len()..] {
                 self.is_read.push(topic.is(&self.topic));
+                if topic.is(&self.topic) {
+                    self.content.check(topic)?;
+                }
             }
             if self.is_read[head.topic] {
-                if self.selected != Some(head.topic) {
-                    self.content.select(&self.messages.topics()[head.topic])?;
-                    self.selected = Some(head.topic);
-                }
                 let data = self.messages.read_data()?;
                 self.report.messages += 1;
                 let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
@@ -245,24 +241,20 @@ fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
     }
 }
 
-/// The time of a message: its own, where it has one. A message whose time cannot be read is placed
-/// after those before it.
-fn at_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64, latest_ns: Option<i64>) -> i64 {
-    match stamp_ns {
-        Ok(stamp_ns) => stamp_ns.unwrap_or(record_ns),
-        Err(Unreadable) => latest_ns.unwrap_or(record_ns),
-    }
+/// The time by which a message is ordered: its own, if it has one; `None` if that cannot be read.
+fn place_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64) -> Option<i64> {
+    stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(record_ns)).ok()
 }
 
 impl OpenContent {
-    /// Reads the messages that follow by the definition of this topic.
-    fn select(&mut self, topic: &Topic) -> io::Result<()> {
+    /// Checks that messages of this topic are built as those that are read.
+    fn check(&self, topic: &Topic) -> io::Result<()> {
         let fields = match self {
-            Self::Sentences { time, .. } => time.as_mut(),
+            Self::Sentences { time, .. } => time.as_ref(),
             Self::Numbers { fields, .. } => Some(fields),
         };
-        let selected = fields.map_or(Ok(()), |fields| fields.select(topic));
-        selected.map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))
+        let checked = fields.map_or(Ok(()), |fields| fields.check(topic));
+        checked.map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))
     }
 
     fn push(&mut self, topic: &Topic, record_ns: i64, data: &[u8], report: &mut BagReport) -> Option<Problem> {
@@ -290,7 +282,7 @@ impl OpenContent {
                         Some(Problem::Unreadable)
                     }
                 };
-                order.push(at_ns(stamp_ns, record_ns, order.latest_ns()), record_ns, lines);
+                order.push(place_ns(stamp_ns, record_ns), record_ns, lines);
                 problem
             }
             Self::Numbers { fields, layout, order, .. } => {
@@ -305,7 +297,7 @@ impl OpenContent {
                 if !held.is_rejected {
                     count_absent(report, layout, &held.row);
                 }
-                order.push(at_ns(stamp_ns, record_ns, order.latest_ns()), record_ns, held);
+                order.push(place_ns(stamp_ns, record_ns), record_ns, held);
                 problem
             }
         }

@@ -5,19 +5,21 @@ use std::{
     io::{self, Read, Seek, SeekFrom},
 };
 
+use super::files::{ReadSeek, StoredFile};
+
 /// A file with a position of its own, in contrast to clones of a file, which share one.
-pub(super) struct SharedFile {
+struct SharedFile {
     file: File,
     at: u64,
 }
 
-impl SharedFile {
-    pub(super) const fn new(file: File) -> Self {
-        Self { file, at: 0 }
+impl StoredFile for File {
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(SharedFile { file: self.try_clone()?, at: 0 }))
     }
 
-    pub(super) const fn position(&self) -> u64 {
-        self.at
+    fn bytes(&self) -> Option<u64> {
+        Some(self.metadata().ok()?.len())
     }
 }
 

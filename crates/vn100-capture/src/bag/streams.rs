@@ -4,7 +4,7 @@ use super::{
     files::Bag,
     numbers::NumberFields,
     standard_types::Part,
-    topic::{BagError, Topic},
+    topic::{BagError, Topic, lines},
     topic_scan::{ScannedTopic, TopicScan},
 };
 use crate::{capture_options::CaptureOptions, csv::ColumnMap};
@@ -62,7 +62,9 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
     let (topic, columns) = (options.topic.as_deref(), options.columns.as_ref());
     let form = scan.form.words();
     if scan.topics.iter().all(|topic| topic.count.is_some_and(|count| count.messages == 0)) {
-        return Err(BagError::Empty { form, topics: scan.summaries() });
+        let topics =
+            if scan.topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(&scan.summaries())) };
+        return Err(BagError::Files(format!("it is {form} without a message{topics}")));
     }
     let mapped = columns.filter(|map| map.has_channels());
     if let Some(name) = topic {
@@ -81,10 +83,11 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
             // the error says what the only topic lacks, or which topics there are
             [] => match &*scan.topics {
                 [one] => stream(one, columns).map(|stream| vec![stream]),
-                _ => Err(BagError::NoTopicWithFields {
-                    paths: map.columns().map(|(_, column)| column.to_string()).collect(),
-                    topics: scan.summaries(),
-                }),
+                _ => {
+                    let paths: Vec<_> = map.columns().map(|(_, column)| column.to_string()).collect();
+                    let (paths, topics) = (paths.join(", "), lines(&scan.summaries()));
+                    Err(BagError::Files(format!("no topic has the numbers {paths}. It holds:{topics}")))
+                }
             },
             several => Err(BagError::SeveralTopics { form, topics: list(several) }),
         };
@@ -139,18 +142,21 @@ fn no_sensor(scan: &TopicScan) -> BagError {
 }
 
 fn no_sensor_in(topic: &ScannedTopic) -> BagError {
-    let (name, type_name) = (topic.topic.name.clone(), topic.topic.type_name.clone());
-    match &topic.definitions {
-        _ if !topic.zero_parts.is_empty() => BagError::OnlyZero {
-            topic: name,
-            type_name,
-            messages: topic.probed,
-            paths: topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field)).collect(),
-        },
-        Ok(Some(_)) => BagError::NotOfSensor { topic: name, type_name, fields: topic.number_paths() },
-        Ok(None) => BagError::NoDefinition { topic: name, type_name },
-        Err(problem) => BagError::Definition { type_name, problem: problem.clone() },
+    let Topic { name, type_name, .. } = &topic.topic;
+    if topic.zero_parts.is_empty() {
+        return topic.definitions().err().unwrap_or_else(|| BagError::NotOfSensor {
+            topic: name.clone(),
+            type_name: type_name.clone(),
+            fields: topic.number_paths(),
+        });
     }
+    let paths: Vec<_> = topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field)).collect();
+    BagError::Messages(format!(
+        "messages of topic {name:?} ({type_name}) have {}, and all of it is zero in the first {} messages: is the sensor \
+         read? Name their numbers as columns if they are not zero later",
+        paths.join(", "),
+        topic.probed
+    ))
 }
 
 fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, BagError> {

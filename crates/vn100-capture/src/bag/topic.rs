@@ -1,6 +1,6 @@
 //! Topics of a bag, their messages, and why a bag cannot be read.
 
-use std::{fmt, io, path::PathBuf, sync::Arc};
+use std::{fmt, io, sync::Arc};
 
 /// The longest message that is read. Those of sensors have some hundred bytes; images may have
 /// more.
@@ -99,8 +99,8 @@ impl Topic {
         Self { name: name.into(), type_name: short_type(type_name), encoding, definition }
     }
 
-    /// Whether the topic is the same in another file, or in another pass. Its messages may have
-    /// another definition there, as in merged bags.
+    /// Whether the topic is the same in another file, or in another pass, whatever its definition
+    /// is there.
     pub(super) fn is(&self, other: &Self) -> bool {
         (&self.name, &self.type_name, &self.encoding) == (&other.name, &other.type_name, &other.encoding)
     }
@@ -195,17 +195,13 @@ pub enum BagError {
     /// The file could not be read, or is damaged.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The file is a database of another program.
-    #[error("it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV")]
-    OtherDatabase,
-    /// The bag contains no message.
-    #[error("it is {form} without a message{}", if topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(topics)) })]
-    Empty {
-        /// The form of the file, in words.
-        form: &'static str,
-        /// The topics of the bag.
-        topics: Vec<TopicSummary>,
-    },
+    /// The files are no bag, not all of one bag, or without messages that are asked for: the reason
+    /// in words.
+    #[error("{0}")]
+    Files(String),
+    /// The messages of a topic cannot be used: the reason in words.
+    #[error("{0}")]
+    Messages(String),
     /// No topic holds sentences, or numbers of a sensor.
     #[error(
         "it is {form} in which no topic has VectorNav sentences or messages of an inertial sensor. It holds:{}",
@@ -217,42 +213,7 @@ pub enum BagError {
         /// The topics of the bag.
         topics: Vec<TopicSummary>,
     },
-    /// More than one topic qualifies.
-    #[error("it is {form} with several topics that may be meant:{}", lines(topics))]
-    SeveralTopics {
-        /// The form of the file, in words.
-        form: &'static str,
-        /// The topics that qualify.
-        topics: Vec<TopicSummary>,
-    },
-    /// No topic has the numbers that were asked for.
-    #[error("no topic has the numbers {}. It holds:{}", paths.join(", "), lines(topics))]
-    NoTopicWithFields {
-        /// The paths of the numbers.
-        paths: Vec<String>,
-        /// The topics of the bag.
-        topics: Vec<TopicSummary>,
-    },
-    /// The topic that was asked for is not in the bag.
-    #[error("it has no topic {name:?}. It holds:{}", lines(topics))]
-    NoTopic {
-        /// The name that was asked for.
-        name: String,
-        /// The topics of the bag.
-        topics: Vec<TopicSummary>,
-    },
-    /// The definition of the messages of the topic is not known.
-    #[error(
-        "the bag does not say how messages of topic {topic:?} are built, and {type_name} is no standard type: convert the \
-         bag where that package is installed (`ros2 bag convert` to MCAP), or record a topic of sensor_msgs/Imu"
-    )]
-    NoDefinition {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-    },
-    /// The messages of the topic contain nothing of a sensor.
+    /// The messages of the only topic contain nothing of a sensor.
     #[error(
         "messages of topic {topic:?} ({type_name}) hold neither VectorNav sentences nor a message of an inertial sensor; \
          their numbers are: {}",
@@ -266,125 +227,26 @@ pub enum BagError {
         /// Paths of the numbers in the messages.
         fields: Vec<String>,
     },
-    /// All numbers of a sensor are zero, as of a sensor that does not measure them.
-    #[error(
-        "messages of topic {topic:?} ({type_name}) have {}, and all of it is zero in the first {messages} messages: is the \
-         sensor read? Name their numbers as columns if they are not zero later",
-        paths.join(", ")
-    )]
-    OnlyZero {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-        /// Number of messages that were examined.
-        messages: usize,
-        /// Paths of the numbers that are zero.
-        paths: Vec<String>,
+    /// More than one topic qualifies.
+    #[error("it is {form} with several topics that may be meant:{}", lines(topics))]
+    SeveralTopics {
+        /// The form of the file, in words.
+        form: &'static str,
+        /// The topics that qualify.
+        topics: Vec<TopicSummary>,
     },
-    /// The messages have no number at the path that was asked for.
-    #[error(
-        "messages of topic {topic:?} ({type_name}) have no number {path:?}; they have {}",
-        fields.join(", ")
-    )]
-    NoField {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-        /// The path that was asked for.
-        path: String,
-        /// Paths of the numbers in the messages.
-        fields: Vec<String>,
-    },
-    /// The messages have no time at the path that was asked for.
-    #[error(
-        "messages of topic {topic:?} ({type_name}) have no time {path:?}; {}",
-        if times.is_empty() { "they have none".into() } else { format!("they have {}", times.join(", ")) }
-    )]
-    NoTime {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-        /// The path that was asked for.
-        path: String,
-        /// Paths of the times in the messages.
-        times: Vec<String>,
-    },
-    /// A number was to be read as a date or a time of day.
-    #[error("{path:?} in messages of topic {topic:?} is a number, and no date: say whether it is in s, ms, us or ns")]
-    TimeAsText {
-        /// The topic.
-        topic: String,
-        /// The path that was asked for.
-        path: String,
-    },
-    /// The messages of one topic have several definitions, one of which does not fit.
-    #[error(
-        "topic {topic:?} has messages by several definitions of {type_name}, as in bags that were merged, and one of \
-         them cannot be used: {problem}. Read the bags one by one"
-    )]
-    OtherDefinition {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-        /// Why the definition does not fit.
-        problem: String,
-    },
-    /// A definition cannot be used.
-    #[error("the definition of {type_name} cannot be used: {problem}")]
-    Definition {
-        /// The type.
-        type_name: String,
-        /// Why the definition cannot be used.
-        problem: String,
-    },
-    /// The last messages of a database are in another file.
-    #[error(
-        "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
-         'PRAGMA wal_checkpoint(TRUNCATE)'` does",
-        log.display(),
-        database.display()
-    )]
-    PendingWrites {
-        /// The database.
-        database: PathBuf,
-        /// The file beside the database.
-        log: PathBuf,
-    },
-    /// The folder is no bag.
-    #[error("it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it")]
-    NotABagFolder,
-    /// The folder has no list of files, and two of them are not parts of one bag, one after the
-    /// other, by their names.
-    #[error(
-        "it is a folder without metadata.yaml, and {} and {} are not parts of one bag (NAME_0, NAME_1 ...): name one of them",
-        one.display(),
-        other.display()
-    )]
-    NotOneBag {
-        /// The name of a file.
-        one: PathBuf,
-        /// The name of a file of another bag.
-        other: PathBuf,
-    },
-    /// The folder has files of several forms.
-    #[error("{} is not of the same form as the other files of the bag", path.display())]
-    OtherFile {
-        /// A file of another form.
-        path: PathBuf,
-    },
-    /// The bag is larger than a temporary file may be.
-    #[error("unpacked it is larger than {most_bytes} bytes, which is as much as is kept: unpack it to a file first")]
-    TooLarge {
-        /// The limit in bytes.
-        most_bytes: u64,
+    /// The topic that was asked for is not in the bag.
+    #[error("it has no topic {name:?}. It holds:{}", lines(topics))]
+    NoTopic {
+        /// The name that was asked for.
+        name: String,
+        /// The topics of the bag.
+        topics: Vec<TopicSummary>,
     },
 }
 
-fn lines(topics: &[TopicSummary]) -> String {
+/// The topics, each on a line of its own.
+pub(super) fn lines(topics: &[TopicSummary]) -> String {
     const LISTED: usize = 40;
     let listed: String = topics.iter().take(LISTED).map(|topic| format!("\n  {topic}")).collect();
     match topics.len() {

@@ -33,8 +33,8 @@ pub(super) struct ScannedTopic {
     pub(super) topic: Topic,
     /// `None` while they are not counted.
     pub(super) count: Option<TopicCount>,
-    /// `None` where no definition is known; an error where it cannot be used.
-    pub(super) definitions: Result<Option<Definitions>, String>,
+    /// `None` if no definition is known; an error if it cannot be used.
+    definitions: Result<Option<Definitions>, String>,
     /// Messages with a sentence, of those looked at.
     with_sentences: usize,
     /// The standard numbers that its messages have, and the path of the message each is part of.
@@ -115,6 +115,10 @@ impl TopicScan {
     }
 }
 
+pub(super) fn unusable_definition(type_name: &str, problem: &str) -> BagError {
+    BagError::Messages(format!("the definition of {type_name} cannot be used: {problem}"))
+}
+
 impl ScannedTopic {
     fn new(topic: Topic, count: Option<TopicCount>) -> Self {
         let definitions = Definitions::of(&topic);
@@ -142,7 +146,7 @@ impl ScannedTopic {
 
     /// The paths of all numbers of its messages.
     pub(super) fn number_paths(&self) -> Vec<String> {
-        let all = self.types().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
+        let all = self.definitions().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
         let numbers = all.into_iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Number(_))));
         // of an array the first stands for all
         let listed =
@@ -150,9 +154,20 @@ impl ScannedTopic {
         listed.map(|(path, _)| path).collect()
     }
 
-    /// The definitions, where there are usable ones.
-    fn types(&self) -> Option<&Definitions> {
-        self.definitions.as_ref().ok()?.as_ref()
+    /// The definitions of its messages.
+    ///
+    /// # Errors
+    /// [`BagError::Messages`] if none is known, or none that can be used.
+    pub(super) fn definitions(&self) -> Result<&Definitions, BagError> {
+        let Topic { name, type_name, .. } = &self.topic;
+        match &self.definitions {
+            Ok(Some(definitions)) => Ok(definitions),
+            Ok(None) => Err(BagError::Messages(format!(
+                "the bag does not say how messages of topic {name:?} are built, and {type_name} is no standard type: convert \
+                 the bag where that package is installed (`ros2 bag convert` to MCAP), or record a topic of sensor_msgs/Imu"
+            ))),
+            Err(problem) => Err(unusable_definition(type_name, problem)),
+        }
     }
 
     /// Whether enough of its messages were looked at.
@@ -201,7 +216,7 @@ struct ProbedStamp {
 impl Probe {
     fn new(topic: &ScannedTopic) -> Self {
         let type_name = &topic.topic.type_name;
-        let all = topic.types().map(|types| places(types, type_name)).unwrap_or_default();
+        let all = topic.definitions().map(|types| places(types, type_name)).unwrap_or_default();
         let mut slots = BTreeMap::new();
         let mut slot = |path: String| {
             let next = slots.len();
@@ -235,7 +250,7 @@ impl Probe {
             .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
             .collect();
         // one that cannot be walked through has no numbers; sentences are found without
-        let steps = topic.types().and_then(|types| steps(types, type_name, &slots).ok());
+        let steps = topic.definitions().ok().and_then(|types| steps(types, type_name, &slots).ok());
         Self { steps: steps.unwrap_or_default(), slots: vec![Taken::Number(f64::NAN); slots.len()], parts, stamps }
     }
 

@@ -218,12 +218,12 @@ fn what_is_not_there_is_named_with_what_is() {
     let no_topic = problem("db3", &options(Some("/imu"), None));
     assert!(matches!(&no_topic, BagError::NoTopic { topics, .. } if topics[0].messages == 60), "{no_topic}");
     let no_field = problem("db3", &options(None, Some("gyro_x=angular_velocity.q:rad/s")));
-    assert!(matches!(&no_field, BagError::NoField { path, .. } if path == "angular_velocity.q"), "{no_field}");
+    assert!(no_field.to_string().contains("no number \"angular_velocity.q\"; they have"), "{no_field}");
     assert!(no_field.to_string().contains("angular_velocity.x"));
     let no_sensor = problem("sentences.bag", &options(Some("/chatter"), None));
     assert!(matches!(no_sensor, BagError::NotOfSensor { .. }), "{no_sensor}");
     let no_time = problem("db3", &options(None, Some("gyro_x=angular_velocity.x:rad/s,t=header.frame:s")));
-    assert!(matches!(&no_time, BagError::NoTime { times, .. } if times == &["header.stamp"]), "{no_time}");
+    assert!(no_time.to_string().contains("no time \"header.frame\"; they have header.stamp"), "{no_time}");
     let folder = tempfile::tempdir().unwrap();
     let open = |path: &Path| Capture::open(path, &CaptureOptions::default()).err().map(|error| error.to_string());
     assert!(open(folder.path()).unwrap().contains("folder without files of a bag"));

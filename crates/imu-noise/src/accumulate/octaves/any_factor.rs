@@ -1,9 +1,9 @@
 //! Sums at averaging factors that are no octave, from the prefix sums of all runs.
 
 use super::{
-    cascade::MAX_LEVEL,
     overlapping::{BLOCK, Overlapping, add_windows},
     squares::SquareSum,
+    window_plan::MAX_LEVEL,
 };
 
 impl Overlapping {

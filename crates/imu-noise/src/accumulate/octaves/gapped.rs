@@ -1,6 +1,12 @@
 //! Windows with missing samples: each cluster is the mean of the samples that are present.
 
-/// Bits of the fraction of sums of squares and terms.
+use std::ops::Range;
+
+use crate::accumulate::counts;
+
+use super::remembered::Scratch;
+
+/// Bits of the fraction of sums of squares.
 const FRACTION_BITS: u32 = 16;
 
 /// Bits of the fraction of a share of samples present.
@@ -21,35 +27,87 @@ pub(super) struct Gapped {
     shares: u128,
     /// `None` once 128 bits were not enough.
     squares: Option<u128>,
-    /// Of c z.
-    terms: i128,
+}
+
+/// The part of such windows that does not depend on the values of samples.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GappedWindows {
+    /// The place of each window among those of its octave.
+    places: Vec<usize>,
+    /// The number n_i of samples that each cluster has; 1 for the third cluster of Allan windows.
+    present: Vec<[u32; 3]>,
+    /// w_i times the other two of these numbers.
+    factors: Vec<[f64; 3]>,
+    /// The product of all three numbers.
+    denominators: Vec<f64>,
+    /// c m² 2^16.
+    scales: Vec<f64>,
+}
+
+impl GappedWindows {
+    pub(super) const fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Adds a window of clusters of `m`, by its place and the number of samples present in each
+    /// cluster, which is at least one. Returns its c, in multiples of 2^-32.
+    pub(super) fn push(&mut self, m: u32, weights: [i64; 3], place: usize, present: [u32; 3]) -> u128 {
+        let square = |weight: i64| (weight * weight) as f64;
+        let all = weights.into_iter().map(square).sum::<f64>();
+        let over_present =
+            weights.iter().zip(present).map(|(weight, present)| square(*weight) / f64::from(present)).sum::<f64>();
+        let share = all / (f64::from(m) * over_present);
+        let [a, b, c] = present.map(f64::from);
+        let [first, second, third] = weights.map(|weight| weight as f64);
+        self.places.push(place);
+        self.present.push(present);
+        self.factors.push([first * (b * c), second * (a * c), third * (a * b)]);
+        self.denominators.push(a * b * c);
+        self.scales.push(share * f64::from(m).powi(2) * f64::from(1 << FRACTION_BITS));
+        (share * (1_u64 << SHARE_BITS) as f64).round() as u128
+    }
 }
 
 impl Gapped {
-    pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0), terms: 0 };
+    pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0) };
 
-    /// One window: sum and number of the samples present in each of its clusters of `m`, which is
-    /// at least one.
-    pub(super) fn add<const P: usize>(&mut self, m: u64, weights: [i64; P], sums: [i64; P], present: [u64; P]) {
-        // over the common denominator, exact: 61 bits of a sum, twice 30 of the other numbers at most
-        let others =
-            |i: usize| (0..P).filter(|other| *other != i).map(|other| i128::from(present[other])).product::<i128>();
-        let numerator: i128 = (0..P).map(|i| i128::from(weights[i]) * i128::from(sums[i]) * others(i)).sum();
-        let denominator: f64 = present.iter().map(|present| *present as f64).product();
-        let square = |weight: i64| (weight * weight) as f64;
-        let [all, over_present] = [
-            weights.iter().map(|weight| square(*weight)).sum::<f64>(),
-            weights.iter().zip(present).map(|(weight, present)| square(*weight) / present as f64).sum(),
-        ];
-        let share = all / (m as f64 * over_present);
-        let z = m as f64 * (numerator as f64 / denominator);
-        self.windows += 1;
-        self.shares += fixed(share, SHARE_BITS) as u128;
-        let square = fixed(share * z * z, FRACTION_BITS);
-        // beyond 127 bits a window is no window of counts
-        let square = (square < i128::MAX as f64).then_some(square as u128);
-        self.squares = self.squares.zip(square).and_then(|(sum, square)| sum.checked_add(square));
-        self.terms = self.terms.saturating_add(fixed(share * z, FRACTION_BITS) as i128);
+    /// Adds a range of windows, whose c sum to `shares`: `clusters` are the sums of the samples
+    /// present in the first cluster of each window, in the second, and for Hadamard windows in the
+    /// third.
+    #[inline(always)]
+    pub(super) fn add<const P: usize>(
+        &mut self,
+        windows: &GappedWindows,
+        range: Range<usize>,
+        shares: u128,
+        weights: [i64; 3],
+        clusters: [&[i64]; P],
+    ) {
+        self.windows += range.len() as u64;
+        self.shares += shares;
+        let (mut numerators, mut magnitudes): (Scratch<f64>, Scratch<f64>) = ([0.0; _], [0.0; _]);
+        let (numerators, magnitudes) = (&mut numerators[..range.len()], &mut magnitudes[..range.len()]);
+        let shared = windows.places[range.clone()].iter().zip(&windows.factors[range.clone()]);
+        for ((place, factors), (numerator, magnitude)) in shared.zip(numerators.iter_mut().zip(magnitudes.iter_mut())) {
+            for (cluster, factor) in clusters.iter().zip(factors) {
+                let term = cluster[*place] as f64 * factor;
+                *numerator += term;
+                *magnitude += term.abs();
+            }
+        }
+        let quotients: [&[f64]; 3] = [numerators, &windows.denominators[range.clone()], &windows.scales[range.clone()]];
+        let squares = counts::lane_sum(quotients, |[numerator, denominator, scale]| {
+            let quotient = numerator / denominator;
+            (scale * quotient * quotient).round()
+        });
+        // integers below 2^53 are exact in every step
+        let is_exact = counts::lane_sum([&*magnitudes], |[magnitude]| magnitude) < counts::EXACT_BELOW;
+        let squares = if is_exact && squares < counts::EXACT_BELOW {
+            Some(squares as u128)
+        } else {
+            in_128_bits(windows, range, weights, clusters)
+        };
+        self.squares = self.squares.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
 
     /// Of c over the windows.
@@ -68,6 +126,88 @@ impl Gapped {
     }
 }
 
-fn fixed(value: f64, bits: u32) -> f64 {
-    (value * (1_u64 << bits) as f64).round()
+/// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers
+/// present.
+#[cold]
+#[inline(never)]
+fn in_128_bits<const P: usize>(
+    windows: &GappedWindows,
+    range: Range<usize>,
+    weights: [i64; 3],
+    clusters: [&[i64]; P],
+) -> Option<u128> {
+    range.into_iter().try_fold(0_u128, |sum, window| {
+        let present = windows.present[window];
+        let all = present.iter().map(|present| i128::from(*present)).product::<i128>();
+        let terms = clusters.iter().zip(weights).zip(present).map(|((cluster, weight), present)| {
+            i128::from(weight) * i128::from(cluster[windows.places[window]]) * (all / i128::from(present))
+        });
+        let quotient = terms.sum::<i128>() as f64 / windows.denominators[window];
+        let square = (windows.scales[window] * quotient * quotient).round();
+        // beyond 127 bits a window is no window of counts
+        (square < i128::MAX as f64).then_some(square as u128).and_then(|square| sum.checked_add(square))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+    use crate::accumulate::record::Deviation;
+
+    /// c and c z² of one window, by their definition.
+    fn defined(m: u64, weights: &[i64], sums: &[i64], present: &[u64]) -> (u128, Option<u128>) {
+        let others = |i: usize| {
+            let others = present.iter().enumerate().filter(|(j, _)| *j != i);
+            others.map(|(_, present)| i128::from(*present)).product::<i128>()
+        };
+        let numerator: i128 =
+            (0..weights.len()).map(|i| i128::from(weights[i]) * i128::from(sums[i]) * others(i)).sum();
+        let denominator: f64 = present.iter().map(|present| *present as f64).product();
+        let square = |weight: i64| (weight * weight) as f64;
+        let all = weights.iter().map(|weight| square(*weight)).sum::<f64>();
+        let over_present: f64 = weights.iter().zip(present).map(|(w, present)| square(*w) / *present as f64).sum();
+        let share = all / (m as f64 * over_present);
+        let z = m as f64 * (numerator as f64 / denominator);
+        let fixed = |value: f64, bits: u32| (value * (1_u64 << bits) as f64).round();
+        let square = fixed(share * z * z, FRACTION_BITS);
+        (fixed(share, SHARE_BITS) as u128, (square < i128::MAX as f64).then_some(square as u128))
+    }
+
+    proptest! {
+        #[test]
+        fn windows_added_together_are_those_of_the_definition(
+            deviation in prop_oneof![Just(Deviation::Allan), Just(Deviation::Hadamard)],
+            k in 1_u32..=30,
+            bits in 1_u32..62,
+            windows in vec((any::<[i64; 3]>(), any::<[u32; 3]>()), 0..200),
+        ) {
+            let (m, order) = (1_u32 << k, deviation.order());
+            let weights = deviation.weights();
+            let mut shared = GappedWindows::default();
+            let mut shares = 0;
+            let (mut clusters, mut expected) = ([vec![], vec![], vec![]], (0, Some(0_u128)));
+            for (place, (sums, missing)) in windows.iter().enumerate() {
+                let sums = sums.map(|sum| sum >> (63 - bits));
+                let present = missing.map(|missing| m - missing % (m / 2 + 1));
+                let (share, square) =
+                    defined(m.into(), &weights[..order], &sums[..order], &present.map(u64::from)[..order]);
+                expected = (
+                    expected.0 + share,
+                    expected.1.zip(square).and_then(|(sum, square)| sum.checked_add(square)),
+                );
+                let of_two = [present[0], present[1], 1];
+                shares += shared.push(m, weights, place, if order == 2 { of_two } else { present });
+                clusters.iter_mut().zip(sums).for_each(|(cluster, sum)| cluster.push(sum));
+            }
+            let [a, b, c] = &clusters;
+            let mut found = Gapped::EMPTY;
+            match deviation {
+                Deviation::Allan => found.add(&shared, 0..shared.len(), shares, weights, [a, b]),
+                Deviation::Hadamard => found.add(&shared, 0..shared.len(), shares, weights, [a, b, c]),
+            }
+            prop_assert_eq!(found, Gapped { windows: windows.len() as u64, shares: expected.0, squares: expected.1 });
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::mem;
 
 use multiversion::multiversion;
 
-use super::{cascade::MAX_LEVEL, squares::SquareSum};
+use super::{squares::SquareSum, window_plan::MAX_LEVEL};
 use crate::accumulate::record::Deviation;
 
 /// Every octave visits the block at two more places of the record: long enough for the memory to
@@ -86,10 +86,10 @@ pub(super) fn add_windows(deviation: Deviation, prefix: &[i64], first_end: usize
     let points = |lag: usize| &prefix[first_end - lag * m..][..len];
     match deviation {
         Deviation::Allan => {
-            squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
+            squares.add(len as u64, [points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
         }
         Deviation::Hadamard => {
-            squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
+            squares.add(len as u64, [points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
                 second_difference(p0, p1, p2).wrapping_sub(second_difference(p1, p2, p3))
             });
         }

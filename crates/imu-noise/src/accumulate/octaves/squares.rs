@@ -16,10 +16,11 @@ pub(super) struct SquareSum {
 impl SquareSum {
     pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
 
-    /// Adds the squares of `z` at each place of the slices of `points`, which are equally long.
+    /// Adds so many windows: the squares of `z` at each place of the slices of `points`, which are
+    /// equally long.
     #[inline(always)]
-    pub(super) fn add<const P: usize>(&mut self, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
-        self.terms += points[0].len() as u64;
+    pub(super) fn add<const P: usize>(&mut self, windows: u64, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
+        self.terms += windows;
         let squares = match in_lanes(points, &z) {
             Some(sum) => Some(sum.into()),
             None => in_128_bits(points, &z),
@@ -79,9 +80,9 @@ mod tests {
     #[test]
     fn a_sum_beyond_128_bits_is_unknown() {
         let mut sum = SquareSum::EMPTY;
-        sum.add([&[i64::MIN; 3]], |[z]| z);
+        sum.add(3, [&[i64::MIN; 3]], |[z]| z);
         assert_eq!(sum, SquareSum { terms: 3, sum: Some(3 << 126) });
-        sum.add([&[i64::MIN]], |[z]| z);
+        sum.add(1, [&[i64::MIN]], |[z]| z);
         assert_eq!(sum, SquareSum { terms: 4, sum: None });
     }
 

@@ -54,12 +54,6 @@ impl<T: Copy + Default> Segments<T> {
         self.counts_missing = true;
     }
 
-    /// A record that begins at this index; those before it count as missing.
-    pub(super) const fn start_at(&mut self, index: u64) {
-        self.end = index;
-        self.samples = if self.counts_missing { index } else { 0 };
-    }
-
     /// Behind the last place.
     pub(super) const fn end(&self) -> u64 {
         self.end

@@ -8,7 +8,7 @@ use crate::accumulate::record::{Deviation, Estimator};
 use crate::oracle;
 
 fn identified(block: u64, runs: &[(Option<u64>, &[i32])]) -> LagOneSums {
-    let mut aligned = AlignedSums::new(block, 0);
+    let mut aligned = AlignedSums::new(block);
     let mut identification = LagOneSums::new(block);
     let complete = |block: AlignedBlock, of: u64, identification: &mut LagOneSums| {
         if block.present == of {

@@ -1,7 +1,7 @@
 //! The cascade at every number of windows per averaging time, against exact tables.
 
 use super::Cascade;
-use crate::accumulate::record::Deviation;
+use crate::accumulate::{octaves::window_plan::WindowPlans, record::Deviation, stretch::Stretch};
 use crate::oracle;
 
 /// Compares with the rows `sadevR` and `shdevR` of `stream`; returns how many there were.
@@ -14,7 +14,9 @@ fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {
             let mut cascade = Cascade::new(windows_per_tau, deviation);
             for &(missing, counts) in runs {
                 cascade.gap(Some(missing));
-                cascade.push(counts);
+                for counts in counts.chunks(Stretch::MOST) {
+                    cascade.push(counts, &Stretch::full(counts.len()), &mut WindowPlans::new());
+                }
             }
             for row in rows.iter().filter(|row| row.stat == stat && row.stream == stream) {
                 let (squares, ..) = cascade.octave(row.m.ilog2() as usize).unwrap();
