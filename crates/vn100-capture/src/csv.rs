@@ -6,15 +6,14 @@
 //! through a float, stamps become nanoseconds, and a row that is not understood is counted with its
 //! reason.
 
-mod clock;
 mod column_map;
 mod column_name;
+mod date;
 mod detect;
 mod dialect;
 mod fields;
 mod guess;
 mod header;
-mod kept;
 mod lines;
 mod number;
 mod reader;
@@ -22,7 +21,6 @@ mod resolution;
 mod row_counts;
 mod row_parser;
 mod sensor_column;
-mod so_far;
 mod stamp;
 mod stamp_columns;
 mod stamp_search;
@@ -34,13 +32,7 @@ mod time_name;
 use thiserror::Error;
 use vn100_protocol::Layout;
 
-use self::{
-    clock::ClockForm,
-    dialect::Dialect,
-    fields::LastField,
-    resolution::{ColumnScan, Prior, Quantizer, Scanned},
-    stamp::StampForm,
-};
+use self::{date::DateForm, dialect::Dialect, fields::LastField, resolution::Quantizer, stamp::StampForm};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use column_map::{by_name, known};
 pub(crate) use detect::detect;
@@ -53,8 +45,7 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 /// The byte order mark that some programs write before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, which its head determines; the size of a count is determined by
-/// all rows.
+/// How a CSV file is to be read, which its head determines.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
@@ -64,9 +55,7 @@ pub(crate) struct CsvPlan {
     line_end: u8,
     dialect: Dialect,
     columns: Vec<ColumnUse>,
-    /// For each channel of the layout, what is known before its column is read, and how the column
-    /// becomes counts.
-    priors: Vec<Prior>,
+    /// How the column of each channel of the layout becomes counts.
     quantizers: Vec<Quantizer>,
     /// How the last fields of the first rows are printed, by which a truncated row is recognised;
     /// `None` for sentences, which have a checksum.
@@ -74,7 +63,7 @@ pub(crate) struct CsvPlan {
     /// The columns of the stamps and their forms, as a column map names them.
     times: Option<String>,
     /// The form of dates and times of day.
-    clock: Option<ClockForm>,
+    clock: Option<DateForm>,
     /// The time from a row to the next one with the same stamp; `None` where it is usual that
     /// several rows have one stamp.
     repeated_step_ns: Option<i64>,
@@ -106,11 +95,6 @@ enum Kind {
 }
 
 impl CsvPlan {
-    /// Sets the size of a count of each channel by what its column prints.
-    fn quantize(&mut self, scans: &[ColumnScan], scanned: Scanned) {
-        self.quantizers = scans.iter().zip(&self.priors).map(|(scan, &prior)| scan.quantizer(prior, scanned)).collect();
-    }
-
     /// The layout of the rows in their counts; `None` for sentences.
     fn layout(&self) -> Option<Layout> {
         let Kind::Values(layout) = &self.kind else { return None };
@@ -285,15 +269,13 @@ impl CsvError {
     }
 }
 
-/// The beginning of `text`, without control characters; read as Latin-1 where it is not UTF-8.
+/// The beginning of `text`, without control characters; read as Latin-1 if it is not UTF-8.
 fn shown(text: &[u8]) -> String {
     const SHOWN_BYTES: usize = 160;
     let head = &text[..text.len().min(SHOWN_BYTES)];
-    let is_utf8 = std::str::from_utf8(text).is_ok();
-    let decoded = if is_utf8 {
-        String::from_utf8_lossy(head).into()
-    } else {
-        head.iter().copied().map(char::from).collect::<String>()
+    let decoded = match str::from_utf8(text) {
+        Ok(_) => String::from_utf8_lossy(head),
+        Err(_) => encoding_rs::mem::decode_latin1(head),
     };
     let mut shown = decoded.replace('\t', " ");
     shown.retain(|c| !c.is_control());

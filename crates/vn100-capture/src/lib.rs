@@ -39,7 +39,6 @@ mod recording;
 mod source;
 mod timing_sidecar;
 mod unpack;
-mod utf16;
 
 pub use bag::{BagError, BagForm, TopicSummary};
 pub use capture::{Capture, OpenError};

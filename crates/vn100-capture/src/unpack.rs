@@ -7,11 +7,12 @@ use std::{
 };
 
 use bzip2::read::MultiBzDecoder;
+use encoding_rs_io::DecodeReaderBytes;
 use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
 use liblzma::{read::XzDecoder, stream::Stream};
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::{captures_below::is_message, utf16};
+use crate::captures_below::is_message;
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -138,7 +139,32 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
         }
         _ => Box::new(whole),
     };
-    Ok(utf16::as_utf8(unpacked)?)
+    Ok(as_utf8(unpacked)?)
+}
+
+/// How many bytes after the byte order mark of UTF-16 are examined to confirm that it is one.
+const EXAMINED_BYTES: u64 = 64;
+
+/// The same bytes, or their text in UTF-8 if a byte order mark and the characters after it say that
+/// it is in UTF-16, in either order.
+fn as_utf8(mut reader: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
+    let mut head = Vec::new();
+    reader.by_ref().take(1).read_to_end(&mut head)?;
+    if matches!(head[..], [0xff | 0xfe]) {
+        reader.by_ref().take(1 + EXAMINED_BYTES).read_to_end(&mut head)?;
+    }
+    let unit: Option<fn([u8; 2]) -> u16> = match head[..] {
+        [0xff, 0xfe, ..] => Some(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => Some(u16::from_be_bytes),
+        _ => None,
+    };
+    let is_text = |unit: u16| matches!(unit, 9 | 10 | 13 | 0x20..=0x7e | 0xa0..=0x24f | 0x2000..=0x22ff);
+    let is_utf16 = unit.is_some_and(|unit| {
+        let mut units = head[2..].chunks_exact(2).map(|bytes| unit([bytes[0], bytes[1]]));
+        head.len() >= 4 && units.all(is_text)
+    });
+    let whole = Cursor::new(head).chain(reader);
+    Ok(if is_utf16 { Box::new(DecodeReaderBytes::new(whole)) } else { Box::new(whole) })
 }
 
 /// The name of the first file in an archive that begins with `magic`: behind 30 bytes, its length
@@ -277,6 +303,7 @@ mod tests {
     use std::io::Write;
 
     use flate2::{Compression, write::GzEncoder};
+    use proptest::prelude::*;
 
     use super::*;
 
@@ -322,5 +349,44 @@ mod tests {
         let mut reader = Interrupted(&bytes, false);
         let outcome = Gunzip::new(&mut reader).read_to_end(&mut whole);
         assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
+    }
+
+    /// What is read of `bytes`, some of them at a time.
+    fn text(bytes: &[u8], step: usize) -> Vec<u8> {
+        struct Slow(Cursor<Vec<u8>>, usize);
+        impl Read for Slow {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                Read::take(&mut self.0, self.1 as u64).read(buffer)
+            }
+        }
+        let mut text = Vec::new();
+        as_utf8(Box::new(Slow(Cursor::new(bytes.to_vec()), step))).unwrap().read_to_end(&mut text).unwrap();
+        text
+    }
+
+    #[test]
+    fn what_only_begins_as_utf_16_stays_what_it_is() {
+        for bytes in
+            [&b""[..], b"\xff", b"\xff\xfe", b"\xff\xfe\0", b"\xfe\xff\0\0\0\0", b"\xff\xfe$VNYMR,\x80\x01", b"$VN"]
+        {
+            assert_eq!(text(bytes, 2), bytes, "{bytes:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn utf_16_of_either_order_is_the_same_text(
+            begin in "[a-z,0-9]{40}", end in "[\u{20}-\u{7e}\u{b0}\u{1f600}\r\n]{0,300}", step in 1_usize..50,
+        ) {
+            let whole = begin + &end;
+            let bytes = |unit: fn(u16) -> [u8; 2]| {
+                "\u{feff}".encode_utf16().chain(whole.encode_utf16()).flat_map(unit).collect::<Vec<_>>()
+            };
+            prop_assert_eq!(text(&bytes(u16::to_le_bytes), step), whole.as_bytes());
+            let big = bytes(u16::to_be_bytes);
+            prop_assert_eq!(text(&big, step), whole.as_bytes());
+            let cut = String::from_utf8(text(&big[..big.len() - 1], step)).unwrap();
+            prop_assert!(cut.ends_with(char::REPLACEMENT_CHARACTER));
+        }
     }
 }

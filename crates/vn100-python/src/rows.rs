@@ -94,9 +94,6 @@ impl Rows {
                     Some(error) => return Err(CaptureError::new_err(error.to_string())),
                     None => return Ok(None),
                 },
-                Ok(Some(Event::ReadAgain)) => {
-                    return Err(PyRuntimeError::new_err("the capture began again; read it from a file"));
-                }
                 Ok(Some(Event::Batch(_) | Event::Link(_))) => {}
                 Ok(None) => return Ok(None),
             }

@@ -183,13 +183,6 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             write_wrapped(out, &text)?;
         }
     }
-    if csv.read_again > 0 {
-        let times = counted(csv.read_again.into(), "time");
-        write_wrapped(
-            out,
-            &format!("  read again  {times} from a temporary file, for numbers larger or longer than before"),
-        )?;
-    }
     write_absent(out, &csv.absent, ("rows", "line"))
 }
 

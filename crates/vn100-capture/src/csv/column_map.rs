@@ -183,7 +183,7 @@ impl ColumnMap {
     pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
         self.stamp.iter().map(|(column, form)| match form {
             StampForm::Unit(unit) => (column, Some(unit.in_nanoseconds())),
-            StampForm::Clock(_) => (column, None),
+            StampForm::Date(_) => (column, None),
         })
     }
 

@@ -14,7 +14,7 @@ use super::{
     header::{ColumnPlaces, Header},
     lines::is_comment_or_blank,
     number::Number,
-    resolution::{ColumnScan, Prior, SCANNED_ROWS, Scanned},
+    resolution::{HEAD_ROWS, Prior, Quantizer},
     sensor_column::several_sensors,
     shown,
     stamp_columns::StampColumns,
@@ -227,12 +227,12 @@ impl<'a> HeaderCandidate<'a> {
         };
         let channels: Vec<_> = places.channels.iter().map(channel).collect();
         let prior = |&(_, index): &(usize, usize)| match (unit_of(index), known(index)) {
-            (Some(unit), channel) if *unit.name != *channel.unit => Prior::of_unit(unit),
+            (Some(unit), channel) if *unit.name != *channel.unit => Prior::of_unit(unit, range(known(index))),
             (_, channel) => Prior {
                 decimals: channel.decimals,
                 limit: Some(channel.value(channel.limit_counts)),
+                range: range(channel),
                 zero_hundredths: 0,
-                turns: channel.quantity == Quantity::Angle,
             },
         };
         let priors: Vec<_> = places.channels.iter().map(prior).collect();
@@ -268,7 +268,8 @@ impl<'a> HeaderCandidate<'a> {
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let compensated = self.said_compensated();
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
-        let priors: Vec<_> = mapped.iter().map(|mapped| Prior::of_unit(&mapped.unit)).collect();
+        let priors: Vec<_> =
+            mapped.iter().map(|mapped| Prior::of_unit(&mapped.unit, range(known(mapped.index)))).collect();
         Ok(self.complete(&places, Kind::Values(layout), priors, lines_above))
     }
 
@@ -380,7 +381,8 @@ impl<'a> HeaderCandidate<'a> {
     /// Completes a plan with what the first rows show, the unit of the stamps too if it is not
     /// given.
     fn complete(&self, places: &ColumnPlaces, kind: Kind, priors: Vec<Prior>, lines_above: usize) -> CsvPlan {
-        let scans = self.first_rows(places, lines_above);
+        let numbers = self.first_numbers(places, lines_above);
+        let quantizers = numbers.iter().zip(priors).map(|(numbers, prior)| Quantizer::new(numbers, prior));
         let mut columns = vec![ColumnUse::Ignored; self.header.width()];
         for &(place, column) in places.stamp.iter().flat_map(|stamp| &stamp.columns) {
             columns[place] = column;
@@ -395,22 +397,19 @@ impl<'a> HeaderCandidate<'a> {
             columns[place] = ColumnUse::OtherStream;
         }
         let ends_in_sentence = columns.last() == Some(&ColumnUse::Sentence);
-        let mut plan = CsvPlan {
+        CsvPlan {
             kind,
             last_field: (!ends_in_sentence).then(|| self.last_field(lines_above)),
             ignored_columns: places.ignored(&self.header),
             line_end: self.line_end,
             dialect: self.dialect,
             columns,
-            priors,
-            quantizers: Vec::new(),
+            quantizers: quantizers.collect(),
             times: places.stamp.as_ref().map(|stamp| stamp.named(&self.header)),
             clock: places.stamp.as_ref().and_then(StampColumns::clock),
             repeated_step_ns: places.stamp.as_ref().and_then(|stamp| stamp.repeated_step_ns),
             lines_above: lines_above as u64,
-        };
-        plan.quantize(&scans, Scanned::Head);
-        plan
+        }
     }
 
     /// How the first rows end that do have a line end.
@@ -425,19 +424,30 @@ impl<'a> HeaderCandidate<'a> {
         forms.reduce(LastField::common).unwrap_or_default()
     }
 
-    /// What the first rows print in the column of each channel.
-    fn first_rows(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<ColumnScan> {
-        let mut scans = vec![ColumnScan::default(); places.channels.len()];
+    /// The numbers of the first rows in the column of each channel.
+    fn first_numbers(&self, places: &ColumnPlaces, lines_above: usize) -> Vec<Vec<Number>> {
+        let mut numbers = vec![Vec::new(); places.channels.len()];
         for cells in self.cells(places, lines_above) {
-            for (scan, &(place, _)) in scans.iter_mut().zip(&places.channels) {
-                if let Some(number) = cells.get(place).and_then(|cell| Number::parse(cell)) {
-                    scan.add(&number);
-                }
+            for (numbers, &(place, _)) in numbers.iter_mut().zip(&places.channels) {
+                numbers.extend(cells.get(place).and_then(|cell| Number::parse(cell)));
             }
         }
-        scans
+        numbers
     }
 }
+
+/// The largest magnitude that a sensor measures in this channel; an angle may turn several times,
+/// and of a series nothing is known.
+fn range(channel: &Channel) -> f64 {
+    match channel.quantity {
+        Quantity::Value => 0.0,
+        Quantity::Angle => TURNS * channel.value(channel.limit_counts),
+        _ => channel.value(channel.limit_counts),
+    }
+}
+
+/// The counts of an angle continue beyond a turn: there is room for this many times the largest.
+const TURNS: f64 = 8.0;
 
 /// Whether inertial sensors of any make measure it.
 fn is_of_any_sensor(channel: &Channel) -> bool {
@@ -451,5 +461,5 @@ fn holds_number(cells: &[Vec<u8>], place: usize) -> bool {
 /// The first rows below `lines_above`.
 fn rows<'a>(lines: &'a [&'a [u8]], lines_above: usize) -> impl Iterator<Item = &'a [u8]> {
     let below = lines[lines_above..].iter().copied();
-    below.filter(|line| !is_comment_or_blank(line)).take(SCANNED_ROWS)
+    below.filter(|line| !is_comment_or_blank(line)).take(HEAD_ROWS)
 }

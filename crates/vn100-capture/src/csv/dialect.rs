@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use memchr::memmem;
 
 use super::{
-    clock,
+    date,
     fields::FieldCutter,
     number::{Number, are_thousands},
 };
@@ -67,7 +67,7 @@ impl Dialect {
             while let Some(word) = words.next() {
                 tidy.extend_from_slice(word);
                 if self.has_dates && (is_date(word) || word.eq_ignore_ascii_case(b"date")) {
-                    let time = words.next_if(|time| clock::is_time(time) || time.eq_ignore_ascii_case(b"time"));
+                    let time = words.next_if(|time| date::is_time(time) || time.eq_ignore_ascii_case(b"time"));
                     tidy.extend(time.iter().flat_map(|time| [b"_", *time].concat()));
                     tidy.extend(words.next_if(|zone| time.is_some() && is_zone(zone)).into_iter().flatten());
                 }
@@ -128,7 +128,7 @@ fn separator(line: &[u8]) -> u8 {
 fn is_spaced(line: &[u8]) -> bool {
     let is_number =
         |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
-    let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || clock::is_stamp(word);
+    let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || date::is_stamp(word);
     !line.contains(&b';')
         && !line.contains(&b'|')
         && line.contains(&b' ')
@@ -146,13 +146,13 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 fn is_date(word: &[u8]) -> bool {
     // a number has no second such sign between digits
     let is_sign = |byte: &&u8| matches!(byte, b'-' | b'/' | b'.');
-    word.iter().filter(is_sign).count() == 2 && clock::is_stamp(&[word, b" 00:00:00"].concat())
+    word.iter().filter(is_sign).count() == 2 && date::is_stamp(&[word, b" 00:00:00"].concat())
 }
 
 /// Whether the text is a time zone and no number.
 fn is_zone(word: &[u8]) -> bool {
     let is_offset = matches!(word, [b'+' | b'-', _, _, b':', ..]);
-    (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && clock::is_time(&[b"00:00:00", word].concat())
+    (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && date::is_time(&[b"00:00:00", word].concat())
 }
 
 /// Whether the text is a number with a decimal comma.

@@ -29,7 +29,7 @@ pub(super) enum Absence {
 
 impl RowCounts {
     pub(super) fn new(plan: &CsvPlan) -> Self {
-        let channels = plan.priors.len();
+        let channels = plan.quantizers.len();
         Self {
             report: CsvReport {
                 ignored_columns: plan.ignored_columns.clone(),

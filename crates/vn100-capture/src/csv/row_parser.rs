@@ -9,9 +9,7 @@ use super::{
     fields::FieldCutter,
     lines::{Completeness, CsvLine, is_comment_or_blank},
     number::Number,
-    resolution::ColumnScan,
     row_counts::{Absence, RowCounts},
-    so_far::SoFar,
     stamp,
 };
 
@@ -44,14 +42,11 @@ pub(super) struct RowParser {
     quote_open: bool,
     /// The counts of the lines by their kind.
     pub(super) counted: RowCounts,
-    /// The numbers of all rows, where the size of a count depends on them and they are read only
-    /// once.
-    pub(super) so_far: Option<SoFar>,
 }
 
 impl RowParser {
-    pub(super) fn new(plan: CsvPlan, so_far: Option<SoFar>) -> Self {
-        let channels = plan.priors.len();
+    pub(super) fn new(plan: CsvPlan) -> Self {
+        let channels = plan.quantizers.len();
         Self {
             fields: FieldCutter::new(plan.dialect.separator, plan.line_end),
             counts: vec![0; channels],
@@ -66,29 +61,13 @@ impl RowParser {
             last_stamp_ns: None,
             quote_open: false,
             counted: RowCounts::new(&plan),
-            so_far,
             plan,
         }
     }
 
-    /// Whether the rows so far may require another size of a count.
-    pub(super) fn asks_for_other_counts(&self) -> bool {
-        self.so_far.as_ref().is_some_and(SoFar::is_due)
-    }
-
     /// What has become of the lines so far.
     pub(super) fn report(&self) -> CsvReport {
-        let read_again = self.so_far.as_ref().map_or(0, SoFar::readings);
-        CsvReport { first_stamp_ns: self.first_stamp_ns, read_again, ..self.counted.report(&self.plan) }
-    }
-
-    /// Adds the numbers of a line to what is known of their columns.
-    pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
-        for (scan, number) in scans.iter_mut().zip(self.numbers(line).into_iter().flatten()) {
-            if let Some(number) = number {
-                scan.add(number);
-            }
-        }
+        CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
     }
 
     /// The numbers of a line, if it is a valid row.
@@ -166,10 +145,7 @@ impl RowParser {
     #[inline]
     fn values(&mut self, line: &CsvLine<'_>) -> Result<Option<i64>, RejectedRow> {
         let stamp = self.cells(line.text)?;
-        let Self { plan, counts, absent, counted, cells, so_far, .. } = self;
-        if let Some(so_far) = so_far {
-            so_far.add(line.number, cells, plan);
-        }
+        let Self { plan, counts, absent, counted, cells, .. } = self;
         for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
             let count = cell.as_ref().and_then(|number| quantizer.count(number));
             counts[slot] = count.unwrap_or_default();
@@ -253,7 +229,7 @@ impl RowParser {
     #[inline]
     fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
         let stamp_ns = match self.plan.clock {
-            Some(form) => form.behind(self.last_stamp_ns, stamp_ns),
+            Some(form) => form.after(self.last_stamp_ns, stamp_ns),
             None => stamp_ns,
         };
         let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{clock::ClockForm, number::Number};
+use super::{date::DateForm, number::Number};
 
 /// Times of the years 2001 to 2102 in seconds since 1970.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
@@ -55,19 +55,19 @@ pub(super) enum StampForm {
     /// A number in this unit.
     Unit(StampUnit),
     /// A date or a time of day.
-    Clock(ClockForm),
+    Date(DateForm),
 }
 
 impl StampForm {
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        StampUnit::ALL.map(Self::Unit).into_iter().chain(ClockForm::ALL.map(Self::Clock))
+        StampUnit::ALL.map(Self::Unit).into_iter().chain(DateForm::ALL.map(Self::Date))
     }
 
     /// Its name in a column map.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Unit(unit) => unit.name,
-            Self::Clock(form) => form.name(),
+            Self::Date(form) => form.name(),
         }
     }
 
@@ -79,7 +79,7 @@ impl StampForm {
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         match self {
             Self::Unit(unit) => unit.nanoseconds(&Number::parse(stamp)?),
-            Self::Clock(form) => form.nanoseconds(stamp),
+            Self::Date(form) => form.nanoseconds(stamp),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The columns that hold the stamps of the rows.
 
-use super::{ColumnUse, clock::ClockForm, stamp::StampForm};
+use super::{ColumnUse, date::DateForm, stamp::StampForm};
 
 /// The columns of the stamps, in the order in which they are added.
 #[derive(Debug, Clone)]
@@ -13,9 +13,9 @@ pub(super) struct StampColumns {
 
 impl StampColumns {
     /// The form of dates and times of day.
-    pub(super) fn clock(&self) -> Option<ClockForm> {
+    pub(super) fn clock(&self) -> Option<DateForm> {
         self.columns.iter().find_map(|&(_, column)| match column {
-            ColumnUse::Stamp(StampForm::Clock(form)) => Some(form),
+            ColumnUse::Stamp(StampForm::Date(form)) => Some(form),
             _ => None,
         })
     }

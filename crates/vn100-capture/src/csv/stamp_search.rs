@@ -3,8 +3,8 @@
 
 use super::{
     ColumnUse, CsvError,
-    clock::ClockForm,
     column_map::{ColumnMap, STAMP},
+    date::DateForm,
     header::Header,
     number::Number,
     shown,
@@ -80,7 +80,7 @@ impl StampSearch<'_> {
         let exactly = self.free().filter(|&place| self.name(place).is_stamp() && self.ascends(place));
         let exactly = { exactly }.find_map(|place| Some((place, self.form(place).ok()?)));
         let single = |(place, form)| vec![(place, ColumnUse::Stamp(form))];
-        let by_content = || self.free().find_map(|place| Some((place, StampForm::Clock(self.clock(place).ok()??))));
+        let by_content = || self.free().find_map(|place| Some((place, StampForm::Date(self.clock(place).ok()??))));
         let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
         columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
     }
@@ -149,7 +149,7 @@ impl StampSearch<'_> {
         self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
         if scan.is_empty() {
             return match self.clock(place)? {
-                Some(form) => Ok(StampForm::Clock(form)),
+                Some(form) => Ok(StampForm::Date(form)),
                 None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::ALL[0])),
                 None => Err(self.no_stamps(place)),
             };
@@ -165,14 +165,14 @@ impl StampSearch<'_> {
     }
 
     /// Dates, or times of day; `None` where no cell is one of these.
-    fn clock(&self, place: usize) -> Result<Option<ClockForm>, CsvError> {
-        let fits = |form: &ClockForm| {
+    fn clock(&self, place: usize) -> Result<Option<DateForm>, CsvError> {
+        let fits = |form: &DateForm| {
             let mut cells = self.cells(place).filter(|cell| !cell.is_empty()).peekable();
             cells.peek().is_some() && cells.all(|cell| form.nanoseconds(cell).is_some())
         };
-        let fitting: Vec<ClockForm> = ClockForm::ALL.into_iter().filter(fits).collect();
+        let fitting: Vec<DateForm> = DateForm::ALL.into_iter().filter(fits).collect();
         match fitting[..] {
-            [ClockForm::DayFirst, ClockForm::MonthFirst] => Err(CsvError::DateOrder {
+            [DateForm::DayFirst, DateForm::MonthFirst] => Err(CsvError::DateOrder {
                 column: self.header.names[place].clone(),
                 argument: self.header.argument(place),
             }),

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use vn100_protocol::Channel;
 
-use super::{CsvPlan, Kind, lines::Lines, resolution::SCANNED_ROWS, row_parser::RowParser};
+use super::{CsvPlan, Kind, lines::Lines, resolution::HEAD_ROWS, row_parser::RowParser};
 
 /// The least fraction of the rows with either of two channels that have both, for channels of one
 /// rate.
@@ -32,7 +32,7 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
         Kind::Values(_) | Kind::Sentences => return Vec::new(),
     };
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan, None);
+    let mut parser = RowParser::new(plan);
     let mut presence = Presence::new(channels.len());
     let mut whole_rows = 0;
     while lines.fill().unwrap_or(false) {
@@ -41,7 +41,7 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
             // counted up to the first row that lacks a value
             whole_rows += usize::from(presence.rows == whole_rows && numbers.iter().all(Option::is_some));
             presence.add(numbers.iter().map(Option::is_some));
-            if whole_rows == SCANNED_ROWS {
+            if whole_rows == HEAD_ROWS {
                 return Vec::new();
             }
         }

@@ -56,28 +56,15 @@ fn layout(plan: &CsvPlan) -> Layout {
     plan.layout().unwrap()
 }
 
-/// The plan of a file that is read twice.
-fn whole_plan(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
-    scanned(plan(&text, map).unwrap().unwrap(), text)
-}
-
-fn scanned(plan: CsvPlan, text: impl AsRef<[u8]>) -> CsvPlan {
-    let mut parser = RowParser::new(plan, None);
-    let mut scans = vec![ColumnScan::default(); parser.plan.priors.len()];
-    let mut lines = Lines::new(text.as_ref(), parser.plan.line_end);
-    while lines.fill().unwrap() {
-        while let Some(line) = lines.next_buffered() {
-            parser.scan(&line, &mut scans);
-        }
-    }
-    parser.plan.quantize(&scans, Scanned::Whole);
-    parser.plan
+/// The plan of a file that has one.
+fn planned(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
+    plan(text, map).unwrap().unwrap()
 }
 
 fn read(plan: CsvPlan, reader: impl Read) -> Whole {
     let mut whole = Whole::default();
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan, None);
+    let mut parser = RowParser::new(plan);
     let mut count = 0;
     while lines.fill().unwrap() {
         while let Some(line) = lines.next_buffered() {
@@ -105,7 +92,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
 }
 
 fn read_text(text: impl AsRef<[u8]>, map: Option<&str>) -> Whole {
-    read(whole_plan(&text, map), text.as_ref())
+    read(planned(&text, map), text.as_ref())
 }
 
 fn samples(bytes: &[u8], options: Options) -> Vec<i32> {

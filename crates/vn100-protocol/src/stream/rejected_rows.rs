@@ -42,9 +42,6 @@ pub struct CsvReport {
     pub ignored_columns: Vec<String>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.
     pub rounded: Vec<String>,
-    /// How often the rows so far were read again, because their counts became others: of a table
-    /// that could not be read twice from the beginning.
-    pub read_again: u32,
     /// Channels that rows lack which are otherwise good, one entry for each such channel.
     pub absent: Vec<AbsentValues>,
 }

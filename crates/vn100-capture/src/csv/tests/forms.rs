@@ -8,7 +8,7 @@ fn expected() -> (Vec<f64>, Vec<i64>) {
 }
 
 fn values(text: &str, map: Option<&str>) -> (Vec<f64>, Vec<i64>) {
-    let plan = whole_plan(text, map);
+    let plan = planned(text, map);
     let channels = layout(&plan).channels;
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.rejected_rows(), 0, "{text}");
@@ -87,15 +87,15 @@ proptest::proptest! {
 fn a_row_of_units_below_the_names_is_taken_for_them() {
     let rows = "0.00;90.0;1.0\n0.01;-90.0;1.0\n";
     for units in ["s;deg/s;g", "[s];[°/s];[g]", "(s);(deg/s);(g)", "s;dps;g;"] {
-        let whole_plan = whole_plan(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
-        let scales: Vec<f64> = layout(&whole_plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
+        let plan = planned(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
+        let scales: Vec<f64> = layout(&plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
         // of a tenth
         let expected = [0.1 * 9.80665, 0.1 * std::f64::consts::PI / 180.0];
         assert!(
             scales.iter().zip(expected).all(|(scale, expected)| (scale / expected - 1.0).abs() < 1e-12),
             "{units}: {scales:?}"
         );
-        let whole = read(whole_plan, format!("time;gyro_x;accel_z\n{units}\n{rows}").as_bytes());
+        let whole = read(plan, format!("time;gyro_x;accel_z\n{units}\n{rows}").as_bytes());
         assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0), "{units}");
         assert_eq!(whole.stamps_ns, [0, 10_000_000], "{units}");
     }
@@ -125,7 +125,7 @@ fn thousands_may_stand_apart_in_values_and_stamps() {
 #[test]
 fn names_in_latin_1_are_read() {
     let text = b"Zeit [s];gyro_x [\xb0/s]\n0,00;1,5\n0,01;-1,5\n";
-    let plan = whole_plan(text, None);
+    let plan = planned(text, None);
     assert_eq!(plan.times.as_deref(), Some("Zeit [s]:s"));
     let degree = layout(&plan).channels[0].in_unit(10.0);
     assert!((degree * 180.0 / std::f64::consts::PI - 1.0).abs() < 1e-12, "{degree}");

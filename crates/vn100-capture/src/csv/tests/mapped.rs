@@ -73,35 +73,43 @@ fn whether_columns_are_compensated_only_the_words_of_the_file_say() {
 }
 
 #[test]
-fn what_does_not_fit_is_rounded_to_a_power_of_two_and_says_so() {
-    let numbers = (0..resolution::SCANNED_ROWS).map(|row| (row as f64).sin() * 100.0);
-    let numbers: Vec<_> = numbers.chain([0.000_123_456_789_012_34, 21_474.0, 300_000.0]).collect();
-    let text = format!("w\n{}", numbers.iter().map(|number| format!("{number}\n")).collect::<String>());
-    let plan = whole_plan(&text, Some("gyro_x=w:deg/s"));
-    let channel = layout(&plan).channels[0].clone();
-    // 300 000 · 2^12 fits 32 bits, with 2^13 it does not
-    assert_eq!(
-        (plan.rounded(), plan.quantizers[0].scale),
-        (vec!["gyro_x".to_owned()], resolution::CountScale::Binary(12))
+fn floats_are_rounded_to_a_power_of_two_and_larger_ones_later_have_room() {
+    let numbers = (0..resolution::HEAD_ROWS).map(|row| (row as f64).sin() * 100.0);
+    let numbers: Vec<_> = numbers.chain([0.000_123_456_789_012_34, 6300.0, 1e12, 1.5]).collect();
+    let text = format!(
+        "w
+{}",
+        numbers
+            .iter()
+            .map(|number| format!(
+                "{number}
+"
+            ))
+            .collect::<String>()
     );
-    assert_eq!((channel.decimals, channel.scale), (0, std::f64::consts::PI / 180.0 / 4096.0));
+    let plan = planned(&text, Some("gyro_x=w:deg/s"));
+    let channel = layout(&plan).channels[0].clone();
+    assert_eq!((plan.rounded(), channel.decimals), (vec!["gyro_x".to_owned()], 0));
+    let degree = std::f64::consts::PI / 180.0;
+    assert!(channel.scale < 1e-5 * degree && (channel.scale / degree).log2().fract() == 0.0, "{}", channel.scale);
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.report.rounded, ["gyro_x"]);
-    for (count, number) in whole.counts.iter().zip(&numbers) {
-        assert!((f64::from(*count) / 4096.0 - number).abs() <= 0.5 / 4096.0, "{number}");
-    }
-    assert_eq!((whole.counts.len(), whole.rejected_rows()), (numbers.len(), 0));
+    let is_held =
+        |(count, number): (&i32, &f64)| (channel.value(*count) - number * degree).abs() <= 0.5 * channel.scale;
+    let held = numbers.iter().take(1002).chain(&numbers[1003..]);
+    assert!(whole.counts.iter().zip(held).all(is_held));
+    // what does not fit is no sample, and is counted
+    assert_eq!((whole.counts.len(), whole.rejected), (1003, vec![(1002, RejectedRow::Number)]));
 }
 
 #[test]
 fn digits_behind_those_of_the_head_are_rounded_away_and_named() {
-    let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::SCANNED_ROWS));
+    let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::HEAD_ROWS));
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     assert!(plan.rounded().is_empty());
     let whole = read(plan, text.as_bytes());
-    assert_eq!(whole.counts[resolution::SCANNED_ROWS - 1..], [15, 2, 3]);
+    assert_eq!(whole.counts[resolution::HEAD_ROWS - 1..], [15, 2, 3]);
     assert_eq!((whole.report.rounded, whole.report.rejected), (vec!["gyro_x".to_owned()], vec![]));
-    assert_eq!(read_text(&text, Some("gyro_x=w:deg/s")).counts[resolution::SCANNED_ROWS..], [25, 26]);
 }
 
 #[test]

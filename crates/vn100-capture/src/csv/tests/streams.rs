@@ -77,7 +77,7 @@ fn without_times_and_in_messages_of_the_sensor_all_columns_are_one_stream() {
 fn stream(text: &str, map: &str, stream: Option<&str>) -> Whole {
     let map = map.parse().unwrap();
     let plan = detect(text.as_bytes(), Some(&map), stream).unwrap().unwrap();
-    read(scanned(plan, text), text.as_bytes())
+    read(plan, text.as_bytes())
 }
 
 /// Without the rows that hold nothing in the columns `from..to`, and without all others.

@@ -2,10 +2,7 @@
 
 use std::io;
 
-use vn100_protocol::{
-    VNIMU, VNMAR,
-    stream::{FileReport, ReadOptions},
-};
+use vn100_protocol::{VNIMU, VNMAR, stream::ReadOptions};
 
 use super::{super::stamp::StampUnit, *};
 use crate::read_samples::{Event, FileReader};
@@ -26,10 +23,9 @@ fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
     }
     // floats printed in full are the same numbers
     let text = format!("# {HEADER}\n1.761939167192566e+09,{saved}\n");
-    for plan in [plan(&text, None).unwrap().unwrap(), whole_plan(&text, None)] {
-        assert_eq!((layout(&plan).channels, plan.rounded().len()), (VNYMR.channels.clone(), 0));
-        assert_eq!(read(plan, text.as_bytes()).counts, COUNTS);
-    }
+    let plan = planned(&text, None);
+    assert_eq!((layout(&plan).channels, plan.rounded().len()), (VNYMR.channels.clone(), 0));
+    assert_eq!(read(plan, text.as_bytes()).counts, COUNTS);
 }
 
 #[test]
@@ -97,7 +93,7 @@ fn what_any_inertial_sensor_measures_is_a_message_only_by_name() {
 #[test]
 fn more_decimals_than_the_sensor_prints_are_kept() {
     let text = "gyro_x,gyro_y\n0.12345678,0.000001\n0.1234567,0.000002\n";
-    let plan = whole_plan(text, None);
+    let plan = planned(text, None);
     let channels = layout(&plan).channels;
     assert_eq!((channels[0].decimals, channels[0].limit_counts), (8, i32::MAX));
     assert_eq!((channels[1].decimals, channels[1].limit_counts), (6, 40_000_000));
@@ -107,7 +103,7 @@ fn more_decimals_than_the_sensor_prints_are_kept() {
 #[test]
 fn each_rejected_row_is_counted_with_its_reason() {
     let mut text = "t,gyro_x,accel_x\n".to_owned();
-    for row in 0..resolution::SCANNED_ROWS {
+    for row in 0..resolution::HEAD_ROWS {
         text.push_str(&format!("{row}.0,0.000001,9.81\n"));
     }
     for row in [
@@ -149,8 +145,9 @@ fn each_rejected_row_is_counted_with_its_reason() {
     let second = &whole.report.rejected[1];
     assert_eq!((second.reason, second.first_line), (RejectedRow::Number, 1009));
     assert_eq!(whole.stamps_ns[1000..], [1003, 1004, 1005, 1006, 1009].map(|second| second * 1_000_000_000));
-    // seven decimals, of what no count holds and what is not there the other channel alone
-    assert_eq!(whole.counts[2000..], [9810, 0, 9810, 1, 9810, 10_000_000, 9810, 0, 9810, 10]);
+    // six decimals, of what no count holds and what is not there the other channel alone
+    assert_eq!(whole.counts[2000..], [9810, 0, 9810, 0, 9810, 1_000_000, 9810, 0, 9810, 1]);
+    assert_eq!(whole.report.rounded, ["gyro_x"]);
     let absent = AbsentValues {
         channel: "gyro_x".into(),
         empty: 1,
@@ -200,7 +197,7 @@ fn a_reader_that_fails_loses_nothing() {
         }
     }
     let plan = plan("gyro_x\n1\n", None).unwrap().unwrap();
-    let mut reader = CsvReader::new(plan, Faulty(0), None, ReadOptions::default());
+    let mut reader = CsvReader::new(plan, Faulty(0), ReadOptions::default());
     assert_eq!(next_counts(&mut reader).unwrap(), Some(vec![1_000_000]));
     assert_eq!(next_counts(&mut reader).unwrap_err().to_string(), "unplugged");
     assert_eq!(next_counts(&mut reader).unwrap(), Some(vec![2]));
@@ -220,60 +217,9 @@ fn next_counts(reader: &mut CsvReader<impl Read + Send + 'static>) -> io::Result
 fn a_batch_holds_512_rows_at_most() {
     let text = format!("gyro_x\n{}", "1\n,\n".repeat(600));
     let plan = plan(&text, None).unwrap().unwrap();
-    let mut reader = CsvReader::new(plan, io::Cursor::new(text), None, ReadOptions::default());
+    let mut reader = CsvReader::new(plan, io::Cursor::new(text), ReadOptions::default());
     let rows = std::iter::from_fn(|| next_counts(&mut reader).unwrap().map(|counts| counts.len()));
     assert_eq!(rows.collect::<Vec<_>>(), [256, 256, 88]);
-}
-
-#[test]
-fn a_file_is_judged_by_all_its_rows_also_where_it_can_be_read_but_once() {
-    let text = format!("gyro_x,temperature\n{}2,28.00000001\n", "1,20.50000001\n".repeat(2000));
-    for twice in [true, false] {
-        let plan = plan(&text, Some("gyro_x=1:rad/s,temperature=2:degC")).unwrap().unwrap();
-        let file = || io::Cursor::new(text.clone());
-        let mut reader = CsvReader::new(plan, file(), twice.then(file), ReadOptions::default());
-        let mut last = Vec::new();
-        while let Some(events) = reader.next_events().unwrap() {
-            for event in events {
-                let batch = match event {
-                    Event::Batch(batch) => batch,
-                    Event::ReadAgain if !twice => continue,
-                    other => panic!("{other:?}"),
-                };
-                let channel = batch.layout.as_ref().unwrap().channels[1].clone();
-                assert_eq!(batch.absent.len(), 0);
-                last = batch.rows().map(|row| channel.value(row[1])).collect();
-            }
-        }
-        // half of the last digit of 32 bits
-        let error = (last.last().unwrap() - 28.000_000_01).abs();
-        assert!(error < 1e-8, "{error}");
-        let Some(FileReport::Csv(report)) = reader.finish().1 else { panic!() };
-        assert_eq!((report.rows, report.read_again > 0), (2001, !twice));
-    }
-}
-
-#[test]
-fn a_number_that_does_not_fit_asks_for_other_counts_at_once() {
-    let quiet = "1,20.50000001\n";
-    let text = format!("gyro_x,temperature\n{}1,3000.00000001\n{}", quiet.repeat(1500), quiet.repeat(400));
-    let plan = plan(&text, Some("gyro_x=1:rad/s,temperature=2:degC")).unwrap().unwrap();
-    let mut reader = CsvReader::new(plan, io::Cursor::new(text), None, ReadOptions::default());
-    // what came before each time that the rows begin again, and at last
-    let mut rows = vec![0];
-    while let Some(events) = reader.next_events().unwrap() {
-        for event in events {
-            match event {
-                Event::Batch(batch) => *rows.last_mut().unwrap() += batch.row_count(),
-                Event::ReadAgain => rows.push(0),
-                other => panic!("{other:?}"),
-            }
-        }
-    }
-    // the first thousand rows show what the head was only guessed to
-    let [first, second, whole] = rows[..] else { panic!("{rows:?}") };
-    assert!(first < 1000 && second < 1501, "{rows:?}");
-    assert_eq!(whole, 1901);
 }
 
 #[test]
