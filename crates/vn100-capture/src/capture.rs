@@ -14,7 +14,7 @@ use crate::{
     bag::{self, Bag, BagError, BagSamples},
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
-    csv::{self, CsvError, CsvReader},
+    csv::{self, CsvError, CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
@@ -98,8 +98,10 @@ impl Capture {
             return None;
         }
         let mut reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
-        match detect_format(&mut reader, options.columns.as_ref(), None).ok()? {
-            (head, Detected::Csv(plan)) => Some(csv::streams(plan, head.chain(reader))),
+        let file = path.file_name().map(|name| name.to_string_lossy());
+        let said = Said { map: options.columns.as_ref(), stream: None, file: file.as_deref() };
+        match detect_format(&mut reader, said).ok()? {
+            (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
             _ => None,
         }
     }
@@ -170,8 +172,9 @@ impl Capture {
             }
             bag::Stream::Other(reader) => reader,
         };
-        let (head, detected) =
-            detect_format(&mut reader, options.columns.as_ref(), options.topic.as_deref()).map_err(failed)?;
+        let file = path.file_name().map(|name| name.to_string_lossy());
+        let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
+        let (head, detected) = detect_format(&mut reader, said).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
         let (holds_values, lacks_times) = match &detected {
@@ -180,7 +183,7 @@ impl Capture {
         };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
-                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, options), stop)))
+                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(*plan, reader, options), stop)))
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {

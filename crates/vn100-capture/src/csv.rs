@@ -7,14 +7,14 @@
 //! reason.
 
 mod column_map;
-mod column_name;
+mod columns;
 mod date;
-mod detect;
 mod dialect;
 mod fields;
-mod guess;
+mod head;
 mod header;
 mod lines;
+mod name;
 mod number;
 mod reader;
 mod resolution;
@@ -22,20 +22,23 @@ mod row_counts;
 mod row_parser;
 mod sensor_column;
 mod stamp;
-mod stamp_columns;
 mod stamp_search;
+mod stamped_sentences;
 mod streams;
+mod suggestion;
 #[cfg(test)]
 mod tests;
 mod time_name;
 
 use thiserror::Error;
-use vn100_protocol::Layout;
+use vn100_protocol::{Layout, stream::LeftOutColumn};
 
-use self::{date::DateForm, dialect::Dialect, fields::LastField, resolution::Quantizer, stamp::StampForm};
+use self::{
+    date::DateForm, dialect::Dialect, fields::LastField, number::Number, resolution::Quantizer, stamp::StampForm,
+};
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use column_map::{by_name, known};
-pub(crate) use detect::detect;
+pub(crate) use column_map::{by_name, known, units};
+pub(crate) use head::{Said, detect};
 pub(crate) use reader::CsvReader;
 pub(crate) use streams::streams;
 
@@ -49,8 +52,12 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
+    /// The names of all columns; empty in a file without a header.
+    names: Vec<String>,
     /// The names of the columns that are not used.
     ignored_columns: Vec<String>,
+    /// The columns that could be used and are not.
+    left_out: Vec<LeftOutColumn>,
     /// LF, which may follow a CR; or CR, as on old Macs.
     line_end: u8,
     dialect: Dialect,
@@ -58,12 +65,12 @@ pub(crate) struct CsvPlan {
     /// How the column of each channel of the layout becomes counts.
     quantizers: Vec<Quantizer>,
     /// How the last fields of the first rows are printed, by which a truncated row is recognised;
-    /// `None` for sentences, which have a checksum.
+    /// `None` for sentences, which have a checksum, and if no row has a line end.
     last_field: Option<LastField>,
     /// The columns of the stamps and their forms, as a column map names them.
     times: Option<String>,
     /// The form of dates and times of day.
-    clock: Option<DateForm>,
+    date: Option<DateForm>,
     /// The time from a row to the next one with the same stamp; `None` where it is usual that
     /// several rows have one stamp.
     repeated_step_ns: Option<i64>,
@@ -126,20 +133,35 @@ enum ColumnUse {
     Sentence,
 }
 
+/// The fields of the first rows.
+type Cells = [Vec<Vec<u8>>];
+
+/// The numbers of a column in the first rows.
+fn numbers_at(rows: &Cells, place: usize) -> impl Iterator<Item = Number> {
+    rows.iter().filter_map(move |row| Number::parse(row.get(place)?))
+}
+
+/// Whether a row has a number in this column.
+fn holds_number(row: &[Vec<u8>], place: usize) -> bool {
+    row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
+}
+
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
     /// No column of the rows of numbers is known by its name in the header.
     #[error(
         "no known column in this CSV file: expected {}; found {}",
-        header::ColumnPlaces::SEARCHED,
-        .found.join(", ")
+        columns::Columns::SEARCHED,
+        described(found, left_out)
     )]
     UnknownColumns {
-        /// The names in the header.
+        /// The names in the header, or the places and means of columns without names.
         found: Vec<String>,
-        /// A column map that may fit.
-        guess: String,
+        /// The columns whose names say what they hold, and why they cannot be read.
+        left_out: Vec<LeftOutColumn>,
+        /// A column map, if names, units and magnitudes agree on one.
+        map: Option<String>,
     },
     /// The file does not have a column that the map names.
     #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
@@ -229,8 +251,8 @@ pub enum CsvError {
 /// What a [`ColumnMap`] must name so that the file can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
-    /// The columns; with a map that may fit.
-    Columns(String),
+    /// The columns; with a map that fits, if one is sure.
+    Columns(Option<String>),
     /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
     StampUnit(String),
     /// The order of the dates, dmy or mdy; with a map that names one.
@@ -242,7 +264,7 @@ impl CsvError {
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
         match self {
-            Self::UnknownColumns { guess, .. } => Some(MapHint::Columns(guess.clone())),
+            Self::UnknownColumns { map, .. } => Some(MapHint::Columns(map.clone())),
             Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
             Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
             Self::MissingColumn { .. }
@@ -267,6 +289,15 @@ impl CsvError {
                 | Self::CoarseStamps { .. }
         )
     }
+}
+
+/// All columns, those that are left out with the reason.
+fn described(found: &[String], left_out: &[LeftOutColumn]) -> String {
+    let column = |name: &String| match left_out.iter().find(|column| column.name == *name) {
+        Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),
+        None => name.clone(),
+    };
+    found.iter().map(column).collect::<Vec<_>>().join(", ")
 }
 
 /// The beginning of `text`, without control characters; read as Latin-1 if it is not UTF-8.

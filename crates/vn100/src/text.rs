@@ -183,6 +183,9 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             write_wrapped(out, &text)?;
         }
     }
+    for column in &csv.left_out {
+        write_wrapped(out, &format!("  left out    {}: {}", column.name, column.reason))?;
+    }
     write_absent(out, &csv.absent, ("rows", "line"))
 }
 

@@ -52,8 +52,14 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
         let mut batches = Vec::new();
         let mut row_count = 0;
         while row_count == 0 {
+            if let Some(line) = self.parser.other_table {
+                let text =
+                    format!("line {line} begins a table with other columns: it and the lines after it are not read");
+                return Err(io::Error::other(text));
+            }
             let Self { lines, parser, line_by_line, content, .. } = self;
             while row_count < MOST_ROWS
+                && parser.other_table.is_none()
                 && let Some(line) = lines.next_buffered()
             {
                 let Some(row) = parser.push(&line) else { continue };

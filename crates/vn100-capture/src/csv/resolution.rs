@@ -1,7 +1,7 @@
 //! How the numbers of a column become counts, which its first rows decide: decimals as they are
 //! printed if a count of 32 bits has room for them and for larger numbers, else a power of two.
 
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
 use super::{column_map::Unit, number::Number};
 
@@ -14,6 +14,9 @@ const HEADROOM: f64 = 64.0;
 
 /// The largest fraction of the rows of the head that may be single glitches.
 const GLITCHES: f64 = 2e-3;
+
+/// The counts of an angle continue beyond a turn: there is room for this many times the largest.
+const TURNS: f64 = 8.0;
 
 /// More decimals than this are never kept.
 const MOST_DECIMALS: u32 = 18;
@@ -63,11 +66,27 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// For a column in this unit, of a sensor whose channel has this range in its own unit.
-    pub(super) fn of_unit(unit: &Unit, range: f64) -> Self {
+    /// For a column in the unit of the sensor's own channel.
+    pub(super) fn of_sensor(channel: &Channel) -> Self {
+        let limit = Some(channel.value(channel.limit_counts));
+        Self { decimals: channel.decimals, limit, range: range(channel), zero_hundredths: 0 }
+    }
+
+    /// For a column in this unit, of any sensor.
+    pub(super) fn of_unit(unit: &Unit, channel: &Channel) -> Self {
         // the distance between two zeros must be a whole count
         let decimals = if unit.zero_hundredths == 0 { 0 } else { 2 };
-        Self { decimals, limit: None, range: range / unit.scale, zero_hundredths: unit.zero_hundredths }
+        Self { decimals, limit: None, range: range(channel) / unit.scale, zero_hundredths: unit.zero_hundredths }
+    }
+}
+
+/// The largest magnitude that a sensor measures in this channel; an angle may turn several times,
+/// and of a series nothing is known.
+fn range(channel: &Channel) -> f64 {
+    match channel.quantity {
+        Quantity::Value => 0.0,
+        Quantity::Angle => TURNS * channel.value(channel.limit_counts),
+        _ => channel.value(channel.limit_counts),
     }
 }
 

@@ -33,6 +33,7 @@ impl RowCounts {
         Self {
             report: CsvReport {
                 ignored_columns: plan.ignored_columns.clone(),
+                left_out: plan.left_out.clone(),
                 times: plan.times.clone(),
                 other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
                 ..CsvReport::default()

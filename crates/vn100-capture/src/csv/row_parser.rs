@@ -2,15 +2,18 @@
 
 use std::mem;
 
+use memchr::memchr;
 use vn100_protocol::stream::{CsvReport, RejectedRow};
 
 use super::{
     ColumnUse, CsvPlan, Kind,
     fields::FieldCutter,
     lines::{Completeness, CsvLine, is_comment_or_blank},
+    name::Meaning,
     number::Number,
     row_counts::{Absence, RowCounts},
-    stamp,
+    shown, stamp,
+    stamped_sentences::stamp_and_sentence,
 };
 
 /// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
@@ -24,6 +27,8 @@ pub(super) struct RowParser {
     pub(super) absent: Vec<(usize, Absence)>,
     /// The numbers of a row.
     cells: Vec<Option<Number>>,
+    /// The sum of the parts of its stamp so far.
+    part_of_stamp: Option<i64>,
     /// Whether the last row has a number in a column of another stream.
     holds_others: bool,
     /// Whether the last row has numbers of other streams only.
@@ -38,6 +43,8 @@ pub(super) struct RowParser {
     first_stamp_ns: Option<i64>,
     /// The stamp as written.
     last_stamp_ns: Option<i64>,
+    /// The line in which a table with other columns begins.
+    pub(super) other_table: Option<u64>,
     /// Whether the last row ended inside quotes: the next line may be the rest of it.
     quote_open: bool,
     /// The counts of the lines by their kind.
@@ -52,6 +59,7 @@ impl RowParser {
             counts: vec![0; channels],
             absent: Vec::new(),
             cells: vec![None; channels],
+            part_of_stamp: None,
             holds_others: false,
             is_of_others: false,
             sentence: Vec::new(),
@@ -59,6 +67,7 @@ impl RowParser {
             device_ns: None,
             first_stamp_ns: None,
             last_stamp_ns: None,
+            other_table: None,
             quote_open: false,
             counted: RowCounts::new(&plan),
             plan,
@@ -103,6 +112,10 @@ impl RowParser {
         };
         if mem::take(&mut self.is_of_others) {
             self.counted.leave_to_others(line);
+            return None;
+        }
+        if row.is_err() && self.is_header(line) {
+            self.counted.skip(line);
             return None;
         }
         match row {
@@ -167,33 +180,77 @@ impl RowParser {
     /// Reads the numbers of a row and returns its stamp.
     #[inline]
     fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let Self { plan, fields, absent, cells, holds_others, device_ns, .. } = self;
-        absent.clear();
-        *holds_others = false;
-        let mut stamp = None;
-        let fields = fields.cut(line);
-        if fields.len() != plan.columns.len() {
-            return Err(RejectedRow::Fields);
-        }
-        for (field, &column) in fields.iter().zip(&plan.columns) {
-            match column {
-                ColumnUse::Channel(slot) => {
-                    cells[slot] = Number::parse(field);
-                    if cells[slot].is_none() {
-                        absent.push((slot, absence(field).ok_or(RejectedRow::Number)?));
-                    }
-                }
-                ColumnUse::Stamp(form) => stamp = Some(added(stamp, form.nanoseconds(field))?),
-                ColumnUse::DeviceTime => *device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
-                ColumnUse::OtherStream => *holds_others |= Number::parse(field).is_some(),
-                ColumnUse::Ignored | ColumnUse::Sentence => {}
+        self.absent.clear();
+        self.holds_others = false;
+        self.part_of_stamp = None;
+        // without quotes the fields are read in place
+        if memchr(b'"', line).is_some() { self.quoted_cells(line) } else { self.plain_cells(line) }?;
+        Ok(self.part_of_stamp)
+    }
+
+    #[inline]
+    fn plain_cells(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
+        let separator = self.plan.dialect.separator;
+        let (mut at, mut place, mut outcome) = (0, 0, Ok(()));
+        loop {
+            let Some(&column) = self.plan.columns.get(place) else { return Err(RejectedRow::Fields) };
+            let quick = match column {
+                ColumnUse::Channel(slot) => Number::parse_prefix(&line[at..])
+                    .filter(|(_, length)| line.get(at + length).is_none_or(|byte| *byte == separator))
+                    .map(|(number, length)| {
+                        self.cells[slot] = Some(number);
+                        at + length
+                    }),
+                _ => None,
+            };
+            let end = quick.unwrap_or_else(|| {
+                let end = memchr(separator, &line[at..]).map_or(line.len(), |length| at + length);
+                outcome = outcome.and(self.cell(column, line[at..end].trim_ascii()));
+                end
+            });
+            place += 1;
+            if end == line.len() {
+                break;
             }
+            at = end + 1;
         }
-        Ok(stamp)
+        if place == self.plan.columns.len() { outcome } else { Err(RejectedRow::Fields) }
+    }
+
+    #[cold]
+    fn quoted_cells(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
+        let mut fields = mem::replace(&mut self.fields, FieldCutter::of_head(self.plan.dialect.separator));
+        let cut = fields.cut(line);
+        let outcome = match cut.len() == self.plan.columns.len() {
+            true => cut.iter().enumerate().try_for_each(|(place, field)| self.cell(self.plan.columns[place], field)),
+            false => Err(RejectedRow::Fields),
+        };
+        self.fields = fields;
+        outcome
+    }
+
+    /// Reads a field without spaces or quotes around it.
+    fn cell(&mut self, column: ColumnUse, field: &[u8]) -> Result<(), RejectedRow> {
+        match column {
+            ColumnUse::Channel(slot) => {
+                self.cells[slot] = Number::parse(field);
+                if self.cells[slot].is_none() {
+                    self.absent.push((slot, absence(field).ok_or(RejectedRow::Number)?));
+                }
+            }
+            ColumnUse::Stamp(form) => self.part_of_stamp = Some(added(self.part_of_stamp, form.nanoseconds(field))?),
+            ColumnUse::DeviceTime => self.device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
+            ColumnUse::OtherStream => self.holds_others |= Number::parse(field).is_some(),
+            ColumnUse::Ignored | ColumnUse::Sentence => {}
+        }
+        Ok(())
     }
 
     /// Reads the sentence of a row and returns its stamp.
     fn sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        if self.plan.dialect.has_stamped_sentences {
+            return self.stamped_sentence(line);
+        }
         let Self { plan, fields, sentence, .. } = self;
         let last = plan.columns.len() - 1;
         let is_unquoted =
@@ -225,10 +282,58 @@ impl RowParser {
         stamp?.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
     }
 
+    /// Reads a row that is a stamp and a sentence.
+    fn stamped_sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let (stamp, sentence) = stamp_and_sentence(line).ok_or(RejectedRow::Fields)?;
+        self.sentence.clear();
+        self.sentence.extend_from_slice(sentence);
+        self.sentence.extend_from_slice(b"\r\n");
+        match self.plan.columns.first() {
+            Some(ColumnUse::Stamp(form)) => {
+                let stamp_ns = form.nanoseconds(stamp).ok_or(RejectedRow::Stamp)?;
+                self.since_first(stamp_ns).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Whether a line that is no row names the columns once more, as a logger does that was started
+    /// again: the columns of the next rows are then in its order. A line that names other columns
+    /// ends the table.
+    #[cold]
+    fn is_header(&mut self, line: &CsvLine<'_>) -> bool {
+        let names: Vec<String> = self.fields.cut(line.text).iter().map(shown).collect();
+        let is_number = |name: &String| Number::parse(name.as_bytes()).is_some();
+        if self.plan.names.is_empty() || names.len() < 2 || names.iter().any(is_number) {
+            return false;
+        }
+        let mut free: Vec<(&String, ColumnUse)> =
+            self.plan.names.iter().zip(self.plan.columns.iter().copied()).collect();
+        let place = |name: &String| {
+            let at = free.iter().position(|(other, _)| *other == name)?;
+            Some(free.remove(at).1)
+        };
+        let named = names.iter().take(self.plan.names.len()).map(place).collect::<Option<Vec<_>>>();
+        match named.filter(|named| named.len() == self.plan.names.len()) {
+            Some(mut columns) => {
+                columns.resize(self.plan.columns.len(), ColumnUse::Ignored);
+                (self.plan.columns, self.plan.names) = (columns, names);
+                true
+            }
+            None => {
+                let is_known = |name: &&String| Meaning::of(name, None).is_some_and(|meaning| meaning.is_sure);
+                if names.iter().filter(is_known).count() >= 2 {
+                    self.other_table = Some(line.number);
+                }
+                false
+            }
+        }
+    }
+
     /// The time since the first good row.
     #[inline]
     fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
-        let stamp_ns = match self.plan.clock {
+        let stamp_ns = match self.plan.date {
             Some(form) => form.after(self.last_stamp_ns, stamp_ns),
             None => stamp_ns,
         };

@@ -164,6 +164,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         times: None,
         first_stamp_ns: None,
         ignored_columns: vec!["note".into()],
+        left_out: Vec::new(),
         rounded: vec!["gyro_x".into()],
         absent: Vec::new(),
     };

@@ -58,17 +58,10 @@ fn kelvin_become_degrees_exactly() {
 }
 
 #[test]
-fn whether_columns_are_compensated_only_the_words_of_the_file_say() {
-    for (above, compensated) in [
-        ("", None),
-        ("# of a compensated sensor\n", None),
-        ("# $VNYMR\n", Some(true)),
-        ("# uncompensated\n", Some(false)),
-        ("# VNIMU at 40 Hz\n", Some(false)),
-        ("# VNIMU beside VNYMR\n", None),
-    ] {
-        let plan = plan(format!("{above}h,w\n1,2\n"), Some("yaw=h:rad,gyro_z=w:rad/s")).unwrap().unwrap();
-        assert_eq!(layout(&plan).compensated, compensated, "{above}");
+fn the_names_of_mapped_columns_say_whether_they_are_compensated() {
+    for (name, compensated) in [("w", None), ("UncompGyroZ", Some(false)), ("CompGyroZ", Some(true))] {
+        let plan = plan(format!("# of VNYMR\nh,{name}\n1,2\n"), Some(&format!("yaw=h:rad,gyro_z={name}:rad/s")));
+        assert_eq!(layout(&plan.unwrap().unwrap()).compensated, compensated, "{name}");
     }
 }
 
@@ -146,10 +139,17 @@ fn every_unit_leads_to_the_channels_own() {
         ("gyro_y", "deg/s", "180", PI),
         ("gyro_y", "deg/h", "648000", PI),
         ("gyro_y", "mdeg/s", "180000", PI),
+        ("gyro_y", "mrad/s", "3500", 3.5),
+        ("gyro_y", "rpm", "30", PI),
         ("accel_z", "m/s^2", "-9.81", -9.81),
         ("accel_z", "g", "1", 9.80665),
         ("accel_z", "mg", "1000", 9.80665),
+        ("accel_z", "ug", "1000000", 9.80665),
+        ("accel_z", "cm/s^2", "981", 9.81),
+        ("accel_z", "ft/s^2", "32", 9.7536),
         ("mag_x", "gauss", "0.5", 0.5),
+        ("mag_x", "mgauss", "500", 0.5),
+        ("mag_x", "T", "0.00005", 0.5),
         ("mag_x", "uT", "50", 0.5),
         ("mag_x", "mT", "0.05", 0.5),
         ("mag_x", "nT", "50000", 0.5),
@@ -170,16 +170,23 @@ fn every_unit_leads_to_the_channels_own() {
     }
     let tested: Vec<_> = table.iter().map(|&(_, unit, _, _)| unit).collect();
     let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(by_name);
-    let all = quantities.map(|index| known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
+    let all = quantities.map(|index| known(index.unwrap()).quantity).into_iter().flat_map(units);
     assert_eq!(tested, all.map(|unit| &*unit.name).collect::<Vec<_>>());
 }
 
 #[test]
 fn every_unit_of_a_stamp_leads_to_nanoseconds() {
-    let table = [("s", "0.025"), ("ms", "25"), ("us", "25000"), ("ns", "25000000")];
+    let table = [
+        ("s", "0.025"),
+        ("ms", "25"),
+        ("us", "25000"),
+        ("ns", "25000000"),
+        ("100us", "250"),
+        ("d", "0.00000028935185185"),
+    ];
     for (unit, stamp) in table {
         let whole = read_text(format!("t,w\n0,1\n{stamp},1\n"), Some(&format!("t=t:{unit},gyro_x=w:deg/s")));
         assert_eq!(whole.stamps_ns, [0, 25_000_000], "{unit}");
     }
-    assert_eq!(table.map(|(unit, _)| unit), StampUnit::ALL.map(|unit| unit.name));
+    assert!(StampUnit::all().map(|unit| unit.name).eq(table.map(|(unit, _)| unit)));
 }

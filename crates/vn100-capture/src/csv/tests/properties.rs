@@ -62,7 +62,7 @@ proptest! {
     fn every_line_is_counted_once_however_the_file_is_cut(bytes in damaged_file(), sizes in proptest::collection::vec(1_usize..200, 1..8)) {
         let map = "gyro_x=2:deg/s,temperature=3:K,t=1:s".parse().unwrap();
         for map in [None, Some(&map)] {
-            let Ok(Some(plan)) = detect(&bytes, map, None) else { continue };
+            let Ok(Some(plan)) = detect(&bytes, Said { map, ..Said::default() }) else { continue };
             let at_once = read(plan.clone(), &bytes[..]);
             prop_assert_eq!(at_once.report.lines, lines(&bytes, &plan));
             prop_assert_eq!(at_once.bytes.iter().sum::<u64>(), bytes.len() as u64);
@@ -76,7 +76,7 @@ proptest! {
         let map = "gyro_x=1:deg/s".parse().unwrap();
         for bytes in [&bytes[..], text.as_bytes()] {
             for map in [None, Some(&map)] {
-                if let Ok(Some(plan)) = detect(bytes, map, None) {
+                if let Ok(Some(plan)) = detect(bytes, Said { map, ..Said::default() }) {
                     let expected = lines(bytes, &plan);
                     prop_assert_eq!(read(plan, bytes).report.lines, expected);
                 }

@@ -2,7 +2,10 @@
 
 use std::io;
 
-use vn100_protocol::{VNIMU, VNMAR, stream::ReadOptions};
+use vn100_protocol::{
+    VNIMU,
+    stream::{LeftOutReason, ReadOptions},
+};
 
 use super::{super::stamp::StampUnit, *};
 use crate::read_samples::{Event, FileReader};
@@ -36,7 +39,7 @@ fn columns_come_in_any_order_and_the_others_are_named() {
     assert_eq!(names, ["accel_x", "gyro_x", "gyro_z"]);
     assert_eq!(layout(&plan).message, "CSV");
     assert_eq!(plan.ignored_columns, ["note"]);
-    assert_eq!(plan.columns[3], ColumnUse::Stamp(StampForm::Unit(StampUnit::ALL[0])));
+    assert_eq!(plan.columns[3], ColumnUse::Stamp(StampForm::Unit(StampUnit::USUAL[0])));
     assert_eq!(read(plan, text.as_bytes()).counts, [1000, 1, 3]);
 }
 
@@ -63,29 +66,52 @@ fn line_ends_marks_and_separators_are_the_files_own() {
 }
 
 #[test]
-fn uncompensated_is_what_says_so() {
+fn compensation_belongs_to_the_column_and_to_no_comment() {
     let row = "+00.0443,+00.2479,-00.3381,-00.222,-00.035,-09.851,-00.005406,-00.000484,+00.000833,+24.5,+101.325";
     let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap());
-    let unsaid = read_layout(format!("{IMU_HEADER}\n{row}\n"));
-    assert_eq!((&*unsaid.message, unsaid.compensated), ("CSV", None));
-    assert_eq!(unsaid.channels, VNIMU.channels);
-    assert_eq!(read_layout(format!("# $VNIMU at 40 Hz\n{IMU_HEADER}\n{row}\n")), VNIMU);
-    assert_eq!(read_layout(format!("# uncompensated\n{IMU_HEADER}\n{row}\n")), VNIMU);
-    // without temperature and pressure it may be any sensor
-    let nine = |line: &str| line.split(',').take(9).collect::<Vec<_>>().join(",");
-    for (above, message) in [("$VNMAR", "VNMAR"), ("a copy of $VNYMR", "CSV")] {
-        let layout = read_layout(format!("# {above}\n{}\n{}\n", nine(IMU_HEADER), nine(row)));
-        assert_eq!((&*layout.message, layout.compensated), (message, Some(true)));
+    for above in ["", "# $VNIMU at 40 Hz\n", "# uncompensated\n", "# recorded after VNYMR was off\n"] {
+        let unsaid = read_layout(format!("{above}{IMU_HEADER}\n{row}\n"));
+        assert_eq!((&*unsaid.message, unsaid.compensated), ("CSV", None), "{above}");
+        assert_eq!(unsaid.channels, VNIMU.channels);
     }
+    let header =
+        "UncompMagX,UncompMagY,UncompMagZ,UncompAccX,UncompAccY,UncompAccZ,UncompGyroX,UncompGyroY,UncompGyroZ";
+    assert_eq!(read_layout(format!("{header},Temperature,Pressure\n{row}\n")), VNIMU);
+    // of both kinds the uncompensated columns, whatever their order
+    let text = "GyroX,UncompGyroX,AccelX,UncompAccX\n1,2,3,4\n5,6,7,8\n";
+    let whole_plan = planned(text, None);
+    assert_eq!(layout(&whole_plan).compensated, Some(false));
+    let left_out: Vec<_> = whole_plan.left_out.iter().map(|column| (&*column.name, &column.reason)).collect();
+    assert_eq!(left_out, [("GyroX", &LeftOutReason::Compensated), ("AccelX", &LeftOutReason::Compensated)]);
+    assert_eq!(read(whole_plan, text.as_bytes()).counts, [4000, 2_000_000, 8000, 6_000_000]);
 }
 
 #[test]
-fn what_any_inertial_sensor_measures_is_a_message_only_by_name() {
+fn columns_that_are_left_out_are_named_with_the_reason() {
+    let text = "t,acc_l_x[mg],acc_h_x[mg],gyro_x [furlong],gyro_x,gyro_x,Linear Acceleration x (m/s^2),mag_x\n\
+                0.00,1,2,3,4,5,6,\n0.01,1,2,3,4,5,6,\n";
+    let plan = planned(text, None);
+    let left_out: Vec<_> = plan.left_out.iter().map(|column| (&*column.name, column.reason.clone())).collect();
+    assert_eq!(
+        left_out,
+        [
+            ("acc_h_x[mg]", LeftOutReason::AnotherOf("accel".into())),
+            ("gyro_x [furlong]", LeftOutReason::UnknownUnit("furlong".into())),
+            ("gyro_x", LeftOutReason::AnotherOf("gyro".into())),
+            ("Linear Acceleration x (m/s^2)", LeftOutReason::WithoutGravity),
+            ("mag_x", LeftOutReason::Empty),
+        ]
+    );
+    assert_eq!(plan.ignored_columns, Vec::<String>::new());
+    assert_eq!(read(plan, text.as_bytes()).counts, [1, 4_000_000, 1, 4_000_000]);
+}
+
+#[test]
+fn an_attitude_makes_the_channels_those_of_a_message() {
     let header = "mag_x,mag_y,mag_z,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z";
     let row = "+00.0443,+00.2479,-00.3381,-00.222,-00.035,-09.851,-00.005406,-00.000484,+00.000833";
     let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap());
     assert_eq!(read_layout(format!("{header}\n{row}\n")).message, "CSV");
-    assert_eq!(read_layout(format!("# VNMAR\n{header}\n{row}\n")), VNMAR);
     let quaternion = "quat_x,quat_y,quat_z,quat_w";
     assert_eq!(read_layout(format!("{header},{quaternion}\n{row},+0.6,-0.0,+0.0,-0.8\n")).message, "VNQMR");
 }
@@ -240,14 +266,13 @@ fn what_is_no_csv_of_a_sensor_is_left_alone() {
 #[test]
 fn missing_columns_are_an_error() {
     let error = plan("date,humidity,temperature\n1,40.5,20.1\n", None).unwrap_err();
-    let fits = "temperature=temperature:degC".to_owned();
-    assert_eq!(error.hint(), Some(MapHint::Columns(fits)));
+    assert_eq!(error.hint(), Some(MapHint::Columns(None)), "a temperature alone is no map");
     let error = error.to_string();
     assert!(error.starts_with("no known column in this CSV file: expected gyro_x gyro_y"), "{error}");
     assert!(error.ends_with("; found date, humidity, temperature"), "{error}");
     // a data frame numbers its rows in a column without a name
     let error = plan(",t_ms,wx\n0,1000,0.1\n1,1010,0.2\n", None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::Columns("gyro_x=wx:rad/s,t=t_ms:ms".into())));
+    assert_eq!(error.hint(), Some(MapHint::Columns(None)), "no unit is sure");
     assert!(error.to_string().ends_with("; found t_ms, wx"), "{error}");
     let error = plan("t,gyro_x\nten past two,0.1\n", None).unwrap_err().to_string();
     assert!(error.starts_with("the time stamps in column \"t\" are neither numbers nor dates"), "{error}");
