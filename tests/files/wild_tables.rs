@@ -239,3 +239,37 @@ fn changed_tables_are_read_right_or_refused() {
         }
     }
 }
+
+/// The line of a doubt corrects every unit at once, with the names of the file, as it is printed on
+/// a terminal.
+#[test]
+fn the_printed_line_of_a_doubtful_unit_gives_the_right_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bare.csv");
+    let mut draws = Draws(7);
+    let mut text = "sys time,Gyr X,Gyr Y,Gyr Z,acc_x,acc_y,acc_z,magx,magy,magz\n".to_owned();
+    for row in 0..1200 {
+        let [gx, gy, gz] = GYRO.map(|mean| (mean + draws.noise(0.002)) / DEGREE);
+        let [ax, ay, az] = ACCEL.map(|mean| (mean + draws.noise(0.02)) / G);
+        writeln!(
+            text,
+            "{:.2},{gx:.5},{gy:.5},{gz:.5},{ax:.6},{ay:.6},{az:.6},20.5,-3.1,-40.{}",
+            f64::from(row) * 0.01,
+            row % 7
+        )
+        .unwrap();
+    }
+    fs::write(&path, text).unwrap();
+    let output = vn100().arg("replay").arg(&path).output().unwrap();
+    let map = printed_map(&String::from_utf8(output.stdout).unwrap()).expect("a line");
+    assert!(map.contains("gyro_x=Gyr X:deg/s") && map.contains("accel_x=acc_x:g"), "{map}");
+    let document = replayed(&path, Some(&map)).unwrap();
+    let kinds: Vec<_> =
+        document["warnings"].as_array().unwrap().iter().map(|warning| warning["kind"].clone()).collect();
+    assert!(!kinds.contains(&Value::from("unit-doubtful")), "{kinds:?}");
+    let mag = document["channels"].as_array().unwrap().iter().find(|channel| channel["name"] == "mag_x").unwrap();
+    assert!((mag["statistics"]["mean"].as_f64().unwrap() - 0.205).abs() < 1e-6, "{mag}");
+    let mut inertial = document.clone();
+    inertial["channels"].as_array_mut().unwrap().retain(|channel| channel["unit"] != "gauss");
+    assert_eq!(is_right(&inertial), Ok(()));
+}

@@ -19,6 +19,7 @@ use crate::{
     read_samples::{Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
+    telnet::Undoubled,
     timing_sidecar::{BytesReader, Sidecar},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
@@ -175,7 +176,10 @@ impl Capture {
         let file = path.file_name().map(|name| name.to_string_lossy());
         let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
         let (head, detected) = detect_format(&mut reader, said).map_err(failed)?;
-        let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
+        let is_of_telnet =
+            matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && head.doubles_ff();
+        let whole = head.chain(reader);
+        let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
         let mut recorded = None;
         let (holds_values, lacks_times) = match &detected {
             Detected::Csv(plan) => (plan.holds_values(), plan.lacks_times()),

@@ -6,6 +6,7 @@
 //! through a float, stamps become nanoseconds, and a row that is not understood is counted with its
 //! reason.
 
+mod cells;
 mod column_map;
 mod columns;
 mod date;
@@ -134,10 +135,10 @@ enum ColumnUse {
 }
 
 /// The fields of the first rows.
-type Cells = [Vec<Vec<u8>>];
+type HeadRows = [Vec<Vec<u8>>];
 
 /// The numbers of a column in the first rows.
-fn numbers_at(rows: &Cells, place: usize) -> impl Iterator<Item = Number> {
+fn numbers_at(rows: &HeadRows, place: usize) -> impl Iterator<Item = Number> {
     rows.iter().filter_map(move |row| Number::parse(row.get(place)?))
 }
 

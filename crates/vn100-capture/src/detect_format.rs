@@ -8,6 +8,7 @@ use crate::{
     bag::BagForm,
     csv::{self, CsvError, CsvPlan, Said},
     recording,
+    telnet::doubles_ff,
 };
 
 /// How much of a file is searched for a first sentence: a boot log may precede it.
@@ -207,6 +208,11 @@ fn holds_samples(head: &[u8]) -> bool {
 }
 
 impl CaptureHead {
+    /// Whether the bytes came over telnet, which doubles 0xFF.
+    pub(crate) fn doubles_ff(&self) -> bool {
+        doubles_ff(&self.bytes)
+    }
+
     /// Reads a little more; nothing at the end, or at a fault.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();

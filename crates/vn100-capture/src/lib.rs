@@ -37,6 +37,7 @@ mod mcap_records;
 mod read_samples;
 mod recording;
 mod source;
+mod telnet;
 mod timing_sidecar;
 mod unpack;
 

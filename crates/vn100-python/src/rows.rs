@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
+use pyo3::{prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event};

@@ -8,7 +8,7 @@ use vn100_protocol::{
 };
 
 use super::{
-    Cells, CsvError,
+    CsvError, HeadRows,
     column_map::{ColumnMap, Unit, known, units},
     header::Header,
     holds_number,
@@ -106,7 +106,7 @@ impl Columns {
 
     /// The columns whose names say what they hold, in a file of this name. A column without a number
     /// in `rows` is left out.
-    pub(super) fn by_name(header: &Header, file: Option<&str>, rows: &Cells) -> Self {
+    pub(super) fn by_name(header: &Header, file: Option<&str>, rows: &HeadRows) -> Self {
         let named: Vec<Named> = (0..header.names.len())
             .filter_map(|place| {
                 let is_empty = !rows.is_empty() && !rows.iter().any(|row| holds_number(row, place));

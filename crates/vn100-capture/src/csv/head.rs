@@ -6,7 +6,7 @@ use memchr::memmem;
 use vn100_protocol::{Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity};
 
 use super::{
-    BYTE_ORDER_MARK, Cells, ColumnUse, CsvError, CsvPlan, Kind,
+    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, HeadRows, Kind,
     column_map::{ColumnMap, RAW, STAMP, known},
     columns::{ChannelColumn, Columns},
     dialect::Dialect,
@@ -266,7 +266,7 @@ impl<'a> HeaderCandidate<'a> {
     }
 
     /// Whether the first rows are of one sensor.
-    fn check_one_sensor(&self, columns: &Columns, cells: &Cells) -> Result<(), CsvError> {
+    fn check_one_sensor(&self, columns: &Columns, cells: &HeadRows) -> Result<(), CsvError> {
         let is_taken = |place: usize| columns.uses(place) || columns.others.contains(&place);
         match several_sensors(&self.header, cells, is_taken) {
             None => Ok(()),
@@ -316,7 +316,7 @@ impl<'a> HeaderCandidate<'a> {
         cells
     }
 
-    fn stamp_search<'b>(&'b self, columns: &Columns, rows: &'b Cells) -> StampSearch<'b> {
+    fn stamp_search<'b>(&'b self, columns: &Columns, rows: &'b HeadRows) -> StampSearch<'b> {
         let channels = columns.channels.iter().map(|column| column.place);
         let taken = channels.chain(columns.sentence).chain(columns.others.iter().copied()).collect();
         StampSearch { header: &self.header, rows, taken, has_sentences: columns.sentence.is_some() }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{
-    Cells, CsvError,
+    CsvError, HeadRows,
     column_map::{ColumnMap, ColumnName, STAMP, one_line},
     columns::Columns,
     fields::FieldCutter,
@@ -150,7 +150,7 @@ impl Header {
     }
 
     /// The columns with a name, or the places and means of those without.
-    pub(super) fn listed(&self, rows: &Cells) -> Vec<String> {
+    pub(super) fn listed(&self, rows: &HeadRows) -> Vec<String> {
         if !self.is_all_numbers() {
             return self.names.iter().filter(|name| !name.is_empty()).cloned().collect();
         }

@@ -10,22 +10,14 @@ use super::{
     time_name::time_unit,
 };
 
-/// Words for a sensor, the first of each its name in our channels.
+/// Words for a sensor, or two words in one, with its name in our channels.
 const WORDS: [(&str, &[&str]); 3] = [
-    ("gyro", &["gyro", "gyr", "gyros", "gyroscope", "gyroscopes"]),
-    ("accel", &["accel", "acc", "accl", "acceleration", "accelerometer", "accelerometers"]),
-    ("mag", &["mag", "magn", "magnetometer", "magnetometers"]),
-];
-
-/// Pairs of words for a sensor.
-const PAIRS: [(&str, [&str; 2]); 7] = [
-    ("gyro", ["angular", "velocity"]),
-    ("gyro", ["angular", "rate"]),
-    ("gyro", ["ang", "vel"]),
-    ("gyro", ["rotation", "rate"]),
-    ("gyro", ["rot", "rate"]),
-    ("mag", ["magnetic", "field"]),
-    ("mag", ["mag", "field"]),
+    (
+        "gyro",
+        &["gyro", "gyr", "gyros", "gyroscope", "angularvelocity", "angularrate", "angvel", "rotationrate", "rotrate"],
+    ),
+    ("accel", &["accel", "acc", "accl", "acceleration", "accelerometer"]),
+    ("mag", &["mag", "magn", "magnetometer", "magneticfield", "magfield"]),
 ];
 
 /// Letters for a sensor, which mean it only beside a unit of its quantity.
@@ -33,48 +25,9 @@ const LETTERS: [(&str, &[&str]); 3] =
     [("gyro", &["w", "g", "gy", "omega"]), ("accel", &["a", "ac", "f", "t"]), ("mag", &["m", "b", "h"])];
 
 /// Words that make another quantity of the name of a sensor.
-const OTHER_QUANTITIES: [&str; 40] = [
-    "std",
-    "stddev",
-    "sigma",
-    "cov",
-    "covariance",
-    "var",
-    "variance",
-    "bias",
-    "offset",
-    "scale",
-    "norm",
-    "temp",
-    "temperature",
-    "time",
-    "timestamp",
-    "stamp",
-    "dt",
-    "integral",
-    "clipping",
-    "status",
-    "count",
-    "accuracy",
-    "flag",
-    "delta",
-    "gravity",
-    "error",
-    "rms",
-    "mean",
-    "max",
-    "min",
-    "setpoint",
-    "ref",
-    "target",
-    "jerk",
-    "world",
-    "earth",
-    "ned",
-    "enu",
-    "global",
-    "diff",
-];
+const OTHER_QUANTITIES: &str = "std stddev sigma cov covariance var variance bias offset scale norm temp temperature time timestamp \
+     stamp dt integral clipping status count accuracy flag delta gravity error rms mean max min setpoint ref target jerk world \
+     earth ned enu global diff";
 
 const UNCOMPENSATED: [&str; 2] = ["uncomp", "uncompensated"];
 const COMPENSATED: [&str; 2] = ["comp", "compensated"];
@@ -144,7 +97,8 @@ impl Meaning {
         let quantity = known(channel).quantity;
         let has = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
         let is_of_rotation = quantity == Acceleration && has(&["angular", "rotation", "rotational"]);
-        if has(&OTHER_QUANTITIES) || is_of_rotation {
+        let is_other = words.iter().any(|word| OTHER_QUANTITIES.split(' ').any(|other| other == word));
+        if is_other || is_of_rotation {
             return None;
         }
         let unit = match (stated, unit_among(quantity, &words)) {
@@ -264,21 +218,17 @@ fn take_axis(words: &mut Vec<String>) -> Option<char> {
     let is_sensor = |stem: &str| WORDS.iter().chain(&LETTERS).any(|(_, known)| known.contains(&stem));
     let place = words.iter().position(|word| {
         let stem = word.strip_suffix(['x', 'y', 'z']);
-        stem.is_some_and(|stem| is_sensor(stem) || PAIRS.iter().any(|(_, pair)| pair.concat() == stem))
+        stem.is_some_and(is_sensor)
     })?;
     words[place].pop()
 }
 
 fn sensor_word(words: &[String]) -> Option<&'static str> {
-    let pair = words.windows(2).find_map(|two| PAIRS.iter().find(|(_, pair)| two[0] == pair[0] && two[1] == pair[1]));
-    let joined = || words.iter().find_map(|word| PAIRS.iter().find(|(_, pair)| pair.concat() == *word));
-    let single = || {
-        words.iter().find_map(|word| {
-            let word = word.trim_end_matches(|c: char| c.is_ascii_digit());
-            WORDS.iter().find(|(_, known)| known.contains(&word)).map(|(sensor, _)| *sensor)
-        })
-    };
-    pair.or_else(joined).map(|(sensor, _)| *sensor).or_else(single)
+    let pairs = words.windows(2).map(<[String]>::concat);
+    let single = words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
+    let sensor =
+        |word: String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(sensor, _)| *sensor);
+    pairs.chain(single).find_map(sensor)
 }
 
 fn sensor_letter(words: &[String]) -> Option<&'static str> {

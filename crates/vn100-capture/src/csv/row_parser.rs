@@ -2,17 +2,17 @@
 
 use std::mem;
 
-use memchr::memchr;
 use vn100_protocol::stream::{CsvReport, RejectedRow};
 
 use super::{
     ColumnUse, CsvPlan, Kind,
+    cells::{Cells, added},
     fields::FieldCutter,
     lines::{Completeness, CsvLine, is_comment_or_blank},
     name::Meaning,
     number::Number,
     row_counts::{Absence, RowCounts},
-    shown, stamp,
+    shown,
     stamped_sentences::stamp_and_sentence,
 };
 
@@ -23,14 +23,8 @@ pub(super) struct RowParser {
     fields: FieldCutter,
     /// The counts of the last valid row, in the order of the layout; 0 for a channel that it lacks.
     pub(super) counts: Vec<i32>,
-    /// The channels that the last valid row lacks, in order.
-    pub(super) absent: Vec<(usize, Absence)>,
-    /// The numbers of a row.
-    cells: Vec<Option<Number>>,
-    /// The sum of the parts of its stamp so far.
-    part_of_stamp: Option<i64>,
-    /// Whether the last row has a number in a column of another stream.
-    holds_others: bool,
+    /// The numbers of the last row, with the channels that it lacks, in order.
+    pub(super) cells: Cells,
     /// Whether the last row has numbers of other streams only.
     is_of_others: bool,
     /// The sentence of the last valid row, with CR LF.
@@ -38,8 +32,6 @@ pub(super) struct RowParser {
     /// The stamp of the last valid row, in nanoseconds since the first; negative where a clock was
     /// set back.
     pub(super) stamp_ns: Option<i64>,
-    /// The time of the sensor in the last valid row.
-    pub(super) device_ns: Option<u64>,
     first_stamp_ns: Option<i64>,
     /// The stamp as written.
     last_stamp_ns: Option<i64>,
@@ -57,14 +49,10 @@ impl RowParser {
         Self {
             fields: FieldCutter::new(plan.dialect.separator, plan.line_end),
             counts: vec![0; channels],
-            absent: Vec::new(),
-            cells: vec![None; channels],
-            part_of_stamp: None,
-            holds_others: false,
+            cells: Cells::new(channels),
             is_of_others: false,
             sentence: Vec::new(),
             stamp_ns: None,
-            device_ns: None,
             first_stamp_ns: None,
             last_stamp_ns: None,
             other_table: None,
@@ -77,22 +65,6 @@ impl RowParser {
     /// What has become of the lines so far.
     pub(super) fn report(&self) -> CsvReport {
         CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
-    }
-
-    /// The numbers of a line, if it is a valid row.
-    pub(super) fn numbers(&mut self, line: &CsvLine<'_>) -> Option<&[Option<Number>]> {
-        let text = self.plan.dialect.tidy(line.text);
-        let line = &CsvLine { text: &text, ..*line };
-        let is_row = match line.completeness {
-            Completeness::Overlong => false,
-            Completeness::Unended => self.ends_whole(line.text),
-            Completeness::Whole => true,
-        };
-        let is_good = is_row
-            && line.number > self.plan.lines_above
-            && !is_comment_or_blank(line.text)
-            && self.cells(line.text).is_ok();
-        is_good.then_some(&self.cells)
     }
 
     /// Reads a line; `None` where it is no row, or a row of another stream.
@@ -119,7 +91,7 @@ impl RowParser {
             return None;
         }
         match row {
-            Ok(()) => self.counted.accept(line, &self.absent),
+            Ok(()) => self.counted.accept(line, &self.cells.absent),
             Err(reason) => self.counted.reject(reason, line),
         }
         Some(row)
@@ -157,93 +129,25 @@ impl RowParser {
     /// other channels.
     #[inline]
     fn values(&mut self, line: &CsvLine<'_>) -> Result<Option<i64>, RejectedRow> {
-        let stamp = self.cells(line.text)?;
-        let Self { plan, counts, absent, counted, cells, .. } = self;
-        for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
-            let count = cell.as_ref().and_then(|number| quantizer.count(number));
+        let Self { plan, fields, counts, counted, cells, .. } = self;
+        let stamp = cells.read(line.text, plan, fields)?;
+        let Cells { numbers, absent, holds_others, .. } = cells;
+        for (slot, (number, quantizer)) in numbers.iter().zip(&plan.quantizers).enumerate() {
+            let count = number.as_ref().and_then(|number| quantizer.count(number));
             counts[slot] = count.unwrap_or_default();
-            match (cell, count) {
+            match (number, count) {
                 (Some(number), Some(_)) => counted.late_rounded[slot] |= quantizer.rounds(number),
                 (Some(_), None) => absent.push((slot, Absence::OutOfRange)),
                 // why is in the list already
                 (None, _) => {}
             }
         }
-        if absent.len() >= cells.len() {
-            self.is_of_others = self.holds_others && cells.iter().all(Option::is_none);
+        if absent.len() >= numbers.len() {
+            self.is_of_others = *holds_others && numbers.iter().all(Option::is_none);
             return Err(RejectedRow::Number);
         }
         absent.sort_unstable_by_key(|(slot, _)| *slot);
         stamp.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
-    }
-
-    /// Reads the numbers of a row and returns its stamp.
-    #[inline]
-    fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        self.absent.clear();
-        self.holds_others = false;
-        self.part_of_stamp = None;
-        // without quotes the fields are read in place
-        if memchr(b'"', line).is_some() { self.quoted_cells(line) } else { self.plain_cells(line) }?;
-        Ok(self.part_of_stamp)
-    }
-
-    #[inline]
-    fn plain_cells(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
-        let separator = self.plan.dialect.separator;
-        let (mut at, mut place, mut outcome) = (0, 0, Ok(()));
-        loop {
-            let Some(&column) = self.plan.columns.get(place) else { return Err(RejectedRow::Fields) };
-            let quick = match column {
-                ColumnUse::Channel(slot) => Number::parse_prefix(&line[at..])
-                    .filter(|(_, length)| line.get(at + length).is_none_or(|byte| *byte == separator))
-                    .map(|(number, length)| {
-                        self.cells[slot] = Some(number);
-                        at + length
-                    }),
-                _ => None,
-            };
-            let end = quick.unwrap_or_else(|| {
-                let end = memchr(separator, &line[at..]).map_or(line.len(), |length| at + length);
-                outcome = outcome.and(self.cell(column, line[at..end].trim_ascii()));
-                end
-            });
-            place += 1;
-            if end == line.len() {
-                break;
-            }
-            at = end + 1;
-        }
-        if place == self.plan.columns.len() { outcome } else { Err(RejectedRow::Fields) }
-    }
-
-    #[cold]
-    fn quoted_cells(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
-        let mut fields = mem::replace(&mut self.fields, FieldCutter::of_head(self.plan.dialect.separator));
-        let cut = fields.cut(line);
-        let outcome = match cut.len() == self.plan.columns.len() {
-            true => cut.iter().enumerate().try_for_each(|(place, field)| self.cell(self.plan.columns[place], field)),
-            false => Err(RejectedRow::Fields),
-        };
-        self.fields = fields;
-        outcome
-    }
-
-    /// Reads a field without spaces or quotes around it.
-    fn cell(&mut self, column: ColumnUse, field: &[u8]) -> Result<(), RejectedRow> {
-        match column {
-            ColumnUse::Channel(slot) => {
-                self.cells[slot] = Number::parse(field);
-                if self.cells[slot].is_none() {
-                    self.absent.push((slot, absence(field).ok_or(RejectedRow::Number)?));
-                }
-            }
-            ColumnUse::Stamp(form) => self.part_of_stamp = Some(added(self.part_of_stamp, form.nanoseconds(field))?),
-            ColumnUse::DeviceTime => self.device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
-            ColumnUse::OtherStream => self.holds_others |= Number::parse(field).is_some(),
-            ColumnUse::Ignored | ColumnUse::Sentence => {}
-        }
-        Ok(())
     }
 
     /// Reads the sentence of a row and returns its stamp.
@@ -343,27 +247,3 @@ impl RowParser {
         stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
     }
 }
-
-/// A part of a stamp added to those before it.
-#[inline]
-fn added(sum: Option<i64>, part_ns: Option<i64>) -> Result<i64, RejectedRow> {
-    part_ns.and_then(|part_ns| sum.unwrap_or_default().checked_add(part_ns)).ok_or(RejectedRow::Stamp)
-}
-
-/// Why there is no number in `field`; `None` for one that is damaged.
-#[cold]
-fn absence(field: &[u8]) -> Option<Absence> {
-    let word = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
-    let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
-    match field {
-        b"" => Some(Absence::Empty),
-        _ if says_none(field) || says_none(word) => Some(Absence::NotANumber),
-        _ => None,
-    }
-}
-
-/// What scripts write for no number, in lower case.
-const NO_NUMBERS: [&str; 18] = [
-    "nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--", // spreadsheets, pandas, C of Windows
-    "#n/a", "#num!", "#value!", "#div/0!", "<na>", "nan(ind)", "1.#ind", "1.#qnan", "1.#inf",
-];

@@ -2,7 +2,7 @@
 //! their content.
 
 use super::{
-    Cells, ColumnUse, CsvError,
+    ColumnUse, CsvError, HeadRows,
     column_map::{ColumnMap, STAMP},
     date::DateForm,
     header::Header,
@@ -36,7 +36,7 @@ pub(super) struct StampColumns {
 /// The names of the columns, and the content of the first rows.
 pub(super) struct StampSearch<'a> {
     pub(super) header: &'a Header,
-    pub(super) rows: &'a Cells,
+    pub(super) rows: &'a HeadRows,
     /// Columns with another content.
     pub(super) taken: Vec<usize>,
     pub(super) has_sentences: bool,

@@ -37,7 +37,10 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     let mut whole_rows = 0;
     while lines.fill().unwrap_or(false) {
         while let Some(line) = lines.next_buffered() {
-            let Some(numbers) = parser.numbers(&line) else { continue };
+            if !matches!(parser.push(&line), Some(Ok(()))) {
+                continue;
+            }
+            let numbers = &parser.cells.numbers;
             // counted up to the first row that lacks a value
             whole_rows += usize::from(presence.rows == whole_rows && numbers.iter().all(Option::is_some));
             presence.add(numbers.iter().map(Option::is_some));

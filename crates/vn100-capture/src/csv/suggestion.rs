@@ -2,7 +2,7 @@
 //! agree.
 
 use super::{
-    Cells,
+    HeadRows,
     column_map::{STAMP, known},
     header::Header,
     name::{Meaning, StatedUnit},
@@ -28,7 +28,7 @@ struct Triple {
 /// The columns of accelerations whose mean is gravity in one unit, with the rates beside them whose
 /// unit is stated or follows: rad/s beside m/s², deg/s beside g if they would be too large in rad/s.
 /// `None` if either is not sure.
-pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &Cells) -> Option<String> {
+pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &HeadRows) -> Option<String> {
     let accel = triple(header, "accel", rows)?;
     let (accel_unit, _) = GRAVITY.into_iter().find(|(unit, gravity)| {
         (mean_length(rows, accel.places) / gravity - 1.0).abs() < NEAR_GRAVITY
@@ -51,7 +51,7 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
 }
 
 /// The only three columns whose names may be those of a sensor.
-fn triple(header: &Header, sensor: &str, rows: &Cells) -> Option<Triple> {
+fn triple(header: &Header, sensor: &str, rows: &HeadRows) -> Option<Triple> {
     let named = (0..header.names.len()).filter_map(|place| Some((place, Meaning::of(&header.described(place), None)?)));
     let is_of = |(place, meaning): &(usize, Meaning)| {
         known(meaning.channel).name.starts_with(sensor)
@@ -73,7 +73,7 @@ fn triple(header: &Header, sensor: &str, rows: &Cells) -> Option<Triple> {
 }
 
 /// The length of the mean of three columns.
-fn mean_length(rows: &Cells, places: [usize; 3]) -> f64 {
+fn mean_length(rows: &HeadRows, places: [usize; 3]) -> f64 {
     let mean = |place: usize| {
         let numbers: Vec<f64> = numbers_at(rows, place).map(|number| number.value()).collect();
         numbers.iter().sum::<f64>() / numbers.len() as f64

@@ -75,7 +75,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
                     whole.counts.extend(&parser.counts);
                     whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
                     whole.stamps_ns.extend(parser.stamp_ns);
-                    whole.device_ns.extend(parser.device_ns);
+                    whole.device_ns.extend(parser.cells.device_ns);
                     count += 1;
                 }
                 Some(Err(reason)) => whole.rejected.push((count, reason)),
