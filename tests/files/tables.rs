@@ -63,7 +63,7 @@ fn floats_of_any_program_have_the_deviations_of_allantools() {
             assert_eq!(channel(&document, name)["statistics"]["count"], ROWS);
         }
         let resolution = channel(&document, "temperature")["statistics"]["resolution"].as_f64().unwrap();
-        assert!(resolution <= 28.0 * 2_f64.powi(-30), "{resolution}");
+        assert!(resolution <= 28.0 * 2_f64.powi(-27), "{resolution}");
     }
 }
 

@@ -14,6 +14,7 @@ use super::{
     holds_number,
     name::{Made, Meaning, StatedUnit, quantity_word},
     stamp_search::StampColumns,
+    streams::rank,
 };
 
 /// The use of the columns, by place.
@@ -107,12 +108,17 @@ impl Columns {
     /// The columns whose names say what they hold, in a file of this name. A column without a number
     /// in `rows` is left out.
     pub(super) fn by_name(header: &Header, file: Option<&str>, rows: &HeadRows) -> Self {
-        let named: Vec<Named> = (0..header.names.len())
+        let mut named: Vec<Named> = (0..header.names.len())
             .filter_map(|place| {
                 let is_empty = !rows.is_empty() && !rows.iter().any(|row| holds_number(row, place));
                 Some(Named { place, meaning: Meaning::of(&header.described(place), file)?, is_empty })
             })
             .collect();
+        // a table whose only columns are empty is read, and its rows are rejected
+        let is_inertial = |column: &&Named| matches!(column.sensor(), "gyro" | "accel");
+        if named.iter().filter(is_inertial).all(|column| column.unit().is_none()) {
+            named.iter_mut().for_each(|column| column.is_empty = false);
+        }
         let usable: Vec<&Named> = named.iter().filter(|column| column.unit().is_some()).collect();
         let mut read: Vec<&Named> = Vec::new();
         for column in &usable {
@@ -180,6 +186,7 @@ impl Columns {
             let mut found: Vec<_> =
                 self.channels.iter().map(|column| quantity_word(&known(column.channel).name)).collect();
             found.dedup();
+            found.sort_by_key(|name| rank(name));
             return Err(CsvError::NoStream { name: stream.into(), found: found.join(", ") });
         }
         let is_chosen = |column: &ChannelColumn| words.iter().any(|word| is_of(column, word));

@@ -73,7 +73,8 @@ fn name(group: &[usize], channels: &[Channel]) -> String {
     words.join(" ")
 }
 
-fn rank(name: &str) -> usize {
+/// The place of a stream of this name among others.
+pub(super) fn rank(name: &str) -> usize {
     FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
 }
 
