@@ -296,7 +296,7 @@ fn stamps_since_a_start_tell_their_unit_or_ask_for_it() {
     let refused = vn100().arg("replay").arg(&path).output().unwrap();
     assert_eq!(refused.status.code(), Some(3));
     let told = String::from_utf8(refused.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("which may be ms or us") && told.contains("--columns t=t:ms"), "{told}");
+    assert!(told.contains("which may be ms or us") && told.contains("--columns 't=t:ms'"), "{told}");
     let (document, exit) = replay(&path, &["--columns", "t=t:ms"]);
     assert_eq!((exit, &document["timing"]["rate_hz"]), (0, &1.0.into()));
 }

@@ -37,3 +37,4 @@ mod tables;
 mod terminal;
 mod uncertainty;
 mod verdict;
+mod wild_tables;

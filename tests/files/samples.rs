@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde_json::Value;
 
-use crate::support::{capture, document, replay, replay_log, vn100, with_stdin};
+use crate::support::{capture, replay, replay_log, vn100};
 
 /// What the samples decide: time base, statistics and deviations.
 fn numbers(document: &Value) -> Value {
@@ -65,26 +65,6 @@ fn a_restart_of_the_sensor_is_one_in_the_table() {
     let (written, read) = written_and_read(&twice, &folder.path().join("twice.csv"), &[]);
     assert_eq!(written["timing"]["segments"], 2);
     assert_eq!(written["timing"], read["timing"]);
-}
-
-#[test]
-fn a_stream_that_is_read_again_gives_each_sample_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let table = folder.path().join("samples.csv");
-    // numbers that outgrow the counts of the first rows
-    let value = |row: u32| if row < 5000 { 1e-6 * f64::from(row * 7919 % 101) } else { f64::from(row % 10) * 1e4 };
-    let rows: String = (0..6000).map(|row| format!("{:.2},{:.9}\n", 0.01 * f64::from(row), value(row))).collect();
-    let rows = format!("t,gyro_x\n{rows}");
-    let output = with_stdin(vn100().args(["replay", "-", "--json", "--samples"]).arg(&table), rows.as_bytes());
-    let document = document(&output);
-    let text = fs::read_to_string(&table).unwrap();
-    assert_eq!(text.lines().count() as u64, 1 + document["timing"]["samples"].as_u64().unwrap());
-    assert_eq!(text.matches("gyro_x").count(), 1);
-    // what was printed cannot be taken back
-    let output = with_stdin(vn100().args(["replay", "-", "--samples", "-"]), rows.as_bytes());
-    assert_eq!(output.status.code(), Some(1));
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert!(error.contains("read from its start again: write to a file"), "{error}");
 }
 
 #[test]

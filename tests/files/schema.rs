@@ -48,9 +48,9 @@ fn the_schema_describes_every_field_of_documents_and_no_other() {
     }
     see(&[&workspace().join("crates/vn100-capture/tests/bags/db3_two")], &[]);
     let table = folder.path().join("odd.csv");
-    let row = |index: u32| format!("{:.2},{},{}\n", 0.01 * f64::from(index), index * 7919 % 101, index * 7919 % 89);
+    let row = |index: u32| format!("{:.2},{},{},1\n", 0.01 * f64::from(index), index * 7919 % 101, index * 7919 % 89);
     let rows: String = (0..400).map(row).collect();
-    fs::write(&table, format!("t,gyro_x,gyro_y\n{rows}4.00,,3\n4.01,1\n")).unwrap();
+    fs::write(&table, format!("t,gyro_x,gyro_y,gyr_x\n{rows}4.00,,3,1\n4.01,1\n")).unwrap();
     see(&[&table], &[]);
     let answers = capture(folder.path(), "b.vnymr", &["--duration", "60s"]);
     let mut lines = fs::read_to_string(&answers).unwrap();

@@ -123,7 +123,7 @@ impl Assessment {
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
-        warnings.extend(units::warnings(snapshot, motion.is_some()));
+        warnings.extend(units::warning(snapshot, motion.is_some()));
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
             None => {

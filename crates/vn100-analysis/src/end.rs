@@ -57,8 +57,8 @@ pub enum End {
 /// What the user can say of a source so that it can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StartCure {
-    /// The columns, by a map that may fit.
-    Columns(String),
+    /// The columns; by this map, if one fits for sure.
+    Columns(Option<String>),
     /// The order of the dates, as in this map.
     DateOrder(String),
     /// The unit of the stamps, as in this map.

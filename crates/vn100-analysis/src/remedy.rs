@@ -14,8 +14,9 @@ pub enum Remedy {
     EndEarlier,
     /// Accept sentences that carry no checksum.
     AcceptUnchecked,
-    /// Name the columns of a CSV file, and their units.
-    MapColumns,
+    /// Name the columns of a CSV file, or the fields of messages, and their units: by this map, if
+    /// one is known.
+    MapColumns(Option<String>),
     /// State whether a filter has removed the bias from the rates.
     SayCompensated,
     /// Give the data sheet of the sensor.
@@ -66,7 +67,8 @@ impl fmt::Display for Remedy {
             Self::Skip(Some(minutes)) => write!(f, "a skip of {minutes} min"),
             Self::EndEarlier => f.write_str("a duration"),
             Self::AcceptUnchecked => f.write_str("the option for unchecked lines"),
-            Self::MapColumns => f.write_str("a map of columns"),
+            Self::MapColumns(None) => f.write_str("a map of columns"),
+            Self::MapColumns(Some(map)) => write!(f, "the map of columns {map}"),
             Self::SayCompensated => f.write_str("the statement on compensation"),
             Self::GiveDatasheet => f.write_str("a data sheet"),
             Self::GiveWindow => f.write_str("the averaging window"),

@@ -179,7 +179,7 @@ fn measured(counts: &[i32], decimals: u8, settings: Settings) -> Snapshot {
         refresh_hz: None,
         increment_step: None,
     };
-    let layout = Layout { message: "CSV".into(), compensated: None, channels: vec![channel].into() };
+    let layout = Layout { message: "CSV".into(), compensated: None, channels: vec![channel].into(), columns: None };
     let mut analysis = Analysis::new(settings);
     analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.to_vec(), ..Batch::default() });
     analysis.finish();

@@ -14,11 +14,12 @@ use crate::{
     bag::{self, Bag, BagError, BagSamples},
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
-    csv::{self, CsvError, CsvReader},
+    csv::{self, CsvError, CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
+    telnet::Undoubled,
     timing_sidecar::{BytesReader, Sidecar},
     unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
 };
@@ -72,11 +73,11 @@ impl Capture {
         }
         let file = File::open(path).map_err(failed)?;
         let sidecar = Sidecar::beside(path).map_err(failed)?;
-        let again = stored_bytes.is_some().then(|| path.to_owned());
+        let is_file = stored_bytes.is_some();
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
         let reader = unpacked_file(file, counted).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, again)
+        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, is_file)
     }
 
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the topics
@@ -98,14 +99,16 @@ impl Capture {
             return None;
         }
         let mut reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
-        match detect_format(&mut reader, options.columns.as_ref(), None).ok()? {
-            (head, Detected::Csv(plan)) => Some(csv::streams(plan, head.chain(reader))),
+        let file = path.file_name().map(|name| name.to_string_lossy());
+        let said = Said { map: options.columns.as_ref(), stream: None, file: file.as_deref() };
+        match detect_format(&mut reader, said).ok()? {
+            (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
             _ => None,
         }
     }
 
     /// Opens any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
-    /// without a name, and the rows of a table of numbers are kept in one.
+    /// without a name.
     ///
     /// # Errors
     /// As [`Capture::open`].
@@ -114,7 +117,7 @@ impl Capture {
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let reader = unpacked(counted).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, None, stored_bytes_read, None, options, path, None)
+        Self::start(reader, None, stored_bytes_read, None, options, path, false)
     }
 
     /// Starts to read. The events are those of [`read_samples`].
@@ -160,7 +163,7 @@ impl Capture {
         sidecar: Option<Sidecar>,
         options: &CaptureOptions,
         path: &Path,
-        again: Option<PathBuf>,
+        is_file: bool,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let no_bag = |problem| OpenError::of_bag(path, problem);
@@ -170,9 +173,13 @@ impl Capture {
             }
             bag::Stream::Other(reader) => reader,
         };
-        let (head, detected) =
-            detect_format(&mut reader, options.columns.as_ref(), options.topic.as_deref()).map_err(failed)?;
-        let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
+        let file = path.file_name().map(|name| name.to_string_lossy());
+        let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
+        let (head, detected) = detect_format(&mut reader, said).map_err(failed)?;
+        let is_of_telnet =
+            matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && head.doubles_ff();
+        let whole = head.chain(reader);
+        let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
         let mut recorded = None;
         let (holds_values, lacks_times) = match &detected {
             Detected::Csv(plan) => (plan.holds_values(), plan.lacks_times()),
@@ -180,16 +187,14 @@ impl Capture {
         };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
-                let again = again.map(|path| unpacked_file(File::open(path)?, |file| file)).transpose();
-                let again = again.map_err(|error| OpenError::packed(path, error))?;
-                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, again, options), stop)))
+                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(*plan, reader, options), stop)))
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {
                     MeasuredFrames::First => ReadOptions { measured, ..options },
                     _ => options,
                 };
-                let start: StartReading = if sidecar.is_some() || again.is_some() {
+                let start: StartReading = if sidecar.is_some() || is_file {
                     Box::new(move |options, stop| read_file(BytesReader::new(reader, sidecar, chosen(options)), stop))
                 } else {
                     // a read of a stream may wait for bytes for any time

@@ -6,44 +6,40 @@
 //! through a float, stamps become nanoseconds, and a row that is not understood is counted with its
 //! reason.
 
-mod clock;
+mod cells;
 mod column_map;
-mod column_name;
-mod detect;
+mod columns;
+mod date;
 mod dialect;
 mod fields;
-mod guess;
+mod head;
 mod header;
-mod kept;
 mod lines;
+mod name;
 mod number;
 mod reader;
 mod resolution;
 mod row_counts;
 mod row_parser;
 mod sensor_column;
-mod so_far;
 mod stamp;
-mod stamp_columns;
 mod stamp_search;
+mod stamped_sentences;
 mod streams;
+mod suggestion;
 #[cfg(test)]
 mod tests;
 mod time_name;
 
 use thiserror::Error;
-use vn100_protocol::Layout;
+use vn100_protocol::{Layout, stream::LeftOutColumn};
 
 use self::{
-    clock::ClockForm,
-    dialect::Dialect,
-    fields::LastField,
-    resolution::{ColumnScan, Prior, Quantizer, Scanned},
-    stamp::StampForm,
+    date::DateForm, dialect::Dialect, fields::LastField, number::Number, resolution::Quantizer, stamp::StampForm,
 };
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use column_map::{by_name, known};
-pub(crate) use detect::detect;
+pub(crate) use column_map::{by_name, known, units};
+pub(crate) use head::{Said, detect};
 pub(crate) use reader::CsvReader;
 pub(crate) use streams::streams;
 
@@ -53,28 +49,29 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 /// The byte order mark that some programs write before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, which its head determines; the size of a count is determined by
-/// all rows.
+/// How a CSV file is to be read, which its head determines.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
+    /// The names of all columns; empty in a file without a header.
+    names: Vec<String>,
     /// The names of the columns that are not used.
     ignored_columns: Vec<String>,
+    /// The columns that could be used and are not.
+    left_out: Vec<LeftOutColumn>,
     /// LF, which may follow a CR; or CR, as on old Macs.
     line_end: u8,
     dialect: Dialect,
     columns: Vec<ColumnUse>,
-    /// For each channel of the layout, what is known before its column is read, and how the column
-    /// becomes counts.
-    priors: Vec<Prior>,
+    /// How the column of each channel of the layout becomes counts.
     quantizers: Vec<Quantizer>,
     /// How the last fields of the first rows are printed, by which a truncated row is recognised;
-    /// `None` for sentences, which have a checksum.
+    /// `None` for sentences, which have a checksum, and if no row has a line end.
     last_field: Option<LastField>,
     /// The columns of the stamps and their forms, as a column map names them.
     times: Option<String>,
     /// The form of dates and times of day.
-    clock: Option<ClockForm>,
+    date: Option<DateForm>,
     /// The time from a row to the next one with the same stamp; `None` where it is usual that
     /// several rows have one stamp.
     repeated_step_ns: Option<i64>,
@@ -106,11 +103,6 @@ enum Kind {
 }
 
 impl CsvPlan {
-    /// Sets the size of a count of each channel by what its column prints.
-    fn quantize(&mut self, scans: &[ColumnScan], scanned: Scanned) {
-        self.quantizers = scans.iter().zip(&self.priors).map(|(scan, &prior)| scan.quantizer(prior, scanned)).collect();
-    }
-
     /// The layout of the rows in their counts; `None` for sentences.
     fn layout(&self) -> Option<Layout> {
         let Kind::Values(layout) = &self.kind else { return None };
@@ -142,20 +134,35 @@ enum ColumnUse {
     Sentence,
 }
 
+/// The fields of the first rows.
+type HeadRows = [Vec<Vec<u8>>];
+
+/// The numbers of a column in the first rows.
+fn numbers_at(rows: &HeadRows, place: usize) -> impl Iterator<Item = Number> {
+    rows.iter().filter_map(move |row| Number::parse(row.get(place)?))
+}
+
+/// Whether a row has a number in this column.
+fn holds_number(row: &[Vec<u8>], place: usize) -> bool {
+    row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
+}
+
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
     /// No column of the rows of numbers is known by its name in the header.
     #[error(
         "no known column in this CSV file: expected {}; found {}",
-        header::ColumnPlaces::SEARCHED,
-        .found.join(", ")
+        columns::Columns::SEARCHED,
+        described(found, left_out)
     )]
     UnknownColumns {
-        /// The names in the header.
+        /// The names in the header, or the places and means of columns without names.
         found: Vec<String>,
-        /// A column map that may fit.
-        guess: String,
+        /// The columns whose names say what they hold, and why they cannot be read.
+        left_out: Vec<LeftOutColumn>,
+        /// A column map, if names, units and magnitudes agree on one.
+        map: Option<String>,
     },
     /// The file does not have a column that the map names.
     #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
@@ -245,8 +252,8 @@ pub enum CsvError {
 /// What a [`ColumnMap`] must name so that the file can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
-    /// The columns; with a map that may fit.
-    Columns(String),
+    /// The columns; with a map that fits, if one is sure.
+    Columns(Option<String>),
     /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
     StampUnit(String),
     /// The order of the dates, dmy or mdy; with a map that names one.
@@ -258,7 +265,7 @@ impl CsvError {
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
         match self {
-            Self::UnknownColumns { guess, .. } => Some(MapHint::Columns(guess.clone())),
+            Self::UnknownColumns { map, .. } => Some(MapHint::Columns(map.clone())),
             Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
             Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
             Self::MissingColumn { .. }
@@ -285,15 +292,22 @@ impl CsvError {
     }
 }
 
-/// The beginning of `text`, without control characters; read as Latin-1 where it is not UTF-8.
+/// All columns, those that are left out with the reason.
+fn described(found: &[String], left_out: &[LeftOutColumn]) -> String {
+    let column = |name: &String| match left_out.iter().find(|column| column.name == *name) {
+        Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),
+        None => name.clone(),
+    };
+    found.iter().map(column).collect::<Vec<_>>().join(", ")
+}
+
+/// The beginning of `text`, without control characters; read as Latin-1 if it is not UTF-8.
 fn shown(text: &[u8]) -> String {
     const SHOWN_BYTES: usize = 160;
     let head = &text[..text.len().min(SHOWN_BYTES)];
-    let is_utf8 = std::str::from_utf8(text).is_ok();
-    let decoded = if is_utf8 {
-        String::from_utf8_lossy(head).into()
-    } else {
-        head.iter().copied().map(char::from).collect::<String>()
+    let decoded = match str::from_utf8(text) {
+        Ok(_) => String::from_utf8_lossy(head),
+        Err(_) => encoding_rs::mem::decode_latin1(head),
     };
     let mut shown = decoded.replace('\t', " ");
     shown.retain(|c| !c.is_control());

@@ -2,12 +2,13 @@
 
 use std::io::{self, Read};
 
-use vn100_protocol::{Check, Decoder, Item, Options, RejectReason, stream::MeasuredFrames};
+use vn100_protocol::{Decoder, Item, Options, RejectReason, stream::MeasuredFrames};
 
 use crate::{
     bag::BagForm,
-    csv::{self, ColumnMap, CsvError, CsvPlan},
+    csv::{self, CsvError, CsvPlan, Said},
     recording,
+    telnet::doubles_ff,
 };
 
 /// How much of a file is searched for a first sentence: a boot log may precede it.
@@ -40,6 +41,19 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"\x80\x04\x95", PICKLE),
     (b"\x80\x05\x95", PICKLE),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a document of Microsoft Office: save its sheet as CSV"),
+    (
+        b"ULog\x01\x12\x35",
+        "a ULog of PX4: `ulog2csv FILE.ulg` of pyulog makes tables of it, of which sensor_combined is the IMU",
+    ),
+    (
+        b"\xa3\x95\x80",
+        "a dataflash log of ArduPilot: `mavlogdump.py --format csv --types IMU FILE.bin > imu.csv` of pymavlink makes a table of it",
+    ),
+    (b"H Product:Blackbox", "a log of Betaflight or iNav: `blackbox_decode FILE.bbl` makes a table of it"),
+    (b"\xb5\x62", "messages of a u-blox receiver (UBX): pyubx2 or u-center make tables of them"),
+    (b"\x75\x65", "messages of a MicroStrain sensor (MIP): SensorConnect exports them as CSV"),
+    (b"\xff\x5a", "messages of an SBG sensor (sbgECom): `sbgBasicLogger` or sbgCenter export them as CSV"),
+    (b"\xfa\xff\x36", "messages of an Xsens sensor (MTB): MT Manager exports them as text"),
     (b"\x7fELF", "a program"),
     (b"SQLite format 3", "an SQLite database"),
     (b"#ROSBAG", "a ROS bag without sentences"),
@@ -93,7 +107,7 @@ const MIXED_BYTES: usize = 4096;
 pub(crate) enum Detected {
     /// Sentences, packets or both, and what is measured where nothing else is asked for.
     Bytes(Format, MeasuredFrames),
-    Csv(CsvPlan),
+    Csv(Box<CsvPlan>),
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
     UnusableCsv(CsvError),
@@ -126,14 +140,10 @@ impl Read for CaptureHead {
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
 /// rate looks exactly like that, and reading on is how its owner learns it. A map of columns says
 /// that it is a CSV file.
-pub(crate) fn detect_format(
-    reader: &mut impl Read,
-    columns: Option<&ColumnMap>,
-    stream: Option<&str>,
-) -> io::Result<(CaptureHead, Detected)> {
+pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Result<(CaptureHead, Detected)> {
     let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
-    if columns.is_none() && head.bytes.starts_with(recording::MAGIC) {
+    if said.map.is_none() && head.bytes.starts_with(recording::MAGIC) {
         return Ok((head, Detected::Mcap));
     }
     let mut decoder = Decoder::new(Options { accept_unchecked: true });
@@ -149,22 +159,22 @@ pub(crate) fn detect_format(
         decoder.push(more, note);
     }
     let text = is_text(&head.bytes);
-    let other = other_by_its_head(&head.bytes).filter(|_| columns.is_none() && !text && !sentence_seen);
+    let other = other_by_its_head(&head.bytes).filter(|_| said.map.is_none() && !text && !sentence_seen);
     if let Some(name) = other {
         return Ok((head, Detected::Unknown(name.into())));
     }
     // a line that begins with a sentence is no row
-    if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
+    if said.map.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
         // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
-        let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, columns, stream), Ok(None));
+        let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, said), Ok(None));
         while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
-        match csv::detect(&head.bytes, columns, stream) {
-            Ok(Some(plan)) => return Ok((head, Detected::Csv(plan))),
+        match csv::detect(&head.bytes, said) {
+            Ok(Some(plan)) => return Ok((head, Detected::Csv(plan.into()))),
             // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
             Err(error @ (CsvError::StampUnit { .. } | CsvError::DateOrder { .. })) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
-            Err(error) if columns.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
+            Err(error) if said.map.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
             Ok(None) | Err(_) => {}
@@ -198,6 +208,11 @@ fn holds_samples(head: &[u8]) -> bool {
 }
 
 impl CaptureHead {
+    /// Whether the bytes came over telnet, which doubles 0xFF.
+    pub(crate) fn doubles_ff(&self) -> bool {
+        doubles_ff(&self.bytes)
+    }
+
     /// Reads a little more; nothing at the end, or at a fault.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();
@@ -215,13 +230,11 @@ impl CaptureHead {
     }
 }
 
-/// A sample, a packet, or a sentence with its checksum or the name of a VectorNav message.
+/// A sample, a packet, or a sentence with the name of a VectorNav message.
 fn is_evidence(item: &Item<'_>) -> bool {
     match item {
         Item::Sample(_) | Item::Packet(_) => true,
-        Item::Reply(sentence) | Item::Other(sentence) => {
-            sentence.check != Check::None || sentence.body.starts_with(b"VN")
-        }
+        Item::Reply(sentence) | Item::Other(sentence) => sentence.body.starts_with(b"VN"),
         Item::Rejected(rejected) => rejected.raw.starts_with(b"$VN") && rejected.kind != RejectReason::Truncated,
     }
 }
@@ -271,6 +284,20 @@ fn describe(head: &[u8]) -> String {
     if text.contains("angular_velocity:") && text.contains("linear_acceleration:") {
         return "messages as rostopic echo prints them: rostopic echo -p prints a table, or give the bag itself".into();
     }
+    if head.trim_ascii_start().starts_with(b"{") || head.trim_ascii_start().starts_with(b"[{") {
+        let lines = if head.trim_ascii_start().starts_with(b"{") { ", lines=True" } else { "" };
+        return format!("JSON: pandas.read_json('FILE'{lines}).to_csv('imu.csv', index=False) makes a table of it");
+    }
+    let mut nmea = None;
+    Decoder::new(Options::default()).push(head, |item| {
+        if let Item::Reply(sentence) | Item::Other(sentence) = item {
+            let name = sentence.body.split(|byte| *byte == b',').next().unwrap_or_default();
+            nmea.get_or_insert_with(|| String::from_utf8_lossy(name).into_owned());
+        }
+    });
+    if let Some(name) = nmea {
+        return format!("NMEA sentences of another device, such as ${name}, and no VectorNav sentence ($VN...)");
+    }
     if head.starts_with(b"RDA2\n") || head.starts_with(b"RDA3\n") {
         return R_WORKSPACE.into();
     }
@@ -294,12 +321,12 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_is_known_by_a_checksum_or_by_its_name() {
-        for text in ["$VNRRG,07,40*5C\r\n", "$GPHDT,1*52\r\n", "$VNXYZ,1,2\r\n", "$VNYMR,1,2*00\r\n"] {
+    fn a_sensor_is_known_by_its_name() {
+        for text in ["$VNRRG,07,40*5C\r\n", "$VNXYZ,1,2\r\n", "$VNYMR,1,2*00\r\n"] {
             assert!(is_of_sensor(text), "{text:?}");
         }
-        // a checksum that does not hold, none, a beginning without its end, no sentence
-        for text in ["$GPHDT,1*00\r\n", "$GPHDT,1\r\n", "$VNYMR,1$VNYMR,1", "gyro_x,1\r\n"] {
+        // another device, a checksum that does not hold, none, a beginning without its end, no sentence
+        for text in ["$GPHDT,1*52\r\n", "$GPHDT,1*00\r\n", "$GPHDT,1\r\n", "$VNYMR,1$VNYMR,1", "gyro_x,1\r\n"] {
             assert!(!is_of_sensor(text), "{text:?}");
         }
     }

@@ -37,9 +37,9 @@ mod mcap_records;
 mod read_samples;
 mod recording;
 mod source;
+mod telnet;
 mod timing_sidecar;
 mod unpack;
-mod utf16;
 
 pub use bag::{BagError, BagForm, TopicSummary};
 pub use capture::{Capture, OpenError};

@@ -19,10 +19,6 @@ pub enum Event {
     Batch(Box<Batch>),
     /// A change of the link, live or recorded. The counts of the batch before it include it.
     Link(LinkEvent),
-    /// The source is read again from its first sample: the events before are void, because the
-    /// counts of the next ones have another size. Only for tables that can be read once, such as
-    /// standard input.
-    ReadAgain,
     /// The end of the stream; nothing follows.
     End(End),
 }

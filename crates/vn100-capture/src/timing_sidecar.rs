@@ -237,7 +237,7 @@ mod tests {
                         stamps.extend(at_ns.or(stamps.last().copied()));
                     }
                 }
-                event @ (Event::Link(_) | Event::ReadAgain) => panic!("{event:?}"),
+                event @ Event::Link(_) => panic!("{event:?}"),
                 Event::End(end) => return (stamps, end.error.map(|error| error.to_string())),
             }
         }

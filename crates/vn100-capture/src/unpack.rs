@@ -7,11 +7,16 @@ use std::{
 };
 
 use bzip2::read::MultiBzDecoder;
+use encoding_rs_io::DecodeReaderBytes;
 use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
 use liblzma::{read::XzDecoder, stream::Stream};
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::{captures_below::is_message, utf16};
+use crate::{
+    captures_below::is_message,
+    csv::Said,
+    detect_format::{Detected, detect_format},
+};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -22,6 +27,9 @@ const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 
 /// What xz data may need to be unpacked: the largest dictionary that `xz` makes takes 65 MiB.
 const XZ_MEMORY_BYTES: u64 = 72 << 20;
+
+/// Of more files in an archive the contents are not compared.
+const MOST_EXAMINED: usize = 64;
 
 /// Endings of the names of captures, besides the names of messages, where an archive holds other
 /// files beside one.
@@ -138,7 +146,32 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
         }
         _ => Box::new(whole),
     };
-    Ok(utf16::as_utf8(unpacked)?)
+    Ok(as_utf8(unpacked)?)
+}
+
+/// How many bytes after the byte order mark of UTF-16 are examined to confirm that it is one.
+const EXAMINED_BYTES: u64 = 64;
+
+/// The same bytes, or their text in UTF-8 if a byte order mark and the characters after it say that
+/// it is in UTF-16, in either order.
+fn as_utf8(mut reader: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
+    let mut head = Vec::new();
+    reader.by_ref().take(1).read_to_end(&mut head)?;
+    if matches!(head[..], [0xff | 0xfe]) {
+        reader.by_ref().take(1 + EXAMINED_BYTES).read_to_end(&mut head)?;
+    }
+    let unit: Option<fn([u8; 2]) -> u16> = match head[..] {
+        [0xff, 0xfe, ..] => Some(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => Some(u16::from_be_bytes),
+        _ => None,
+    };
+    let is_text = |unit: u16| matches!(unit, 9 | 10 | 13 | 0x20..=0x7e | 0xa0..=0x24f | 0x2000..=0x22ff);
+    let is_utf16 = unit.is_some_and(|unit| {
+        let mut units = head[2..].chunks_exact(2).map(|bytes| unit([bytes[0], bytes[1]]));
+        head.len() >= 4 && units.all(is_text)
+    });
+    let whole = Cursor::new(head).chain(reader);
+    Ok(if is_utf16 { Box::new(DecodeReaderBytes::new(whole)) } else { Box::new(whole) })
 }
 
 /// The name of the first file in an archive that begins with `magic`: behind 30 bytes, its length
@@ -163,10 +196,10 @@ struct Member {
 }
 
 impl Member {
-    /// The only file, or the only one that by its name may be a capture.
-    fn only(archive: &File) -> Result<Self, ArchiveError> {
+    /// The only file, or the only one that by its name, or by its first bytes, may be a capture.
+    fn only(file: &File) -> Result<Self, ArchiveError> {
         let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
-        let mut archive = ZipArchive::new(BufReader::new(archive)).map_err(damaged)?;
+        let mut archive = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
         let mut names: Vec<(usize, String)> = Vec::new();
         for place in 0..archive.len() {
             let entry = archive.by_index_raw(place).map_err(damaged)?;
@@ -185,16 +218,29 @@ impl Member {
             return Err(document);
         }
         if names.len() > 1 {
-            if captures != 1 {
-                const NAMED: usize = 20;
-                let more = names.len().saturating_sub(NAMED);
-                let mut names: Vec<_> = names.into_iter().take(NAMED).map(|(_, name)| legible(&name)).collect();
-                names.extend((more > 0).then(|| format!("and {more} more")));
-                return Err(ArchiveError::Several(names));
-            }
-            names.retain(|(_, name)| is_capture(name));
+            names.retain(|(_, name)| captures == 0 || is_capture(name));
+        }
+        if names.len() > 1 {
+            let holds_capture = |(place, _): &&(usize, String)| {
+                Self::at(&mut archive, *place).is_ok_and(|member| member.holds_capture(file))
+            };
+            let found: Vec<_> = names.iter().take(MOST_EXAMINED).filter(holds_capture).cloned().collect();
+            names = if found.is_empty() { names } else { found };
+        }
+        if names.len() > 1 {
+            const NAMED: usize = 20;
+            let more = names.len().saturating_sub(NAMED);
+            let mut names: Vec<_> = names.into_iter().take(NAMED).map(|(_, name)| legible(&name)).collect();
+            names.extend((more > 0).then(|| format!("and {more} more")));
+            return Err(ArchiveError::Several(names));
         }
         let (place, _) = names.pop().ok_or(ArchiveError::Empty)?;
+        Self::at(&mut archive, place)
+    }
+
+    /// The member at this place of the list of files.
+    fn at(archive: &mut ZipArchive<BufReader<&File>>, place: usize) -> Result<Self, ArchiveError> {
+        let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
         let entry = archive.by_index_raw(place).map_err(damaged)?;
         let name = legible(entry.name());
         let is_deflated = match (entry.encrypted(), entry.compression()) {
@@ -207,6 +253,19 @@ impl Member {
         };
         let start = entry.data_start().ok_or_else(|| ArchiveError::Damaged(format!("{name} has no beginning")))?;
         Ok(Self { name, start, packed_bytes: entry.compressed_size(), is_deflated, crc32: entry.crc32() })
+    }
+
+    /// Whether its first bytes are those of a capture.
+    fn holds_capture(&self, mut file: &File) -> bool {
+        if file.seek(SeekFrom::Start(self.start)).is_err() {
+            return false;
+        }
+        let packed = file.take(self.packed_bytes);
+        let mut inner: Box<dyn Read + '_> =
+            if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
+        let said = Said { file: Some(&self.name), ..Said::default() };
+        let detected = detect_format(&mut inner, said);
+        detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
     }
 }
 
@@ -277,6 +336,7 @@ mod tests {
     use std::io::Write;
 
     use flate2::{Compression, write::GzEncoder};
+    use proptest::prelude::*;
 
     use super::*;
 
@@ -322,5 +382,45 @@ mod tests {
         let mut reader = Interrupted(&bytes, false);
         let outcome = Gunzip::new(&mut reader).read_to_end(&mut whole);
         assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
+    }
+
+    /// What is read of `bytes`, some of them at a time.
+    fn text(bytes: &[u8], step: usize) -> Vec<u8> {
+        struct Slow(Cursor<Vec<u8>>, usize);
+        impl Read for Slow {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                Read::take(&mut self.0, self.1 as u64).read(buffer)
+            }
+        }
+        let mut text = Vec::new();
+        as_utf8(Box::new(Slow(Cursor::new(bytes.to_vec()), step))).unwrap().read_to_end(&mut text).unwrap();
+        text
+    }
+
+    #[test]
+    fn what_only_begins_as_utf_16_stays_what_it_is() {
+        for bytes in
+            [&b""[..], b"\xff", b"\xff\xfe", b"\xff\xfe\0", b"\xfe\xff\0\0\0\0", b"\xff\xfe$VNYMR,\x80\x01", b"$VN"]
+        {
+            assert_eq!(text(bytes, 2), bytes, "{bytes:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn utf_16_of_either_order_is_the_same_text(
+            begin in "[a-z,0-9]{40}", end in "[\u{20}-\u{7e}\u{b0}\u{1f600}\r\n]{0,300}", step in 1_usize..50,
+        ) {
+            let whole = begin + &end;
+            let bytes = |unit: fn(u16) -> [u8; 2]| {
+                "\u{feff}".encode_utf16().chain(whole.encode_utf16()).flat_map(unit).collect::<Vec<_>>()
+            };
+            prop_assert_eq!(text(&bytes(u16::to_le_bytes), step), whole.as_bytes());
+            let big = bytes(u16::to_be_bytes);
+            prop_assert_eq!(text(&big, step), whole.as_bytes());
+            let cut = text(&big[..big.len() - 1], step);
+            let begins_same = cut.iter().zip(whole.as_bytes()).take_while(|(read, written)| read == written).count();
+            prop_assert!(begins_same + 4 >= whole.len());
+        }
     }
 }

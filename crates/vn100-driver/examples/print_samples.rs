@@ -23,7 +23,6 @@ async fn main() {
                 }
             }
             Event::Link(event) => println!("{:?}", event.kind),
-            Event::ReadAgain => {}
             Event::End(end) => println!("the end: {:?}", end.error),
         }
     }

@@ -24,7 +24,6 @@
 //!     match event {
 //!         Event::Batch(batch) => println!("{} samples", batch.row_count()),
 //!         Event::Link(event) => println!("{:?}", event.kind),
-//!         Event::ReadAgain => {}
 //!         Event::End(end) => println!("the end: {:?}", end.error),
 //!     }
 //! }

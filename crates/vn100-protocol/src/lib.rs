@@ -117,7 +117,7 @@ pub use message::{
     decimal::DecimalError,
     decoder::{Decoder, Item},
     increments::VNDTV,
-    layout::{Channel, Layout, OUTPUT_RATES_HZ, PrintFormat, Quantity},
+    layout::{Channel, ColumnRead, ColumnsRead, Layout, OUTPUT_RATES_HZ, PrintFormat, Quantity},
     sample::Sample,
     suffix::Suffix,
     table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
+use pyo3::{prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event};
@@ -94,9 +94,6 @@ impl Rows {
                     Some(error) => return Err(CaptureError::new_err(error.to_string())),
                     None => return Ok(None),
                 },
-                Ok(Some(Event::ReadAgain)) => {
-                    return Err(PyRuntimeError::new_err("the capture began again; read it from a file"));
-                }
                 Ok(Some(Event::Batch(_) | Event::Link(_))) => {}
                 Ok(None) => return Ok(None),
             }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use vn100_analysis::noise::{Claim, Verdict};
-use vn100_analysis::protocol::{BINARY, Quantity, Register};
+use vn100_analysis::protocol::{BINARY, Quantity, Register, stream::AbsentValues};
 use vn100_analysis::{
     Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, NoiseFigure, Remedy, Severity, Snapshot,
     SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
@@ -60,16 +60,31 @@ impl Measured {
         measured
     }
 
-    /// What was taken for absent by the first messages of a bag, and is not.
+    /// What was taken for absent by the first messages of a bag, and is not; and the numbers of a
+    /// table that the counts of its first rows do not hold, if they are more than single glitches.
     fn warn_of_unread(&mut self) {
+        let beyond = self.facts.csv.iter().flat_map(|csv| {
+            let is_often = |absent: &&AbsentValues| 1000 * absent.out_of_range > csv.rows;
+            csv.absent.iter().filter(is_often).map(|absent| {
+                let headline = format!(
+                    "{} of {} values of {} are far beyond those of the first rows, and missing",
+                    absent.out_of_range, csv.rows, absent.channel
+                );
+                let details = "The first 1000 rows decide how large a number can be: 64 times their deviation. Cut off the rows that \
+                               differ from the others.";
+                Warning::new(WarningKind::UnreadValues, vec![absent.channel.clone()], headline, details)
+            })
+        });
+        let beyond: Vec<Warning> = beyond.collect();
         let unread = self.facts.bag.iter().flat_map(|bag| &bag.unread);
         let warnings: Vec<Warning> = unread
             .filter(|unread| unread.nonzero_messages > 0)
             .map(|unread| {
                 let details = Text::from("Exclude the messages before, or name all numbers with ");
-                let details = details.remedy(Remedy::MapColumns).then(".");
+                let details = details.remedy(Remedy::MapColumns(None)).then(".");
                 Warning::new(WarningKind::UnreadValues, Vec::new(), unread.to_string(), details)
             })
+            .chain(beyond)
             .collect();
         if !warnings.is_empty() {
             Arc::make_mut(&mut self.snapshot).warnings.extend(warnings);
@@ -265,7 +280,8 @@ impl Evaluation {
         let message = snapshot.layout.as_ref().map_or("", |layout| layout.message.as_ref());
         let model = snapshot.registers.get(&Register::MODEL.0);
         let says_vn100 = model.map(|model| model.trim().starts_with("VN-100"));
-        let is_vn100 = message.starts_with("VN") || says_vn100.unwrap_or(message == BINARY);
+        let may_be_vn100 = (message.starts_with("VN") || message == BINARY) && snapshot.link.other_model.is_none();
+        let is_vn100 = says_vn100.unwrap_or(may_be_vn100);
         let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
         sheet.map(|sheet| sheet.verdicts(snapshot, assessment))
     }
@@ -342,7 +358,7 @@ pub fn run_prefix(number: usize) -> String {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::protocol::stream::{BagReport, StampSource, UnreadNumbers};
-    use vn100_analysis::protocol::{PACKET_MESSAGES, VNIMU};
+    use vn100_analysis::protocol::{PACKET_MESSAGES, VNIMU, stream::MessageName};
     use vn100_analysis::{Analysis, Settings};
 
     use super::*;
@@ -363,13 +379,20 @@ mod tests {
     #[test]
     fn packets_are_compared_unless_the_sensor_says_it_is_another() {
         let evaluation = Evaluation::new(None, Asked::default()).unwrap();
-        for (model, is_compared) in [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)] {
+        let by_model = [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)];
+        let layouts = [PACKET_MESSAGES[0].layout(), Some(Arc::new(VNIMU.clone()))];
+        for (layout, (model, is_compared)) in layouts.iter().flat_map(|layout| by_model.map(|model| (layout, model))) {
             let mut snapshot = nothing();
-            Arc::make_mut(&mut snapshot).layout = PACKET_MESSAGES[0].layout();
+            Arc::make_mut(&mut snapshot).layout = layout.clone();
             let registers = &mut Arc::make_mut(&mut snapshot).registers;
             registers.extend(model.map(|model| (Register::MODEL.0, model.into())));
             let assessment = Assessment::new(&snapshot, 0.95);
             assert_eq!(evaluation.verdicts(&snapshot, &assessment).is_some(), is_compared, "{model:?}");
+            // sentences that no VN-100 sends
+            let name = MessageName::new(b"VNINS");
+            Arc::make_mut(&mut snapshot).link.other_model = Some(name);
+            let is_compared = evaluation.verdicts(&snapshot, &assessment).is_some();
+            assert_eq!(is_compared, model == Some("VN-100S-CR"), "{model:?}");
         }
     }
 

@@ -112,11 +112,17 @@ fn not_started(name: &str, text: &str, names_source: bool, cure: Option<&StartCu
 /// The option that would make the source readable; on a line of its own after a list of topics.
 fn cure_words(cure: &StartCure) -> String {
     match cure {
-        StartCure::Columns(map) => format!(
-            "; if this fits, with the units checked, give --columns '{map}' (vn100 replay --help lists channels, units and forms of time)"
+        StartCure::Columns(Some(map)) => format!(
+            "; by names and magnitudes this fits: {} (vn100 replay --help lists channels, units and forms of time)",
+            map_option(map)
         ),
-        StartCure::DateOrder(map) => format!("; name the order, as in --columns {map} (or mdy)"),
-        StartCure::StampUnit(map) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
+        StartCure::Columns(None) => {
+            "; name them and their units with --columns, as in gyro_x=NAME:rad/s,accel_x=NAME:m/s^2,t=NAME:s, with a name or a \
+             number from 1 for each column (vn100 replay --help lists channels, units and forms of time)"
+                .into()
+        }
+        StartCure::DateOrder(map) => format!("; name the order, as in {} (or mdy)", map_option(map)),
+        StartCure::StampUnit(map) => format!("; name the unit, as in {} (or s, us, ns)", map_option(map)),
         StartCure::Topic => "\nName one of them with --topic".into(),
         StartCure::TopicAndColumns => {
             "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns".into()
@@ -134,6 +140,12 @@ fn cure_words(cure: &StartCure) -> String {
     }
 }
 
+/// The option with a map of columns, as a shell takes it. A line of text may end after a comma.
+fn map_option(map: &str) -> String {
+    let quoted = map.replace('\'', "'\\''").replace(',', ", ");
+    format!("--columns '{quoted}'")
+}
+
 /// The option or the command.
 #[must_use]
 pub fn remedy_words(remedy: &Remedy) -> String {
@@ -148,7 +160,8 @@ pub fn remedy_words(remedy: &Remedy) -> String {
         Remedy::Skip(Some(minutes)) => format!("--skip {minutes}min"),
         Remedy::EndEarlier => "--duration".into(),
         Remedy::AcceptUnchecked => "--accept-unchecked".into(),
-        Remedy::MapColumns => "--columns".into(),
+        Remedy::MapColumns(None) => "--columns".into(),
+        Remedy::MapColumns(Some(map)) => map_option(map),
         Remedy::SayCompensated => "--compensated".into(),
         Remedy::GiveDatasheet => "--datasheet".into(),
         Remedy::GiveWindow => "--window".into(),

@@ -8,8 +8,6 @@ pub(crate) struct Excluded {
     before: Duration,
     /// Data time after that, excluded as warm-up.
     warm_up: Duration,
-    /// Whether the measurement began with this exclusion as its skip.
-    is_carried: bool,
 }
 
 impl Excluded {
@@ -17,19 +15,10 @@ impl Excluded {
         self.warm_up = so_far;
     }
 
-    /// Excludes everything so far. Returns whether the warm-up must be ended again: a skip that was
-    /// carried would count once more from here.
-    #[must_use]
-    pub(crate) fn start_over(&mut self, so_far: Duration) -> bool {
+    /// Excludes everything so far.
+    pub(crate) fn start_over(&mut self, so_far: Duration) {
         self.before = self.before.saturating_add(so_far);
         self.warm_up = Duration::ZERO;
-        self.is_carried
-    }
-
-    /// The exclusion where the record is measured again from its beginning, with this skip.
-    pub(crate) fn carried(self) -> Self {
-        let total = self.total();
-        Self { before: Duration::ZERO, warm_up: total, is_carried: !total.is_zero() }
     }
 
     /// Excluded data time from the beginning of the record: a measurement with this skip gives the
@@ -53,23 +42,10 @@ mod tests {
         assert_eq!(excluded.total(), 10 * S);
         excluded.end_warm_up(15 * S);
         assert_eq!(excluded.total(), 15 * S, "a later end replaces the earlier one");
-        assert!(!excluded.start_over(20 * S));
+        excluded.start_over(20 * S);
         assert_eq!(excluded.total(), 20 * S);
         excluded.end_warm_up(3 * S);
-        assert!(!excluded.start_over(5 * S));
+        excluded.start_over(5 * S);
         assert_eq!(excluded.total(), 25 * S);
-    }
-
-    #[test]
-    fn what_is_carried_does_not_count_twice() {
-        let mut excluded = Excluded::default();
-        assert_eq!(excluded.carried(), Excluded::default());
-        assert!(!excluded.start_over(4 * S));
-        excluded.end_warm_up(6 * S);
-        let mut carried = excluded.carried();
-        assert_eq!(carried.total(), 10 * S);
-        assert!(carried.start_over(12 * S), "the skip would count again");
-        carried.end_warm_up(Duration::ZERO);
-        assert_eq!(carried.total(), 12 * S);
     }
 }

@@ -56,7 +56,7 @@ pub use live_source::LiveSource;
 pub use pace::{Playback, Speed};
 pub use recording::{RecordingSpec, is_reserved};
 pub use replay::ReplaySpec;
-pub use sample_tap::{SampleEvent, SampleTap};
+pub use sample_tap::SampleTap;
 pub use session::Session;
 pub use session_event::{OutputLeft, SessionEvent};
 pub use session_result::SessionResult;

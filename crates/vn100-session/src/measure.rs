@@ -40,7 +40,6 @@ use crate::{
     end_reason::EndReason,
     excluded::Excluded,
     pace::{Due, Pace, Speed},
-    sample_tap::SampleEvent,
     session_event::SessionEvent,
     state::Stage,
     wall_limits::Deadlines,
@@ -259,12 +258,6 @@ impl Measuring {
                     channels.report(SessionEvent::PortShared { program });
                 }
             }
-            Event::ReadAgain => {
-                if let Some(samples) = &channels.samples {
-                    samples.send(SampleEvent::Again, true, &channels.stop).await;
-                }
-                self.measure_again();
-            }
             Event::End(end) => {
                 let reason = match end.error {
                     Some(error) => EndReason::SourceFailed(error),
@@ -278,24 +271,10 @@ impl Measuring {
         self.look(channels).await;
     }
 
-    /// Measures again from the first sample; the states of past seconds are not sent a second time.
-    fn measure_again(&mut self) {
-        let settings = self.analysis.settings().clone();
-        let settings = match self.excluded.total() {
-            total if total.is_zero() => settings,
-            skip => Settings { skip, ..settings },
-        };
-        self.excluded = self.excluded.carried();
-        (self.analysis, self.goals) = (Analysis::new(settings), GoalCheck::default());
-        if let Some(pace) = &mut self.pace {
-            *pace = pace.again(Instant::now());
-        }
-    }
-
     /// Sends a copy of the samples to the writer of samples, where there is one.
     async fn tap(&self, batch: &Batch, channels: &Channels) {
         if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
-            samples.send(SampleEvent::Batch(batch.clone().into()), self.link.is_none(), &channels.stop).await;
+            samples.send(batch.clone().into(), self.link.is_none(), &channels.stop).await;
         }
     }
 
@@ -315,7 +294,7 @@ impl Measuring {
             deadlines.note_sample(Instant::now());
         }
         if let Some(pace) = &mut self.pace {
-            pace.advance(batch.row_count() as u64, Instant::now());
+            pace.advance(batch.row_count() as u64);
         }
     }
 

@@ -70,8 +70,6 @@ pub(crate) struct Pace {
     at_end: bool,
     /// When the clock of the pace was set, and the sample that was due then.
     since: (Instant, u64),
-    /// Samples up to this one are due at once.
-    run_to: u64,
 }
 
 /// What the next sample waits for.
@@ -85,13 +83,7 @@ pub(crate) enum Due {
 
 impl Pace {
     pub(crate) fn new(speed: Speed, rate_hz: f64, now: Instant) -> Self {
-        Self { rate_hz, samples: 0, speed, paused: false, at_end: false, since: (now, 0), run_to: 0 }
-    }
-
-    /// The pace of a capture that is read again from its first sample: as fast as possible to where
-    /// this one is.
-    pub(crate) fn again(&self, now: Instant) -> Self {
-        Self { samples: 0, since: (now, 0), run_to: self.samples, ..*self }
+        Self { rate_hz, samples: 0, speed, paused: false, at_end: false, since: (now, 0) }
     }
 
     pub(crate) fn playback(&self, total: Option<u64>) -> Playback {
@@ -101,7 +93,6 @@ impl Pace {
 
     pub(crate) fn due(&self) -> Due {
         match self.speed {
-            _ if self.samples < self.run_to => Due::Now,
             _ if self.paused => Due::Never,
             Speed::Max => Due::Now,
             Speed::Times(times) => {
@@ -112,11 +103,8 @@ impl Pace {
         }
     }
 
-    pub(crate) fn advance(&mut self, samples: u64, now: Instant) {
+    pub(crate) fn advance(&mut self, samples: u64) {
         self.samples += samples;
-        if self.samples <= self.run_to {
-            self.since = (now, self.samples);
-        }
     }
 
     /// Executes a command for the playback. At the end only the speed can be chosen.
@@ -171,7 +159,7 @@ mod tests {
                     Due::At(time) if time <= until => self.now = self.now.max(time),
                     Due::At(_) | Due::Never => break,
                 }
-                self.pace.advance(1, self.now);
+                self.pace.advance(1);
             }
             self.now = until;
             self.pace.samples - before
@@ -206,17 +194,6 @@ mod tests {
         assert_eq!((replay.run(1.001), replay.pace.speed), (81, Speed::Times(2.0)));
         replay.command(Command::TogglePause);
         assert_eq!((replay.run(5.0), replay.pace.paused), (0, true));
-    }
-
-    #[test]
-    fn what_is_read_again_takes_no_time_to_where_it_was() {
-        let mut replay = VirtualReplay::new(Speed::Times(1.0));
-        replay.run(10.001);
-        replay.command(Command::TogglePause);
-        replay.pace = replay.pace.again(replay.now);
-        assert_eq!((replay.run(60.0), replay.pace.paused), (401, true));
-        replay.command(Command::TogglePause);
-        assert_eq!(replay.run(1.001), 41);
     }
 
     #[test]

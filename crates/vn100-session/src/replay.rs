@@ -243,7 +243,6 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
         match event {
             Event::Batch(batch) => samples += batch.row_count() as u64,
             Event::Link(_) => {}
-            Event::ReadAgain => samples = 0,
             Event::End(_) => break,
         }
     }

@@ -12,28 +12,19 @@ use vn100_analysis::protocol::stream::Batch;
 /// Batches that may wait for the writer: ten seconds of 800 packets.
 const WAITING_BATCHES: usize = 8192;
 
-/// What a writer of samples receives.
-#[derive(Debug)]
-pub enum SampleEvent {
-    /// The next samples, one batch of the source.
-    Batch(Box<Batch>),
-    /// The capture is read again from its start: the samples received so far are to be discarded.
-    Again,
-}
-
 /// Sends the samples of a session to a writer. A link never waits for the writer: batches that do
 /// not fit into the channel of 8192 are dropped, and their samples counted. A capture or a stream
 /// waits.
 #[derive(Debug, Clone)]
 pub struct SampleTap {
-    batches: mpsc::Sender<SampleEvent>,
+    batches: mpsc::Sender<Box<Batch>>,
     dropped: Arc<AtomicU64>,
 }
 
 impl SampleTap {
-    /// A tap, and the receiver of its events, which end with the session.
+    /// A tap, and the receiver of its batches, which end with the session.
     #[must_use]
-    pub fn new() -> (Self, mpsc::Receiver<SampleEvent>) {
+    pub fn new() -> (Self, mpsc::Receiver<Box<Batch>>) {
         let (batches, receiver) = mpsc::channel(WAITING_BATCHES);
         (Self { batches, dropped: Arc::default() }, receiver)
     }
@@ -44,16 +35,16 @@ impl SampleTap {
         Arc::clone(&self.dropped)
     }
 
-    /// Sends an event. A writer that has ended takes no more samples, which is not counted as a
+    /// Sends the samples of a batch. A writer that has ended takes no more samples, which is not counted as a
     /// loss: the writer reports why it ended.
-    pub(crate) async fn send(&self, event: SampleEvent, can_wait: bool, stop: &CancellationToken) {
+    pub(crate) async fn send(&self, batch: Box<Batch>, can_wait: bool, stop: &CancellationToken) {
         if can_wait {
             tokio::select! {
                 // after a stop no writer is waited for
-                _ = self.batches.send(event) => {}
+                _ = self.batches.send(batch) => {}
                 () = stop.cancelled() => {}
             }
-        } else if let Err(mpsc::error::TrySendError::Full(SampleEvent::Batch(batch))) = self.batches.try_send(event) {
+        } else if let Err(mpsc::error::TrySendError::Full(batch)) = self.batches.try_send(batch) {
             self.dropped.fetch_add(batch.row_count() as u64, Ordering::Relaxed);
         }
     }
@@ -65,10 +56,10 @@ mod tests {
 
     use super::*;
 
-    fn rows(count: usize) -> SampleEvent {
+    fn rows(count: usize) -> Box<Batch> {
         let layout = Arc::new(VNYMR.clone());
         let counts = vec![0; layout.channels.len() * count];
-        SampleEvent::Batch(Batch { counts, layout: Some(layout), ..Batch::default() }.into())
+        Batch { counts, layout: Some(layout), ..Batch::default() }.into()
     }
 
     #[tokio::test(start_paused = true)]

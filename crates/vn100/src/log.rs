@@ -121,7 +121,6 @@ impl Entries {
                 batch.diagnostics.iter().for_each(|diagnostic| self.put(name, &diagnostic.to_string()));
             }
             Event::Link(event) => self.put(name, &link_event(&event.kind)),
-            Event::ReadAgain => self.put(name, "larger or longer numbers: the rows so far are read again"),
             Event::End(end) => {
                 if let Some(FileReport::Csv(csv)) = &end.report {
                     refused_rows(csv).for_each(|rows| self.put(name, &rows));

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufWriter, Seek, SeekFrom, Stdout, Write, stdout},
+    io::{self, BufWriter, Stdout, Write, stdout},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -14,8 +14,9 @@ use std::{
 use anyhow::{Context, Result};
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
+use vn100_protocol::stream::Batch;
 use vn100_report::{Measured, SampleTable};
-use vn100_session::{SampleEvent, SampleTap};
+use vn100_session::SampleTap;
 
 /// A file of samples, or standard output.
 enum Output {
@@ -29,19 +30,6 @@ impl Output {
         match path == Path::new("-") {
             true => Ok(Self::Stdout(BufWriter::new(stdout()))),
             false => Ok(Self::File(BufWriter::new(File::create_new(path)?))),
-        }
-    }
-
-    /// Forgets what was written.
-    fn start_over(&mut self) -> io::Result<()> {
-        match self {
-            Self::File(out) => {
-                out.seek(SeekFrom::Start(0))?;
-                out.get_ref().set_len(0)
-            }
-            Self::Stdout(_) => Err(io::Error::other(
-                "a number did not fit the counts of its column, so that the capture is read from its start again: write to a file",
-            )),
         }
     }
 }
@@ -121,15 +109,14 @@ impl SampleWriter {
     }
 }
 
-fn write(mut table: SampleTable<Output>, mut events: mpsc::Receiver<SampleEvent>) -> io::Result<()> {
+fn write(mut table: SampleTable<Output>, mut batches: mpsc::Receiver<Box<Batch>>) -> io::Result<()> {
     loop {
         // a reader of the file sees all that has come
-        if events.is_empty() {
+        if batches.is_empty() {
             table.flush()?;
         }
-        match events.blocking_recv() {
-            Some(SampleEvent::Batch(batch)) => table.push(&batch)?,
-            Some(SampleEvent::Again) => table.begin_again(Output::start_over)?,
+        match batches.blocking_recv() {
+            Some(batch) => table.push(&batch)?,
             None => return table.flush(),
         }
     }

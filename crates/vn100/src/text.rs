@@ -183,12 +183,8 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
             write_wrapped(out, &text)?;
         }
     }
-    if csv.read_again > 0 {
-        let times = counted(csv.read_again.into(), "time");
-        write_wrapped(
-            out,
-            &format!("  read again  {times} from a temporary file, for numbers larger or longer than before"),
-        )?;
+    for column in &csv.left_out {
+        write_wrapped(out, &format!("  left out    {}: {}", column.name, column.reason))?;
     }
     write_absent(out, &csv.absent, ("rows", "line"))
 }

@@ -114,10 +114,6 @@ fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
                     assert_eq!(batch.link.samples(), told.rows.len() as u64);
                     analysis.absorb(&batch);
                 }
-                Event::ReadAgain => {
-                    told = Told { format: told.format, ..Told::default() };
-                    analysis = Analysis::new(Settings::default());
-                }
                 Event::Link(event) => {
                     analysis.take_link_event(&event);
                     told.link_events.push((told.rows.len(), format!("{event:?}")));

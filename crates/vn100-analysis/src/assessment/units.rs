@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use imu_noise::STANDARD_GRAVITY_M_S2;
-use vn100_protocol::{Channel, Layout, Quantity};
+use vn100_protocol::{ColumnsRead, Layout, Quantity};
 
 use crate::{
     remedy::{Remedy, Text},
@@ -11,14 +11,14 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// What a column is read as, what it is instead, and how much longer gravity is read then.
-const MISTAKEN: [(&str, &str, f64); 6] = [
-    ("m/s^2", "g", 1.0 / STANDARD_GRAVITY_M_S2),
-    ("m/s^2", "mg", 1e3 / STANDARD_GRAVITY_M_S2),
-    ("g", "m/s^2", STANDARD_GRAVITY_M_S2),
-    ("mg", "m/s^2", 1e-3 * STANDARD_GRAVITY_M_S2),
-    ("g", "mg", 1e3),
-    ("mg", "g", 1e-3),
+/// Units of acceleration, in m/s².
+const ACCELERATIONS: [(&str, f64); 6] = [
+    ("m/s^2", 1.0),
+    ("g", STANDARD_GRAVITY_M_S2),
+    ("mg", STANDARD_GRAVITY_M_S2 / 1e3),
+    ("ug", STANDARD_GRAVITY_M_S2 / 1e6),
+    ("cm/s^2", 1e-2),
+    ("ft/s^2", 0.3048),
 ];
 
 /// What a column of a quantity is read as, what it is instead, and between which means that is so.
@@ -47,30 +47,48 @@ const WHITE_SHARE: f64 = 0.8;
 /// Beyond the range of every inertial sensor: 2000 deg/s.
 const RANGE_RAD_S: f64 = 40.0;
 
-/// Asks whether the units of a file with columns are those it is read in. What a sensor that
+/// Asks whether the units of the columns of a table, or of the fields of a message, are those they
+/// are read in; all of them in one warning, with the map that corrects them. What a sensor that
 /// `was_moved` measures from sample to sample is no noise, unless it is white on every axis.
-pub(super) fn warnings(snapshot: &Snapshot, was_moved: bool) -> Vec<Warning> {
-    // the units of sentences are known
-    let (Some(layout), Some(_)) = (&snapshot.layout, snapshot.link.rejected_rows) else { return Vec::new() };
+pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
+    let layout = snapshot.layout.as_ref()?;
+    // the units of the sensor's own messages are known
+    let columns = layout.columns.as_ref()?;
+    let doubts = doubts(snapshot, layout, columns, was_moved);
+    let is_doubtful = |quantity: Quantity| doubts.iter().find(|doubt| doubt.quantity == quantity);
+    let headlines: Vec<_> = doubts.iter().map(|doubt| doubt.headline.clone()).collect();
+    let channels = layout.channels.iter().filter(|channel| is_doubtful(channel.quantity).is_some());
+    let map = columns.map(&layout.channels, |channel| is_doubtful(channel.quantity).map(|doubt| doubt.likely));
+    let details = Text::from("If they are, set ").remedy(Remedy::MapColumns(Some(map))).then(".");
+    let channels = channels.map(|channel| channel.name.to_string()).collect();
+    (!doubts.is_empty()).then(|| Warning::new(WarningKind::UnitDoubtful, channels, headlines.join("; "), details))
+}
+
+/// A quantity whose unit is doubtful.
+struct Doubt {
+    quantity: Quantity,
+    headline: String,
+    likely: &'static str,
+}
+
+fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved: bool) -> Vec<Doubt> {
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
-    let warning = |quantity, seen: String, read: &str, likely: &str| {
-        let of_quantity = layout.channels.iter().filter(|channel| channel.quantity == quantity);
-        let headline = format!("{seen}, read as {read}: are the columns in {likely}?");
-        let details = Text::from("If they are, set ")
-            .remedy(Remedy::MapColumns)
-            .then(format!(" {}, with the names of your columns behind each =.", columns(layout, quantity, likely)));
-        let channels = of_quantity.map(|channel| channel.name.to_string()).collect();
-        Warning::new(WarningKind::UnitDoubtful, channels, headline, details)
+    let unit_read = |quantity| {
+        let place = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
+        Some(&*columns.columns.get(place)?.unit)
     };
-    let mut warnings = Vec::new();
-    if let Some(gravity) = length(Quantity::Acceleration) {
-        let is_so_long = |factor: f64| (gravity / (factor * STANDARD_GRAVITY_M_S2) - 1.0).abs() < GRAVITY_SHARE;
-        let unit_read =
-            layout.channels.iter().find(|channel| channel.quantity == Quantity::Acceleration).map(unit_read);
-        let mistaken = MISTAKEN.into_iter().find(|&(read, _, factor)| unit_read == Some(read) && is_so_long(factor));
-        if let Some((read, likely, _)) = mistaken {
+    let doubt = |quantity, seen: String, read: &str, likely| {
+        let headline = format!("{seen}, read as {read}: are the columns in {likely}?");
+        Doubt { quantity, headline, likely }
+    };
+    let mut doubts = Vec::new();
+    if let (Some(gravity), Some(read)) = (length(Quantity::Acceleration), unit_read(Quantity::Acceleration)) {
+        let scale = ACCELERATIONS.iter().find(|(unit, _)| *unit == read).map_or(1.0, |(_, scale)| *scale);
+        let is_gravity = |in_m_s2: f64| (in_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0).abs() < GRAVITY_SHARE;
+        let likely = ACCELERATIONS.iter().find(|(_, other)| is_gravity(gravity / scale * other));
+        if let (false, Some(&(likely, _))) = (is_gravity(gravity), likely) {
             let seen = format!("mean acceleration {gravity:.4}, gravity {STANDARD_GRAVITY_M_S2:.2} m/s^2");
-            warnings.push(warning(Quantity::Acceleration, seen, read, likely));
+            doubts.push(doubt(Quantity::Acceleration, seen, read, likely));
         }
     }
     for (quantity, noun, read, likely, means) in BEYOND {
@@ -78,8 +96,8 @@ pub(super) fn warnings(snapshot: &Snapshot, was_moved: bool) -> Vec<Warning> {
             let (channel, results) = snapshot.measured().find(|(channel, _)| channel.quantity == quantity)?;
             Some(channel.in_unit(results.moments.mean_counts()?))
         });
-        if let Some(mean) = mean.filter(|mean| means.contains(mean)) {
-            warnings.push(warning(quantity, format!("mean {noun} {mean:.1}"), read, likely));
+        if let Some(mean) = mean.filter(|mean| means.contains(mean) && unit_read(quantity) == Some(read)) {
+            doubts.push(doubt(quantity, format!("mean {noun} {mean:.1}"), read, likely));
         }
     }
     let rates = || snapshot.measured().filter(|(channel, _)| channel.quantity == Quantity::AngularRate);
@@ -105,43 +123,29 @@ pub(super) fn warnings(snapshot: &Snapshot, was_moved: bool) -> Vec<Warning> {
         (least_noise > NOISE_RAD_S)
             .then(|| format!("rates differ by {least_noise:.3} from sample to sample on every axis"))
     };
-    warnings.extend(seen.map(|seen| warning(Quantity::AngularRate, seen, "rad/s", "deg/s")));
-    warnings
-}
-
-/// The unit of a file from which this channel of accelerations is converted: by its scale but for
-/// powers of two, which counts may have.
-fn unit_read(channel: &Channel) -> &'static str {
-    let significand = |scale: f64| scale.to_bits() & ((1 << 52) - 1);
-    let units = [("g", STANDARD_GRAVITY_M_S2), ("mg", STANDARD_GRAVITY_M_S2 / 1e3)];
-    let unit = units.into_iter().find(|(_, scale)| significand(*scale) == significand(channel.scale));
-    unit.map_or("m/s^2", |(unit, _)| unit)
-}
-
-/// All columns, those of this quantity in another unit.
-fn columns(layout: &Layout, quantity: Quantity, unit: &str) -> String {
-    let column = |channel: &Channel| {
-        let unit = if channel.quantity == quantity { unit } else { &channel.unit };
-        format!("{0}={0}:{unit}", channel.name)
-    };
-    layout.channels.iter().map(column).collect::<Vec<_>>().join(",")
+    let are_rad_s = unit_read(Quantity::AngularRate) == Some("rad/s");
+    doubts.extend(seen.filter(|_| are_rad_s).map(|seen| doubt(Quantity::AngularRate, seen, "rad/s", "deg/s")));
+    doubts
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use vn100_protocol::{
-        VNIMU,
-        stream::{Batch, RejectedRowCounts, StreamCounts},
-    };
+    use vn100_protocol::{Channel, ColumnRead, VNIMU, stream::Batch};
 
     use super::*;
     use crate::{Analysis, Settings};
 
     /// A file of accelerations and rates, in m/s² and rad/s as read.
-    fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: f64, is_file: bool) -> Vec<Warning> {
-        warnings(&snapshot(accel_m_s2, rate_rad_s, (0.0, 1), unit, is_file), false)
+    fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: &str, is_file: bool) -> Option<Warning> {
+        warning(&snapshot(accel_m_s2, rate_rad_s, (0.0, 1), unit, is_file), false)
+    }
+
+    /// The columns of a file, whose names are those of the channels with an `s`.
+    fn columns(channels: &[Channel], unit: impl Fn(&Channel) -> String) -> ColumnsRead {
+        let column = |channel: &Channel| ColumnRead { name: format!("{}s", channel.name), unit: unit(channel) };
+        ColumnsRead { columns: channels.iter().map(column).collect(), times: Some("t:s".into()) }
     }
 
     /// With as much noise on the rates, whose sign alternates after so many samples.
@@ -149,13 +153,17 @@ mod tests {
         accel_m_s2: f64,
         rate_rad_s: f64,
         (noise_rad_s, held): (f64, usize),
-        unit: f64,
+        unit: &str,
         is_file: bool,
     ) -> Snapshot {
         let mut layout = Layout { channels: VNIMU.channels[3..9].into(), ..VNIMU.clone() };
         layout.channels.to_mut()[..3]
             .iter_mut()
-            .for_each(|channel| (channel.decimals, channel.scale) = (0, unit / 4096.0));
+            .for_each(|channel| (channel.decimals, channel.scale) = (0, 1.0 / 4096.0));
+        let read = |channel: &Channel| {
+            if channel.quantity == Quantity::Acceleration { unit.to_owned() } else { channel.unit.to_string() }
+        };
+        layout.columns = is_file.then(|| columns(&layout.channels, read));
         let row = [0.0, 0.0, accel_m_s2, rate_rad_s, 0.0, 0.0];
         let count = |(channel, value): (&Channel, &f64)| (value / channel.in_unit(1.0)).round() as i32;
         let with = |noise: f64| {
@@ -163,22 +171,21 @@ mod tests {
             layout.channels.iter().zip(&row).map(count).collect::<Vec<i32>>()
         };
         let counts = [with(noise_rad_s).repeat(held), with(-noise_rad_s).repeat(held)].concat();
-        let link = StreamCounts { rejected_rows: is_file.then(RejectedRowCounts::default), ..StreamCounts::default() };
         let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
-        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.repeat(50), link, ..Batch::default() });
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.repeat(50), ..Batch::default() });
         analysis.snapshot()
     }
 
     #[test]
     fn noise_that_no_gyroscope_has_is_asked_about_unless_it_is_motion() {
-        let noisy = |noise_rad_s| snapshot(9.8, 0.01, (noise_rad_s, 1), 1.0, true);
-        let warned = warnings(&noisy(0.02), false);
-        assert!(warned[0].headline.starts_with("rates differ by 0.0"), "{}", warned[0].headline);
-        assert!(warned[0].headline.ends_with("read as rad/s: are the columns in deg/s?"), "{}", warned[0].headline);
-        assert!(warnings(&noisy(0.005), false).is_empty());
-        let slow = snapshot(9.8, 0.01, (0.04, 8), 1.0, true);
-        assert_eq!((warnings(&slow, false).len(), warnings(&slow, true).len()), (1, 0));
-        assert_eq!(warnings(&noisy(0.02), true).len(), 1, "white noise is no motion");
+        let noisy = |noise_rad_s| snapshot(9.8, 0.01, (noise_rad_s, 1), "m/s^2", true);
+        let warned = warning(&noisy(0.02), false).unwrap().headline;
+        assert!(warned.starts_with("rates differ by 0.0"), "{warned}");
+        assert!(warned.ends_with("read as rad/s: are the columns in deg/s?"), "{warned}");
+        assert!(warning(&noisy(0.005), false).is_none());
+        let slow = snapshot(9.8, 0.01, (0.04, 8), "m/s^2", true);
+        assert!(warning(&slow, false).is_some() && warning(&slow, true).is_none());
+        assert!(warning(&noisy(0.02), true).is_some(), "white noise is no motion");
     }
 
     #[test]
@@ -187,11 +194,10 @@ mod tests {
             let mut layout = Layout { channels: VNIMU.channels[first..first + channels].into(), ..VNIMU.clone() };
             layout.channels.to_mut().iter_mut().for_each(|channel| (channel.decimals, channel.scale) = (0, 0.01));
             let counts = vec![(value * 100.0).round() as i32; 100 * channels];
-            let link = StreamCounts { rejected_rows: Some(RejectedRowCounts::default()), ..StreamCounts::default() };
+            layout.columns = Some(columns(&layout.channels, |channel| channel.unit.to_string()));
             let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
-            analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, link, ..Batch::default() });
-            let warned = warnings(&analysis.snapshot(), false);
-            warned.first().map(|warning| warning.headline.clone())
+            analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
+            warning(&analysis.snapshot(), false).map(|warning| warning.headline)
         };
         for (first, channels, value, likely) in [
             (0, 3, 25.0, Some("uT")),
@@ -212,32 +218,32 @@ mod tests {
 
     #[test]
     fn magnitudes_that_no_sensor_has_are_asked_about() {
-        const G: f64 = STANDARD_GRAVITY_M_S2;
         let text =
-            |accel, rate| measured(accel, rate, 1.0, true).first().map(|warning| warning.in_words(Remedy::to_string));
-        for (accel, unit, read, likely) in [
-            (-1.02, 1.0, "m/s^2", "g"),
-            (998.0, 1.0, "m/s^2", "mg"),
-            (96.2, G, "g", "m/s^2"),
-            (9806.65, G, "g", "mg"),
-            (0.0096, G / 1e3, "mg", "g"),
-            (0.096, G / 1e3, "mg", "m/s^2"),
+            |accel, rate| measured(accel, rate, "m/s^2", true).map(|warning| warning.in_words(Remedy::to_string));
+        for (accel, read, likely) in [
+            (-1.02, "m/s^2", "g"),
+            (998.0, "m/s^2", "mg"),
+            (32.2, "m/s^2", "ft/s^2"),
+            (96.2, "g", "m/s^2"),
+            (9806.65, "g", "mg"),
+            (0.0096, "mg", "g"),
+            (0.096, "mg", "m/s^2"),
         ] {
-            let warned = measured(accel, 0.0, unit, true);
-            let text = &warned.first().unwrap().headline;
+            let text = measured(accel, 0.0, read, true).unwrap().headline;
             assert!(text.contains(&format!("read as {read}: are the columns in {likely}?")), "{accel}: {text}");
         }
         assert_eq!(
-            text(1.0, 0.01).unwrap(),
-            "mean acceleration 1.0000, gravity 9.81 m/s^2, read as m/s^2: are the columns in g? If they are, set a map of columns \
-             accel_x=accel_x:g,accel_y=accel_y:g,accel_z=accel_z:g,gyro_x=gyro_x:rad/s,gyro_y=gyro_y:rad/s,gyro_z=gyro_z:rad/s, with \
-             the names of your columns behind each =."
+            text(1.0, 5.0).unwrap(),
+            "mean acceleration 1.0000, gravity 9.81 m/s^2, read as m/s^2: are the columns in g?; mean rate 5.00, which no sensor at \
+             rest has, read as rad/s: are the columns in deg/s? If they are, set the map of columns \
+             accel_x=accel_xs:g,accel_y=accel_ys:g,accel_z=accel_zs:g,gyro_x=gyro_xs:deg/s,gyro_y=gyro_ys:deg/s,\
+             gyro_z=gyro_zs:deg/s,t=t:s."
         );
         assert!(text(9.8, 300.0).unwrap().starts_with("a rate of 300.0, beyond"));
         assert!(text(9.8, 5.0).unwrap().contains("are the columns in deg/s?"));
         for (accel, rate) in [(9.8, 0.0), (9.2, 0.3), (0.0, 0.0), (5.0, 0.0)] {
             assert_eq!(text(accel, rate), None, "{accel} {rate}");
         }
-        assert!(measured(1.0, 300.0, 1.0, false).is_empty(), "of sentences");
+        assert!(measured(1.0, 300.0, "m/s^2", false).is_none(), "of sentences");
     }
 }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use vn100_protocol::{
-    Channel, Layout, Quantity,
+    Channel, ColumnRead, ColumnsRead, Layout, Quantity,
     stream::{StampSource, UnreadNumbers},
 };
 
@@ -16,7 +16,7 @@ use super::{
     topic::{BagError, Topic},
     topic_scan::{ScannedTopic, StampProblem, unusable_definition},
 };
-use crate::csv::{ColumnMap, by_name, known};
+use crate::csv::{ColumnMap, by_name, known, units};
 
 /// How the messages of a topic become rows of counts.
 #[derive(Debug)]
@@ -89,7 +89,10 @@ impl NumberFields {
                 fields.push(NumberField { place, path, unit: None, unit_scale, zero: 0.0, bits });
             }
         }
-        Self::new(topic, fields, columns, &topic.zero_parts)
+        let mut numbers = Self::new(topic, fields, columns, &topic.zero_parts)?;
+        let rates = topic.parts.iter().find(|(part, _)| part.channel == "gyro");
+        numbers.layout.compensated = rates.and_then(|(part, _)| part.compensated());
+        Ok(numbers)
     }
 
     /// The time alone that a column map names, for messages of sentences; `None` where the map
@@ -197,7 +200,19 @@ impl NumberFields {
                 ..own.clone()
             }
         });
-        let layout = Layout { message: type_name.clone().into(), compensated: None, channels: channels.collect() };
+        let read = |field: &NumberField| {
+            let own = known(field.place);
+            let unit =
+                units(own.quantity).find(|unit| unit.scale == field.unit_scale).map_or(&own.unit, |unit| &unit.name);
+            ColumnRead { name: field.path.clone(), unit: field.unit.clone().unwrap_or_else(|| unit.to_string()) }
+        };
+        let read = ColumnsRead { columns: fields.iter().map(read).collect(), times: None };
+        let layout = Layout {
+            message: type_name.clone().into(),
+            compensated: None,
+            channels: channels.collect(),
+            columns: Some(read),
+        };
         let quantizer = |field: &NumberField| Quantizer {
             slot: slots[&field.path],
             counts_per_unit: 2_f64.powi(field.bits),

@@ -1,4 +1,4 @@
-//! The standard messages of sensors: their definitions, where a bag has none, and which of their
+//! The standard messages of sensors, and those of the driver for VectorNav sensors: their definitions, where a bag has none, and which of their
 //! numbers are channels.
 //!
 //! Units and conventions: <https://www.ros.org/reps/rep-0103.html> and the comments in the
@@ -10,6 +10,10 @@ pub(super) const IMU: &str = "sensor_msgs/Imu";
 pub(super) const MAGNETIC_FIELD: &str = "sensor_msgs/MagneticField";
 pub(super) const TEMPERATURE: &str = "sensor_msgs/Temperature";
 pub(super) const FLUID_PRESSURE: &str = "sensor_msgs/FluidPressure";
+
+/// Messages of the ROS 2 driver for VectorNav sensors: the fields of their binary outputs.
+const IMU_GROUP: &str = "vectornav_msgs/ImuGroup";
+const COMMON_GROUP: &str = "vectornav_msgs/CommonGroup";
 
 /// Numbers of a standard message that are present together or not at all.
 pub(super) struct Part {
@@ -35,6 +39,12 @@ impl Part {
         whole.into_iter().chain(axes.chars().map(move |axis| (format!("{channel}_{axis}"), format!("{field}.{axis}"))))
     }
 
+    /// Whether the sensor has compensated the numbers; `None` if the message does not say so.
+    pub(super) fn compensated(&self) -> Option<bool> {
+        let is_of_vectornav = self.message == IMU_GROUP || self.message == COMMON_GROUP;
+        is_of_vectornav.then_some(matches!(self.field, "accel" | "angularrate"))
+    }
+
     /// The path of their covariance: -1 in its first element means that the sensor does not measure
     /// them.
     pub(super) fn covariance(&self) -> Option<String> {
@@ -42,7 +52,7 @@ impl Part {
     }
 }
 
-pub(super) const PARTS: [Part; 6] = [
+pub(super) const PARTS: [Part; 18] = [
     Part { message: IMU, channel: "quat", field: "orientation", axes: "xyzw", unit_scale: 1.0, bits: 30 },
     Part { message: IMU, channel: "accel", field: "linear_acceleration", axes: "xyz", unit_scale: 1.0, bits: 23 },
     Part { message: IMU, channel: "gyro", field: "angular_velocity", axes: "xyz", unit_scale: 1.0, bits: 25 },
@@ -58,7 +68,30 @@ pub(super) const PARTS: [Part; 6] = [
         unit_scale: 1e-3,
         bits: 13,
     },
+    vectornav(IMU_GROUP, "mag", "uncompmag", "xyz", 26),
+    vectornav(IMU_GROUP, "accel", "uncompaccel", "xyz", 23),
+    vectornav(IMU_GROUP, "gyro", "uncompgyro", "xyz", 25),
+    vectornav(IMU_GROUP, "accel", "accel", "xyz", 23),
+    vectornav(IMU_GROUP, "gyro", "angularrate", "xyz", 25),
+    vectornav(IMU_GROUP, "temperature", "temp", "", 23),
+    vectornav(IMU_GROUP, "pressure", "pres", "", 23),
+    vectornav(COMMON_GROUP, "mag", "magpres_mag", "xyz", 26),
+    vectornav(COMMON_GROUP, "accel", "imu_accel", "xyz", 23),
+    vectornav(COMMON_GROUP, "gyro", "imu_rate", "xyz", 25),
+    vectornav(COMMON_GROUP, "accel", "accel", "xyz", 23),
+    vectornav(COMMON_GROUP, "gyro", "angularrate", "xyz", 25),
 ];
+
+/// Numbers of a message of the driver for VectorNav sensors, in the units of the channels.
+const fn vectornav(
+    message: &'static str,
+    channel: &'static str,
+    field: &'static str,
+    axes: &'static str,
+    bits: u8,
+) -> Part {
+    Part { message, channel, field, axes, unit_scale: 1.0, bits }
+}
 
 /// The definition of a standard type in the language of its encoding.
 pub(super) fn definition(type_name: &str, encoding: &Encoding) -> Option<String> {

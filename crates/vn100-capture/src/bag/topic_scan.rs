@@ -275,6 +275,14 @@ impl Probe {
     /// Where no message was looked at the type decides.
     fn finish(self, topic: &mut ScannedTopic) {
         for part in self.parts {
+            // of several parts of one channel the first is preferred, which is not compensated
+            let is_second = topic
+                .parts
+                .iter()
+                .any(|(other, _)| other.message == part.part.message && other.channel == part.part.channel);
+            if is_second {
+                continue;
+            }
             if part.is_there || topic.probed == 0 {
                 topic.parts.push((part.part, part.path));
             } else if part.is_known {

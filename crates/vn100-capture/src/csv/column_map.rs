@@ -15,13 +15,13 @@ use super::stamp::{StampForm, StampUnit};
 /// sentences. With `t` or `raw` alone the other columns are known by their names. `COLUMN` is the
 /// name at the head of the column or its number, from 1. `UNIT` is
 ///
-/// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is
-///   9.80665 m/s²,
-/// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
+/// - `rad/s` `deg/s` `deg/h` `mdeg/s` `mrad/s` `rpm` for a rate, `m/s^2` `g` `mg` `ug` `cm/s^2`
+///   `ft/s^2` for an acceleration, with 9.80665 m/s² for g,
+/// - `gauss` `mgauss` `T` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
 ///   `1` for an element of the quaternion,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, any word for `value`, which
 ///   is not converted,
-/// - and for the stamp `s` `ms` `us` `ns`, `iso` for a date with the year first, `dmy`, `mdy`,
+/// - and for the stamp `s` `ms` `us` `ns` `100us` `d`, `iso` for a date with the year first, `dmy`, `mdy`,
 ///   `clock` for a time of day, or `mmss` for minutes and seconds; of two columns as
 ///   `t=SECS:s+NANOS:ns`.
 ///
@@ -108,6 +108,8 @@ impl FromStr for ColumnMap {
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
         let mut map = Self { channels: Vec::new(), stamp: Vec::new(), sentence: None };
+        // a line that was broken on a screen is the same map
+        let text = one_line(text);
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
         }
@@ -144,7 +146,7 @@ impl ColumnMap {
         if channel == STAMP {
             let form = StampForm::by_name(unit).ok_or_else(bad_unit)?;
             // two columns, as in secs:s+nsecs:ns
-            let pair = StampUnit::ALL.into_iter().find_map(|first| {
+            let pair = StampUnit::all().find_map(|first| {
                 let (seconds, part) = column.split_once(&format!(":{}+", first.name))?;
                 Some((seconds.trim(), StampForm::Unit(first), part.trim()))
             });
@@ -183,7 +185,7 @@ impl ColumnMap {
     pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
         self.stamp.iter().map(|(column, form)| match form {
             StampForm::Unit(unit) => (column, Some(unit.in_nanoseconds())),
-            StampForm::Clock(_) => (column, None),
+            StampForm::Date(_) => (column, None),
         })
     }
 
@@ -195,6 +197,11 @@ impl ColumnMap {
             .chain(self.stamp.iter().map(|(column, _)| (STAMP, column)))
             .chain(self.sentence.iter().map(|column| (RAW, column)))
     }
+}
+
+/// The text with one space for each run of spaces and line ends.
+pub(super) fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A column by name, or by number from 1.
@@ -312,19 +319,26 @@ pub(crate) fn by_name(name: &str) -> Option<usize> {
 }
 
 /// The units of `quantity`, its channels' own unit first.
-pub(super) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
+pub(crate) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().filter(move |unit| unit.quantity == quantity)
 }
 
-static UNITS: [Unit; 19] = [
+static UNITS: [Unit; 26] = [
     unit("rad/s", Quantity::AngularRate, 1.0),
     unit("deg/s", Quantity::AngularRate, PI / 180.0),
     unit("deg/h", Quantity::AngularRate, PI / 648_000.0),
     unit("mdeg/s", Quantity::AngularRate, PI / 180_000.0),
+    unit("mrad/s", Quantity::AngularRate, 1e-3),
+    unit("rpm", Quantity::AngularRate, PI / 30.0),
     unit("m/s^2", Quantity::Acceleration, 1.0),
     unit("g", Quantity::Acceleration, STANDARD_GRAVITY_M_S2),
     unit("mg", Quantity::Acceleration, STANDARD_GRAVITY_M_S2 / 1e3),
+    unit("ug", Quantity::Acceleration, STANDARD_GRAVITY_M_S2 / 1e6),
+    unit("cm/s^2", Quantity::Acceleration, 1e-2),
+    unit("ft/s^2", Quantity::Acceleration, 0.3048),
     unit("gauss", Quantity::MagneticField, 1.0),
+    unit("mgauss", Quantity::MagneticField, 1e-3),
+    unit("T", Quantity::MagneticField, 1e4),
     unit("uT", Quantity::MagneticField, 1e-2),
     unit("mT", Quantity::MagneticField, 10.0),
     unit("nT", Quantity::MagneticField, 1e-5),
@@ -347,13 +361,13 @@ const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::column_name::channel_of, *};
+    use super::{super::name::Meaning, *};
 
     #[test]
     fn columns_go_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
-        let form = StampForm::Unit(StampUnit::ALL[2]);
+        let form = StampForm::Unit(StampUnit::USUAL[2]);
         assert_eq!(map.stamp, [(ColumnName::Number(1), form)]);
         for text in ["t=secs:s+nsecs:ns", "t=1:s+2:ns,raw=VNYMR read", "t=Time (local):iso", "raw=5", "t=a:b+c:clock"] {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
@@ -374,8 +388,14 @@ mod tests {
             ("gyro_x", "\"gyro_x\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyro_x=:g", "\"gyro_x=:g\" is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyr_x=wx:g", "unknown channel \"gyr_x\" in \"gyr_x=wx:g\": use one of CHANNELS"),
-            ("gyro_x=wx:g", "unknown unit \"g\" of gyro_x in \"gyro_x=wx:g\": use one of rad/s deg/s deg/h mdeg/s"),
-            ("t=1:min", "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns iso dmy mdy clock mmss"),
+            (
+                "gyro_x=wx:g",
+                "unknown unit \"g\" of gyro_x in \"gyro_x=wx:g\": use one of rad/s deg/s deg/h mdeg/s mrad/s rpm",
+            ),
+            (
+                "t=1:min",
+                "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns 100us d iso dmy mdy clock mmss",
+            ),
             ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, again in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, again in \"t=2:s\": keep one"),
@@ -402,7 +422,7 @@ mod tests {
         }
         let without = "value=2:".parse::<ColumnMap>().unwrap_err().to_string();
         assert_eq!(without, "unknown unit \"\" of value in \"value=2:\": use one, such as s/s, ns or V");
-        assert!(channel_of("value").is_none(), "a column of this name is not taken for one");
+        assert!(Meaning::of("value", None).is_none(), "a column of this name is not taken for one");
     }
 
     #[test]

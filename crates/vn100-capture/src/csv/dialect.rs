@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use memchr::memmem;
 
 use super::{
-    clock,
+    date,
     fields::FieldCutter,
     number::{Number, are_thousands},
+    shown,
 };
 
 /// How the rows of a file are written.
@@ -19,7 +20,14 @@ pub(super) struct Dialect {
     decimal_comma: bool,
     /// Whether a space also separates a date from its time of day.
     has_dates: bool,
+    /// Whether each cell begins with its name, as in `ax:0.03,ay:-0.11`.
+    has_named_cells: bool,
+    /// Whether a row is a stamp and a sentence, whatever stands between them.
+    pub(super) has_stamped_sentences: bool,
 }
+
+/// Rows that show that cells begin with their names.
+const NAMED_ROWS: usize = 50;
 
 /// Characters that are always separators.
 const SEPARATORS: [u8; 4] = [b'\t', b';', b'|', b','];
@@ -33,12 +41,44 @@ impl Dialect {
         if shown.peek().is_some() && shown.all(|row| is_spaced(row) && !has_tabs(row)) {
             let decimal_comma = rows.clone().any(|row| row.contains(&b','));
             let has_dates = rows.clone().any(|row| words(row).any(is_date));
-            return Self { separator: b' ', decimal_comma, has_dates };
+            return Self { decimal_comma, has_dates, ..Self::plain(b' ') };
+        }
+        let named = [b',', b'\t', b';', b' ']
+            .into_iter()
+            .map(|separator| Self { has_named_cells: true, ..Self::plain(separator) });
+        let cells = |dialect: &Self| dialect.names_of_cells(names);
+        if let Some(dialect) = { named }.find(|dialect| {
+            cells(dialect).is_some()
+                && rows.clone().take(NAMED_ROWS).all(|row| dialect.names_of_cells(row) == cells(dialect))
+        }) {
+            return dialect;
         }
         let separator = separator(names);
         let has_sentence = || rows.clone().any(|row| memmem::find(row, b"$VN").is_some());
         let decimal_comma = separator != b',' && has_decimal_commas(rows.clone(), separator) && !has_sentence();
-        Self { separator, decimal_comma, has_dates: false }
+        Self { decimal_comma, ..Self::plain(separator) }
+    }
+
+    const fn plain(separator: u8) -> Self {
+        Self { separator, decimal_comma: false, has_dates: false, has_named_cells: false, has_stamped_sentences: false }
+    }
+
+    /// Of rows that are a stamp and a sentence.
+    pub(super) const fn stamped_sentences() -> Self {
+        Self { has_stamped_sentences: true, ..Self::plain(b',') }
+    }
+
+    /// The names of the cells of a row, if each of several cells begins with one.
+    pub(super) fn names_of_cells(self, row: &[u8]) -> Option<Vec<String>> {
+        let name = |cell: &[u8]| {
+            let (name, number) = named_cell(cell)?;
+            Number::parse(number)?;
+            Some(shown(name))
+        };
+        let is_cell = |cell: &&[u8]| !cell.trim_ascii().is_empty();
+        let cells = row.split(|byte| *byte == self.separator).filter(is_cell);
+        let names: Vec<String> = cells.map(name).collect::<Option<_>>()?;
+        (self.has_named_cells && names.len() > 1).then_some(names)
     }
 
     /// The names of the columns above rows of this dialect, and their separator; they may be those
@@ -53,7 +93,7 @@ impl Dialect {
     /// Whether a line needs no conversion.
     #[inline]
     pub(super) const fn is_plain(self) -> bool {
-        !self.decimal_comma && self.separator != b' '
+        !self.decimal_comma && self.separator != b' ' && !self.has_named_cells
     }
 
     /// The line with single separators and decimal points.
@@ -62,12 +102,21 @@ impl Dialect {
             return line.into();
         }
         let mut tidy = Vec::with_capacity(line.len());
+        if self.has_named_cells {
+            let cells = line.split(|byte| *byte == self.separator).filter(|cell| !cell.trim_ascii().is_empty());
+            for cell in cells {
+                tidy.extend_from_slice(named_cell(cell).map_or(cell, |(_, number)| number));
+                tidy.push(self.separator);
+            }
+            tidy.pop();
+            return tidy.into();
+        }
         if self.separator == b' ' {
             let mut words = words(line).peekable();
             while let Some(word) = words.next() {
                 tidy.extend_from_slice(word);
                 if self.has_dates && (is_date(word) || word.eq_ignore_ascii_case(b"date")) {
-                    let time = words.next_if(|time| clock::is_time(time) || time.eq_ignore_ascii_case(b"time"));
+                    let time = words.next_if(|time| date::is_time(time) || time.eq_ignore_ascii_case(b"time"));
                     tidy.extend(time.iter().flat_map(|time| [b"_", *time].concat()));
                     tidy.extend(words.next_if(|zone| time.is_some() && is_zone(zone)).into_iter().flatten());
                 }
@@ -79,6 +128,14 @@ impl Dialect {
         }
         if self.decimal_comma { with_points(&tidy).into() } else { tidy.into() }
     }
+}
+
+/// The name and the number of a cell such as `ax:0.03`.
+fn named_cell(cell: &[u8]) -> Option<(&[u8], &[u8])> {
+    let colon = cell.iter().position(|byte| *byte == b':')?;
+    let (name, number) = (cell[..colon].trim_ascii(), cell[colon + 1..].trim_ascii());
+    let is_name = name.first().is_some_and(u8::is_ascii_alphabetic);
+    is_name.then_some((name, number))
 }
 
 /// Replaces decimal commas by points, and removes the points between thousands: `101.325,5`.
@@ -128,7 +185,7 @@ fn separator(line: &[u8]) -> u8 {
 fn is_spaced(line: &[u8]) -> bool {
     let is_number =
         |word: &[u8]| Number::parse(word).is_some() || is_with_comma(word) || word.eq_ignore_ascii_case(b"nan");
-    let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || clock::is_stamp(word);
+    let is_stamp = |word: &[u8]| is_date(word) || is_zone(word) || date::is_stamp(word);
     !line.contains(&b';')
         && !line.contains(&b'|')
         && line.contains(&b' ')
@@ -146,13 +203,13 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 fn is_date(word: &[u8]) -> bool {
     // a number has no second such sign between digits
     let is_sign = |byte: &&u8| matches!(byte, b'-' | b'/' | b'.');
-    word.iter().filter(is_sign).count() == 2 && clock::is_stamp(&[word, b" 00:00:00"].concat())
+    word.iter().filter(is_sign).count() == 2 && date::is_stamp(&[word, b" 00:00:00"].concat())
 }
 
 /// Whether the text is a time zone and no number.
 fn is_zone(word: &[u8]) -> bool {
     let is_offset = matches!(word, [b'+' | b'-', _, _, b':', ..]);
-    (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && clock::is_time(&[b"00:00:00", word].concat())
+    (is_offset || word.first().is_some_and(u8::is_ascii_alphabetic)) && date::is_time(&[b"00:00:00", word].concat())
 }
 
 /// Whether the text is a number with a decimal comma.

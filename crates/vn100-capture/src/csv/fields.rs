@@ -1,8 +1,5 @@
-//! Cuts a line of a CSV file into its fields, by csv-core and through buffers that are reused.
-//!
-//! A replay of 720 000 rows of ten columns takes 1.29 times as long as with fields that are read in
-//! place; in return quotes, doubled or not closed, have the meaning that they have for other
-//! programs.
+//! Cuts a line of a CSV file into its fields, by csv-core and through buffers that are reused: quotes,
+//! doubled or not closed, have the meaning that they have for other programs.
 
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 use memchr::memchr;
@@ -123,31 +120,44 @@ impl<'a> Fields<'a> {
 
 /// What the last fields of all rows have in common in their printed form. By this a last row
 /// without a line end is recognised as complete or truncated: many writers omit the last line end.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct LastField {
-    /// Number of digits after the point, at least one: a truncated whole number looks complete.
-    decimals: Option<u32>,
-    width: Option<usize>,
+    /// Number of digits between the point and an exponent, at least one, and whether there is an
+    /// exponent: a truncated whole number looks complete.
+    decimals: Option<(usize, bool)>,
+    /// The length, and whether it is the same in all rows.
+    length: usize,
+    is_constant: bool,
 }
 
 impl LastField {
     pub(super) fn of(field: &[u8]) -> Self {
-        let decimals = Number::parse(field).map(|number| number.decimals());
-        Self { decimals: decimals.filter(|&decimals| decimals > 0), width: Some(field.len()) }
+        let is_exponent = |byte: &u8| matches!(byte, b'e' | b'E');
+        let exponent = field.iter().position(is_exponent);
+        let mantissa = &field[..exponent.unwrap_or(field.len())];
+        let point = mantissa.iter().position(|byte| *byte == b'.').filter(|_| Number::parse(field).is_some());
+        let decimals = point.map(|point| (mantissa.len() - point - 1, exponent.is_some()));
+        Self { decimals: decimals.filter(|(decimals, _)| *decimals > 0), length: field.len(), is_constant: true }
     }
 
     pub(super) fn common(self, other: Self) -> Self {
         Self {
             decimals: self.decimals.filter(|_| self.decimals == other.decimals),
-            width: self.width.filter(|_| self.width == other.width),
+            length: self.length.min(other.length),
+            is_constant: self.is_constant && other.is_constant && self.length == other.length,
         }
     }
 
-    /// Whether `field` has the decimals or the width that all other fields have in common, if they
-    /// have any.
+    /// Whether `field` has the decimals or the length that all other fields have in common. Of
+    /// decimal numbers of any length it is no shorter than each of them: what may be cut off it then
+    /// is less than its last digit.
     pub(super) fn is_whole(self, field: &[u8]) -> bool {
-        let common = self.common(Self::of(field));
-        common.decimals.is_some() || common.width.is_some()
+        let own = Self::of(field);
+        match self.decimals {
+            Some(decimals) => own.decimals == Some(decimals),
+            None if self.is_constant => own.length == self.length,
+            None => own.decimals.is_some() && own.length >= self.length,
+        }
     }
 }
 
@@ -257,15 +267,18 @@ mod tests {
             (&["1234", "1235"], "1236", true),
             (&["1234", "1235"], "123", false),
             (&["9", "10"], "11", false),
-            (&["0.5", "0.25"], "0.125", false),
+            (&["0.5", "0.25"], "0.125", true),
+            (&["-0.5", "0.25"], "0.1", false),
+            (&["-3.220814489E-2", "7.7036E-1"], "7.7", false),
+            (&["-3.220814489E-2", "7.703784658E-10"], "7.625183395E-1", true),
+            (&["-3.220814489E-2", "7.703784658E-10"], "7.62518", false),
             (&["12:00:01", "12:00:02"], "12:00:03", true),
             (&["12:00:01", "12:00:02"], "12:00", false),
             (&["", ""], "", true),
-            (&[], "0.5", false),
         ] {
             let others_forms = others.iter().map(|other| LastField::of(other.as_bytes()));
-            let last = others_forms.reduce(LastField::common).unwrap_or_default();
-            assert_eq!(last.is_whole(field.as_bytes()), whole, "{field} behind {others:?}");
+            let last = others_forms.reduce(LastField::common).unwrap();
+            assert_eq!(last.is_whole(field.as_bytes()), whole, "{field} after {others:?}");
         }
     }
 

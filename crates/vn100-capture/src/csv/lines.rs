@@ -5,7 +5,7 @@ use std::io::{self, Read};
 
 use memchr::memchr;
 
-use super::{BYTE_ORDER_MARK, kept::Kept};
+use super::BYTE_ORDER_MARK;
 
 /// The size of the buffer: a line longer than this is not kept.
 pub(super) const LONGEST_LINE: usize = 64 * 1024;
@@ -44,17 +44,6 @@ pub(super) enum Completeness {
     Unended,
     /// The line is longer than [`LONGEST_LINE`].
     Overlong,
-}
-
-impl<R: Read> Lines<Kept<R>> {
-    /// Rewinds to the first line; `false` where the bytes are not kept.
-    pub(super) fn rewind(&mut self) -> bool {
-        let is_at_start = self.reader.rewind();
-        if is_at_start {
-            (self.begin, self.end, self.number, self.dropped, self.ended) = (0, 0, 0, 0, false);
-        }
-        is_at_start
-    }
 }
 
 impl<R: Read> Lines<R> {

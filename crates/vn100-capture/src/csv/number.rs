@@ -124,6 +124,24 @@ impl Number {
         Some(i64::try_from(magnitude).ok()? * (1 - 2 * i64::from(self.negative)))
     }
 
+    /// The number times `factor`, rounded, half away from zero; `None` beyond 64 bits.
+    #[inline]
+    pub(super) fn times(&self, factor: i64) -> Option<i64> {
+        const MOST_DECIMALS: i32 = 36;
+        let product = i128::from(self.digits) * i128::from(factor);
+        let magnitude = match self.decimals {
+            0 => product,
+            decimals @ 1..=MOST_DECIMALS => {
+                let power = 10_i128.pow(decimals.unsigned_abs());
+                (product + power / 2) / power
+            }
+            decimals @ -18..0 => product.checked_mul(10_i128.pow(decimals.unsigned_abs()))?,
+            _ if self.digits == 0 || self.decimals > 0 => 0,
+            _ => return None,
+        };
+        i64::try_from(if self.negative { -magnitude } else { magnitude }).ok()
+    }
+
     fn rescaled(&self, decimals: u8) -> Option<u64> {
         let added = i32::from(decimals).saturating_sub(self.decimals);
         let power = POWERS_OF_TEN.get(added.unsigned_abs() as usize);

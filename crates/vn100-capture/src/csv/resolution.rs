@@ -1,68 +1,34 @@
-//! How the numbers of a column become counts: decimals as printed where they fit 32 bits, else a
-//! power of two.
+//! How the numbers of a column become counts, which its first rows decide: decimals as they are
+//! printed if a count of 32 bits has room for them and for larger numbers, else a power of two.
 
 use vn100_protocol::{Channel, Quantity};
 
 use super::{column_map::Unit, number::Number};
 
 /// Number of rows that are examined in the head of a file.
-pub(super) const SCANNED_ROWS: usize = 1000;
+pub(super) const HEAD_ROWS: usize = 1000;
 
-/// Where only the head is known, there is room for values this many times as large as its largest
-/// one.
+/// There is room for deviations from the median that are this many times as large as those in the
+/// head.
 const HEADROOM: f64 = 64.0;
 
-/// An angle turns: there is room for this many times its largest value.
+/// The largest fraction of the rows of the head that may be single glitches.
+const GLITCHES: f64 = 2e-3;
+
+/// The counts of an angle continue beyond a turn: there is room for this many times the largest.
 const TURNS: f64 = 8.0;
 
 /// More decimals than this are never kept.
 const MOST_DECIMALS: u32 = 18;
 
-/// The fewest and the most decimals of a channel whose numbers are all zero.
-const UNSEEN_DECIMALS: (u32, u32) = (6, 9);
+/// The decimals of a channel whose first numbers are all zero.
+const UNSEEN_DECIMALS: u32 = 6;
 
 /// A number with more digits than this is a float that was printed beyond its precision.
 const FLOAT_DIGITS: u64 = 10_u64.pow(17);
 
-/// The largest fraction of all numbers that may exceed what a count holds: single glitches.
-const MOST_BEYOND: f64 = 1e-3;
-
-/// A count is at most this fraction of the standard deviation of the differences, where the range
-/// allows it: the error of half a count is then a hundredth of the deviation.
-const COUNTS_IN_DEVIATION: f64 = 50.0;
-
-/// The fraction of the largest differences that is excluded from their deviation.
-const TRIMMED: f64 = 0.01;
-
 /// The largest count.
 const MOST_COUNTS: f64 = i32::MAX as f64;
-
-/// The numbers of a column, in all rows or in the first ones.
-#[derive(Debug, Clone, Default)]
-pub(super) struct ColumnScan {
-    numbers: u64,
-    largest: f64,
-    /// The most decimals of a number as printed, and without zeros at the end.
-    printed: u32,
-    significant: u32,
-    /// How many numbers are not zero, and how many of them have the most decimals, with and without
-    /// trailing zeros.
-    nonzero: u64,
-    have_printed: u64,
-    have_significant: u64,
-    magnitudes: Exponents,
-    steps: Exponents,
-    last: Option<f64>,
-}
-
-/// How many numbers have each binary exponent, without zeros.
-#[derive(Debug, Clone, Default)]
-struct Exponents {
-    counts: Vec<u64>,
-}
-
-/// The exponents of a float of 64 bits.
-const EXPONENTS: usize = 2048;
 
 /// The size of a count, in the unit of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,78 +40,96 @@ pub(super) enum CountScale {
 }
 
 /// How a number becomes a count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Quantizer {
     pub(super) scale: CountScale,
     /// Whether digits after the last one that is kept are rounded.
     pub(super) is_rounded: bool,
-    zero_hundredths: i64,
+    /// Where the channel's own zero lies on the scale of the file, and in counts.
+    zero: f64,
+    zero_counts: i64,
+    counts_per_unit: f64,
     limit_counts: i32,
 }
 
-/// What is known of a channel beforehand.
+/// What is known of a column before its numbers are read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     /// The least number of decimals.
     pub(super) decimals: u8,
-    /// The largest magnitude of a value of the sensor; `None` where that is not known.
+    /// Beyond this magnitude a number of the sensor is damaged; `None` if that is not known.
     pub(super) limit: Option<f64>,
-    /// As in [`Unit`](super::column_map::Unit).
+    /// A power of two has room for this magnitude at least, in the unit of the file.
+    pub(super) range: f64,
+    /// As in [`Unit`].
     pub(super) zero_hundredths: i64,
-    /// Whether the channel is an angle, whose counts continue beyond a turn.
-    pub(super) turns: bool,
 }
 
 impl Prior {
+    /// For a column in the unit of the sensor's own channel.
+    pub(super) fn of_sensor(channel: &Channel) -> Self {
+        let limit = Some(channel.value(channel.limit_counts));
+        Self { decimals: channel.decimals, limit, range: range(channel), zero_hundredths: 0 }
+    }
+
     /// For a column in this unit, of any sensor.
-    pub(super) fn of_unit(unit: &Unit) -> Self {
-        Self {
-            // the distance between two zeros must be a whole count
-            decimals: if unit.zero_hundredths == 0 { 0 } else { 2 },
-            limit: None,
-            zero_hundredths: unit.zero_hundredths,
-            turns: unit.quantity == Quantity::Angle,
-        }
+    pub(super) fn of_unit(unit: &Unit, channel: &Channel) -> Self {
+        // the distance between two zeros must be a whole count
+        let decimals = if unit.zero_hundredths == 0 { 0 } else { 2 };
+        Self { decimals, limit: None, range: range(channel) / unit.scale, zero_hundredths: unit.zero_hundredths }
     }
 }
 
-/// How much of the file a [`ColumnScan`] is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scanned {
-    Whole,
-    Head,
+/// The largest magnitude that a sensor measures in this channel; an angle may turn several times,
+/// and of a series nothing is known.
+fn range(channel: &Channel) -> f64 {
+    match channel.quantity {
+        Quantity::Value => 0.0,
+        Quantity::Angle => TURNS * channel.value(channel.limit_counts),
+        _ => channel.value(channel.limit_counts),
+    }
 }
 
 impl Quantizer {
+    /// Decides by the numbers of the head.
+    pub(super) fn new(numbers: &[Number], prior: Prior) -> Self {
+        let head = Head::of(numbers);
+        let limit = prior.limit.filter(|limit| head.usual <= 2.0 * limit);
+        let scale = head.scale(prior, limit);
+        let (counts_per_unit, is_rounded) = match scale {
+            CountScale::Decimal(decimals) => (10_f64.powi(decimals.into()), head.significant > decimals.into()),
+            CountScale::Binary(power) => (exp2(power), true),
+        };
+        Self {
+            scale,
+            is_rounded,
+            zero: prior.zero_hundredths as f64 / 100.0,
+            zero_counts: match scale {
+                CountScale::Decimal(decimals) if prior.zero_hundredths != 0 => {
+                    prior.zero_hundredths * 10_i64.pow(u32::from(decimals) - 2)
+                }
+                _ => 0,
+            },
+            counts_per_unit,
+            // a cast saturates
+            limit_counts: limit.map_or(i32::MAX, |limit| (limit * counts_per_unit).round() as i32),
+        }
+    }
+
     /// The count; `None` for a number that no count holds.
     #[inline]
     pub(super) fn count(&self, number: &Number) -> Option<i32> {
         let count = match self.scale {
-            CountScale::Decimal(decimals) => {
-                let count = number.count(decimals)?;
-                match self.zero_hundredths {
-                    0 => count,
-                    hundredths => count.checked_sub(hundredths * 10_i64.pow(u32::from(decimals) - 2))?,
-                }
-            }
-            CountScale::Binary(power) => {
-                let value = number.value() - self.zero_hundredths as f64 / 100.0;
-                // a cast saturates, beyond every limit
-                (value * exp2(power)).round_ties_even() as i64
-            }
+            CountScale::Decimal(decimals) => number.count(decimals)?.checked_sub(self.zero_counts)?,
+            // a cast saturates, beyond every limit
+            CountScale::Binary(_) => ((number.value() - self.zero) * self.counts_per_unit).round_ties_even() as i64,
         };
         let limit = i64::from(self.limit_counts);
         // the cast is of a number within the limit
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
 
-    /// Whether a count holds this number with all the digits that it has more than the numbers
-    /// before it.
-    pub(super) fn holds(&self, number: &Number) -> bool {
-        self.count(number).is_some() && !self.rounds(number)
-    }
-
-    /// Whether digits of this number are rounded that the numbers before it did not have.
+    /// Whether digits of this number are rounded that the numbers of the head did not have.
     #[inline]
     pub(super) fn rounds(&self, number: &Number) -> bool {
         match self.scale {
@@ -164,248 +148,171 @@ impl Quantizer {
     }
 }
 
-impl ColumnScan {
-    /// Whether the number is larger, or has more digits, than all numbers before it.
-    #[inline]
-    pub(super) fn add(&mut self, number: &Number) -> bool {
-        let shortest = number.digits_beyond(FLOAT_DIGITS).then(|| number.shortest_of_float()).flatten();
-        let number = shortest.as_ref().unwrap_or(number);
-        let value = number.value();
-        let magnitude = value.abs();
-        let (largest, printed_most) = (self.largest, self.printed);
-        self.numbers += 1;
-        self.largest = self.largest.max(magnitude);
-        self.magnitudes.add(magnitude);
-        if let Some(last) = self.last.replace(value) {
-            self.steps.add((value - last).abs());
-        }
-        let is_nonzero = u64::from(magnitude > 0.0);
-        // zeros are printed shorter by some scripts, and are not counted here
-        self.nonzero += is_nonzero;
-        let printed = if shortest.is_some() { number.significant_decimals() } else { number.decimals() };
-        if printed > self.printed {
-            (self.printed, self.have_printed) = (printed, 0);
-        }
-        self.have_printed += is_nonzero * u64::from(printed == self.printed);
-        // no more than those printed
-        if printed >= self.significant {
-            let significant = number.significant_decimals();
-            if significant > self.significant {
-                (self.significant, self.have_significant) = (significant, 0);
-            }
-            self.have_significant += is_nonzero * u64::from(significant == self.significant);
-        }
-        magnitude > largest || printed > printed_most
-    }
+/// What the first numbers of a column show.
+#[derive(Debug, Default)]
+struct Head {
+    /// The most decimals as printed, and without zeros at the end; each `None` if most numbers have
+    /// fewer, so that later ones may have more.
+    printed: Option<u32>,
+    shortest: Option<u32>,
+    significant: u32,
+    /// The magnitude of the median, and the largest deviation from it but for glitches.
+    median: f64,
+    deviation: f64,
+    /// The largest magnitude but for glitches.
+    usual: f64,
+}
 
-    pub(super) fn quantizer(&self, prior: Prior, scanned: Scanned) -> Quantizer {
-        let limit = prior.limit.filter(|limit| !self.are_many_beyond(*limit));
-        let scale = self.scale(prior, limit, scanned);
-        let per_unit = match scale {
-            CountScale::Decimal(decimals) => 10_f64.powi(decimals.into()),
-            CountScale::Binary(power) => exp2(power),
+impl Head {
+    fn of(numbers: &[Number]) -> Self {
+        let numbers: Vec<Number> = numbers.iter().map(Number::without_noise_digits).collect();
+        let nonzero = || numbers.iter().filter(|number| number.value() != 0.0);
+        let most = |decimals: fn(&Number) -> u32| {
+            let most = nonzero().map(decimals).max()?;
+            // zeros are printed shorter by some scripts, and are no evidence against a last digit
+            let have = nonzero().filter(|number| decimals(number) == most).count();
+            Some((most, 2 * have >= nonzero().count()))
         };
-        let is_rounded = match scale {
-            CountScale::Decimal(decimals) => self.significant > u32::from(decimals),
-            CountScale::Binary(_) => true,
-        };
-        Quantizer {
-            scale,
-            is_rounded,
-            zero_hundredths: prior.zero_hundredths,
-            // a cast saturates
-            limit_counts: limit.map_or(i32::MAX, |limit| (limit * per_unit).round() as i32),
+        let (printed, shortest) = (most(Number::decimals), most(Number::significant_decimals));
+        let mut values: Vec<f64> = numbers.iter().map(Number::value).collect();
+        let median = nth(&mut values, 0.5);
+        let mut deviations: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
+        let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+        Self {
+            printed: printed.and_then(|(most, is_usual)| is_usual.then_some(most)),
+            shortest: shortest.and_then(|(most, is_usual)| is_usual.then_some(most)),
+            significant: shortest.map_or(0, |(most, _)| most),
+            median: median.abs(),
+            deviation: nth(&mut deviations, 1.0 - GLITCHES),
+            usual: nth(&mut magnitudes, 1.0 - GLITCHES),
         }
     }
 
-    /// The decimals as printed where the largest number fits 32 bits with them; else the power of
-    /// two with which it just fits. Where only the head is known there is room for larger numbers
-    /// and for more digits.
-    fn scale(&self, prior: Prior, limit: Option<f64>, scanned: Scanned) -> CountScale {
-        let prior_decimals = u32::from(prior.decimals);
-        let zero = prior.zero_hundredths as f64 / 100.0;
-        let turns = if prior.turns { TURNS } else { 1.0 };
-        if limit.is_some() && self.printed <= prior_decimals {
+    /// The decimals as printed if a count has room for larger numbers; else the smallest power of two
+    /// that has, and has it for the range of the sensor.
+    fn scale(&self, prior: Prior, limit: Option<f64>) -> CountScale {
+        let least = u32::from(prior.decimals);
+        if limit.is_some() && self.printed.is_none_or(|printed| printed <= least) && self.significant <= least {
             return CountScale::Decimal(prior.decimals);
         }
-        let held = self.largest_held().min(limit.unwrap_or(f64::INFINITY)) + zero;
-        let room = match (scanned, limit) {
-            (Scanned::Whole, _) => turns * held,
-            (Scanned::Head, Some(limit)) => turns * limit,
-            (Scanned::Head, None) => HEADROOM * held,
-        };
-        let enough = |have: u64| scanned == Scanned::Whole || 2 * have >= self.nonzero;
-        for (decimals, have) in [(self.printed, self.have_printed), (self.significant, self.have_significant)] {
-            let decimals = decimals.max(prior_decimals);
-            if self.nonzero > 0 && enough(have) && decimals <= MOST_DECIMALS && fits(room, decimals) {
+        let zero = prior.zero_hundredths as f64 / 100.0;
+        let room = (self.median + HEADROOM * self.deviation).max(2.0 * self.usual) + zero;
+        for decimals in [self.printed, self.shortest].into_iter().flatten().map(|decimals| decimals.max(least)) {
+            if decimals <= MOST_DECIMALS && room * 10_f64.powi(decimals as i32) <= MOST_COUNTS {
                 return CountScale::Decimal(decimals as u8);
             }
         }
-        if self.nonzero == 0 {
-            let (fewest, most) = UNSEEN_DECIMALS;
-            let decimals = if scanned == Scanned::Whole { self.printed.clamp(fewest, most) } else { fewest };
-            return CountScale::Decimal(decimals.max(prior_decimals) as u8);
+        if self.usual == 0.0 {
+            return CountScale::Decimal(UNSEEN_DECIMALS.max(least) as u8);
         }
+        let room = room.max(prior.range);
         CountScale::Binary(((MOST_COUNTS / room).log2().floor() as i32).clamp(-900, 900))
     }
+}
 
-    /// The largest number; a smaller one where single glitches would cost the resolution of all
-    /// other numbers.
-    fn largest_held(&self) -> f64 {
-        let needed = MOST_COUNTS * self.steps.deviation() / COUNTS_IN_DEVIATION;
-        if needed == 0.0 || self.largest <= needed {
-            return self.largest;
-        }
-        let usual = self.magnitudes.all_but(MOST_BEYOND, self.numbers);
-        if usual <= needed { self.magnitudes.up_to(needed) } else { self.largest }
-    }
-
-    fn are_many_beyond(&self, limit: f64) -> bool {
-        self.largest > limit && self.magnitudes.all_but(MOST_BEYOND, self.numbers) > 2.0 * limit
+impl Number {
+    /// The shortest decimal number that is the same float, if this one is a float that was printed
+    /// beyond its precision.
+    fn without_noise_digits(&self) -> Self {
+        let shortest = self.digits_beyond(FLOAT_DIGITS).then(|| self.shortest_of_float()).flatten();
+        shortest.unwrap_or(*self)
     }
 }
 
-impl Exponents {
-    #[inline]
-    fn add(&mut self, magnitude: f64) {
-        if self.counts.is_empty() {
-            self.counts.resize(EXPONENTS, 0);
-        }
-        // the sign is 0
-        self.counts[(magnitude.to_bits() >> 52) as usize % EXPONENTS] += 1;
-    }
-
-    /// The smallest power of two below which all but this fraction of `numbers` are.
-    fn all_but(&self, share: f64, numbers: u64) -> f64 {
-        let mut beyond = 0;
-        for (exponent, count) in self.counts.iter().enumerate().rev() {
-            beyond += count;
-            if beyond as f64 > share * numbers as f64 {
-                return exp2(exponent as i32 + 1 - 1023);
-            }
-        }
-        0.0
-    }
-
-    /// The smallest power of two below which all numbers are that are certainly below `limit`.
-    fn up_to(&self, limit: f64) -> f64 {
-        let ends = self.counts.iter().zip(-1022_i32..).filter(|(count, _)| **count > 0).map(|(_, end)| exp2(end));
-        ends.filter(|end| *end <= limit).fold(0.0, f64::max)
-    }
-
-    /// The root mean square without the largest numbers, each taken to be as small as its exponent
-    /// allows.
-    fn deviation(&self) -> f64 {
-        let numbers: u64 = self.counts.iter().sum();
-        let highest = self.all_but(TRIMMED, numbers);
-        let below = |exponent: i32| exp2(exponent) < highest;
-        let exponents = self.counts.iter().zip(-1023_i32..).filter(|(count, exponent)| **count > 0 && below(*exponent));
-        let squares: f64 = exponents
-            .filter(|(_, exponent)| *exponent > -1023)
-            .map(|(count, exponent)| *count as f64 * exp2(exponent) * exp2(exponent))
-            .sum();
-        if numbers == 0 { 0.0 } else { (squares / numbers as f64).sqrt() }
-    }
+/// The value below which this fraction of the others lies; 0 of none.
+fn nth(values: &mut [f64], share: f64) -> f64 {
+    let place = (values.len() as f64 * share) as usize;
+    let place = place.min(values.len().saturating_sub(1));
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(place, f64::total_cmp).1 }
 }
 
-/// Whether `largest` with this many decimals is a count of 32 bits.
-fn fits(largest: f64, decimals: u32) -> bool {
-    largest * 10_f64.powi(decimals as i32) <= MOST_COUNTS
-}
-
-/// Exact where the result is not smaller than the smallest normal float.
+/// Exact if the result is not smaller than the smallest normal float.
 fn exp2(power: i32) -> f64 {
     f64::from_bits(((power.clamp(-1022, 1023) + 1023) as u64) << 52)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{CountScale::*, Scanned::*, *};
+    use proptest::prelude::*;
 
-    const ANY: Prior = Prior { decimals: 0, limit: None, zero_hundredths: 0, turns: false };
-    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), ..ANY };
+    use super::{CountScale::*, *};
 
-    fn scanned<T: ToString>(fields: impl IntoIterator<Item = T>) -> ColumnScan {
-        let mut scan = ColumnScan::default();
-        for field in fields {
-            scan.add(&Number::parse(field.to_string().as_bytes()).unwrap());
-        }
-        scan
+    const ANY: Prior = Prior { decimals: 0, limit: None, range: 0.0, zero_hundredths: 0 };
+    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), range: 40.0, ..ANY };
+
+    fn quantizer<T: ToString>(fields: impl IntoIterator<Item = T>, prior: Prior) -> Quantizer {
+        let numbers = fields.into_iter().map(|field| Number::parse(field.to_string().as_bytes()).unwrap());
+        Quantizer::new(&numbers.collect::<Vec<_>>(), prior)
     }
 
-    fn scale(fields: &[&str], prior: Prior, of: Scanned) -> CountScale {
-        scanned(fields).quantizer(prior, of).scale
+    fn scale(fields: &[&str], prior: Prior) -> CountScale {
+        quantizer(fields, prior).scale
     }
 
     #[test]
     fn decimals_are_taken_as_they_stand() {
-        for of in [Whole, Head] {
-            assert_eq!(scale(&["1.25", "-0.5", "0.25"], ANY, of), Decimal(2));
-            assert_eq!(scale(&["1.50", "-0.50"], ANY, of), Decimal(2));
-            assert_eq!(scale(&["3", "-4"], ANY, of), Decimal(0));
-            assert_eq!(scale(&["1e-05", "0.00012"], ANY, of), Decimal(5));
-            // zeros are no evidence against a last digit
-            assert_eq!(scale(&["0.0", "0.0", "0.0", "0.125"], ANY, of), Decimal(3));
-            assert_eq!(scale(&["9.851000000000", "-9.8"], ANY, of), Decimal(3));
-            // floats printed in full, of numbers with three decimals
-            assert_eq!(scale(&["-8.546899999999999409e+01", "7.497199999999999420e+01"], ANY, of), Decimal(3));
-        }
-    }
-
-    #[test]
-    fn the_whole_file_needs_no_room_and_its_head_does() {
-        // 20.5 with eight decimals fits, 28 does not
-        assert_eq!(scale(&["20.50000001", "20.51000000"], ANY, Whole), Decimal(8));
-        assert_eq!(scale(&["20.50000001", "28.00000001"], ANY, Whole), Binary(26));
-        // 64 times as much
-        assert_eq!(scale(&["20.50000001", "20.51000000"], ANY, Head), Binary(20));
-        // a few longer numbers are all that is needed to know, or floats of which longer ones come
-        let six_digits = ["0.123456", "0.0123456", "0.234567", "0.345678"];
-        assert_eq!((scale(&six_digits, ANY, Whole), scale(&six_digits, ANY, Head)), (Decimal(7), Binary(26)));
-    }
-
-    #[test]
-    fn an_angle_has_room_to_turn() {
-        let angle = Prior { turns: true, ..ANY };
-        assert_eq!(scale(&["179.999", "-179.999"], angle, Whole), Decimal(3));
-        assert_eq!(scale(&["179.9999999", "-179.9999999"], angle, Whole), Binary(20));
+        assert_eq!(scale(&["1.25", "-0.5", "0.25"], ANY), Decimal(2));
+        assert_eq!(scale(&["1.50", "-0.50"], ANY), Decimal(2));
+        assert_eq!(scale(&["3", "-4"], ANY), Decimal(0));
+        assert_eq!(scale(&["1e-05", "0.00012"], ANY), Decimal(5));
+        // zeros are no evidence against a last digit
+        assert_eq!(scale(&["0.0", "0.0", "0.0", "0.125"], ANY), Decimal(3));
+        assert_eq!(scale(&["9.851000000000", "-9.8"], ANY), Decimal(3));
+        // floats printed in full, of numbers with three decimals
+        assert_eq!(scale(&["-8.546899999999999409e+01", "7.497199999999999420e+01"], ANY), Decimal(3));
+        assert_eq!((scale(&["0.0", "0"], ANY), scale(&[], ANY)), (Decimal(6), Decimal(6)));
     }
 
     #[test]
     fn a_known_message_keeps_its_decimals() {
-        for of in [Whole, Head] {
-            assert_eq!(scale(&[], RATE, of), Decimal(6));
-            assert_eq!(scale(&["0.5", "0.25"], RATE, of), Decimal(6));
-            assert_eq!(scale(&["-1.234000000000000095e-03"], RATE, of), Decimal(6));
-        }
-        assert_eq!((scale(&["0.12345678"], RATE, Whole), scale(&["0.12345678"], RATE, Head)), (Decimal(8), Binary(25)));
+        assert_eq!(scale(&[], RATE), Decimal(6));
+        assert_eq!(scale(&["0.5", "0.25"], RATE), Decimal(6));
+        assert_eq!(scale(&["-1.234000000000000095e-03"], RATE), Decimal(6));
         // degrees, whatever the name says: the limit is that of no such number
-        let degrees = scanned((0..100).map(|row| format!("{}.5", 100 + row)));
-        assert_eq!(degrees.quantizer(RATE, Whole).count(&Number::parse(b"199.5").unwrap()), Some(199_500_000));
+        let degrees = quantizer((0..100).map(|row| format!("{}.5", 100 + row)), RATE);
+        assert!(degrees.count(&Number::parse(b"199.5").unwrap()).is_some());
         // damaged digits are beyond it
-        let damaged = scanned((0..2000).map(|row| if row == 7 { "400.1" } else { "0.1" }));
-        assert_eq!(damaged.quantizer(RATE, Whole).count(&Number::parse(b"400.1").unwrap()), None);
+        let damaged = quantizer((0..1000).map(|row| if row == 7 { "400.1" } else { "0.1" }), RATE);
+        assert_eq!(damaged.count(&Number::parse(b"400.1").unwrap()), None);
     }
 
     #[test]
-    fn nothing_but_zeros_leaves_room_for_decimals() {
-        assert_eq!(scale(&["0.0", "0"], ANY, Whole), Decimal(6));
-        assert_eq!(scale(&["0.00000000"], ANY, Whole), Decimal(8));
-        assert_eq!(scale(&["0.00000000"], ANY, Head), Decimal(6));
-        assert_eq!(scale(&[], ANY, Head), Decimal(6));
-    }
-
-    #[test]
-    fn single_glitches_cost_themselves_and_not_the_digits_of_all_others() {
+    fn glitches_of_the_head_cost_themselves_and_no_digit_of_the_others() {
         let noise = |row: i32| f64::from(row.wrapping_mul(7919) % 101) * 1.234_567_890_123e-3;
-        let numbers = |glitches: i32| (0..10_000).map(move |row| if row < glitches { 3.4e38 } else { noise(row) });
-        let few = scanned(numbers(9)).quantizer(ANY, Whole);
+        let few = quantizer((0..1000).map(|row| if row == 500 { 3.4e38 } else { noise(row) }), ANY);
         let count = |value: f64| few.count(&Number::parse(value.to_string().as_bytes()).unwrap());
         assert_eq!(count(3.4e38), None);
         let Binary(power) = few.scale else { panic!("{few:?}") };
-        assert!((count(noise(7)).unwrap() as f64 * exp2(-power) - noise(7)).abs() < 0.125 * exp2(-31));
-        // as many as these are what the column holds
-        let many = scanned(numbers(11)).quantizer(ANY, Whole);
-        assert!(many.count(&Number::parse(b"3.4e38").unwrap()).is_some());
+        assert!((f64::from(count(noise(7)).unwrap()) * exp2(-power) - noise(7)).abs() < 1e-4 * 0.1);
+    }
+
+    proptest! {
+        /// Noise on any offset, as floats and with any decimals: rounding adds next to nothing to
+        /// its deviation, and 64 times the noise has a count.
+        #[test]
+        fn what_follows_a_head_has_room_and_resolution(
+            offset in -1e3..1e3_f64, deviation_exponent in -5_i32..2, decimals in 2..17_usize, seed in 1..u64::MAX,
+        ) {
+            let deviation = 10_f64.powi(deviation_exponent);
+            let mut state = seed;
+            let mut uniform = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            };
+            let mut value = |scale: f64| format!("{:.decimals$}", offset + scale * (uniform() + uniform()));
+            let head: Vec<String> = (0..1000).map(|_| value(deviation)).collect();
+            let found = quantizer(&head, ANY);
+            let per_count = match found.scale {
+                Decimal(decimals) => 10_f64.powi(-i32::from(decimals)),
+                Binary(power) => exp2(-power),
+            };
+            let printed = 10_f64.powi(-(decimals as i32));
+            let needed = printed.max(deviation / 100.0).max(2e3 * 2_f64.powi(-29));
+            prop_assert!(per_count <= needed, "{per_count} of {deviation}");
+            for _ in 0..100 {
+                let later = value(20.0 * deviation);
+                prop_assert!(found.count(&Number::parse(later.as_bytes()).unwrap()).is_some(), "{later}");
+            }
+        }
     }
 }

@@ -29,10 +29,11 @@ pub(super) enum Absence {
 
 impl RowCounts {
     pub(super) fn new(plan: &CsvPlan) -> Self {
-        let channels = plan.priors.len();
+        let channels = plan.quantizers.len();
         Self {
             report: CsvReport {
                 ignored_columns: plan.ignored_columns.clone(),
+                left_out: plan.left_out.clone(),
                 times: plan.times.clone(),
                 other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
                 ..CsvReport::default()

@@ -6,13 +6,14 @@ use vn100_protocol::stream::{CsvReport, RejectedRow};
 
 use super::{
     ColumnUse, CsvPlan, Kind,
+    cells::{Cells, added},
     fields::FieldCutter,
     lines::{Completeness, CsvLine, is_comment_or_blank},
+    name::Meaning,
     number::Number,
-    resolution::ColumnScan,
     row_counts::{Absence, RowCounts},
-    so_far::SoFar,
-    stamp,
+    shown,
+    stamped_sentences::stamp_and_sentence,
 };
 
 /// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
@@ -22,12 +23,8 @@ pub(super) struct RowParser {
     fields: FieldCutter,
     /// The counts of the last valid row, in the order of the layout; 0 for a channel that it lacks.
     pub(super) counts: Vec<i32>,
-    /// The channels that the last valid row lacks, in order.
-    pub(super) absent: Vec<(usize, Absence)>,
-    /// The numbers of a row.
-    cells: Vec<Option<Number>>,
-    /// Whether the last row has a number in a column of another stream.
-    holds_others: bool,
+    /// The numbers of the last row, with the channels that it lacks, in order.
+    pub(super) cells: Cells,
     /// Whether the last row has numbers of other streams only.
     is_of_others: bool,
     /// The sentence of the last valid row, with CR LF.
@@ -35,76 +32,39 @@ pub(super) struct RowParser {
     /// The stamp of the last valid row, in nanoseconds since the first; negative where a clock was
     /// set back.
     pub(super) stamp_ns: Option<i64>,
-    /// The time of the sensor in the last valid row.
-    pub(super) device_ns: Option<u64>,
     first_stamp_ns: Option<i64>,
     /// The stamp as written.
     last_stamp_ns: Option<i64>,
+    /// The line in which a table with other columns begins.
+    pub(super) other_table: Option<u64>,
     /// Whether the last row ended inside quotes: the next line may be the rest of it.
     quote_open: bool,
     /// The counts of the lines by their kind.
     pub(super) counted: RowCounts,
-    /// The numbers of all rows, where the size of a count depends on them and they are read only
-    /// once.
-    pub(super) so_far: Option<SoFar>,
 }
 
 impl RowParser {
-    pub(super) fn new(plan: CsvPlan, so_far: Option<SoFar>) -> Self {
-        let channels = plan.priors.len();
+    pub(super) fn new(plan: CsvPlan) -> Self {
+        let channels = plan.quantizers.len();
         Self {
             fields: FieldCutter::new(plan.dialect.separator, plan.line_end),
             counts: vec![0; channels],
-            absent: Vec::new(),
-            cells: vec![None; channels],
-            holds_others: false,
+            cells: Cells::new(channels),
             is_of_others: false,
             sentence: Vec::new(),
             stamp_ns: None,
-            device_ns: None,
             first_stamp_ns: None,
             last_stamp_ns: None,
+            other_table: None,
             quote_open: false,
             counted: RowCounts::new(&plan),
-            so_far,
             plan,
         }
     }
 
-    /// Whether the rows so far may require another size of a count.
-    pub(super) fn asks_for_other_counts(&self) -> bool {
-        self.so_far.as_ref().is_some_and(SoFar::is_due)
-    }
-
     /// What has become of the lines so far.
     pub(super) fn report(&self) -> CsvReport {
-        let read_again = self.so_far.as_ref().map_or(0, SoFar::readings);
-        CsvReport { first_stamp_ns: self.first_stamp_ns, read_again, ..self.counted.report(&self.plan) }
-    }
-
-    /// Adds the numbers of a line to what is known of their columns.
-    pub(super) fn scan(&mut self, line: &CsvLine<'_>, scans: &mut [ColumnScan]) {
-        for (scan, number) in scans.iter_mut().zip(self.numbers(line).into_iter().flatten()) {
-            if let Some(number) = number {
-                scan.add(number);
-            }
-        }
-    }
-
-    /// The numbers of a line, if it is a valid row.
-    pub(super) fn numbers(&mut self, line: &CsvLine<'_>) -> Option<&[Option<Number>]> {
-        let text = self.plan.dialect.tidy(line.text);
-        let line = &CsvLine { text: &text, ..*line };
-        let is_row = match line.completeness {
-            Completeness::Overlong => false,
-            Completeness::Unended => self.ends_whole(line.text),
-            Completeness::Whole => true,
-        };
-        let is_good = is_row
-            && line.number > self.plan.lines_above
-            && !is_comment_or_blank(line.text)
-            && self.cells(line.text).is_ok();
-        is_good.then_some(&self.cells)
+        CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
     }
 
     /// Reads a line; `None` where it is no row, or a row of another stream.
@@ -126,8 +86,12 @@ impl RowParser {
             self.counted.leave_to_others(line);
             return None;
         }
+        if row.is_err() && self.is_header(line) {
+            self.counted.skip(line);
+            return None;
+        }
         match row {
-            Ok(()) => self.counted.accept(line, &self.absent),
+            Ok(()) => self.counted.accept(line, &self.cells.absent),
             Err(reason) => self.counted.reject(reason, line),
         }
         Some(row)
@@ -165,59 +129,32 @@ impl RowParser {
     /// other channels.
     #[inline]
     fn values(&mut self, line: &CsvLine<'_>) -> Result<Option<i64>, RejectedRow> {
-        let stamp = self.cells(line.text)?;
-        let Self { plan, counts, absent, counted, cells, so_far, .. } = self;
-        if let Some(so_far) = so_far {
-            so_far.add(line.number, cells, plan);
-        }
-        for (slot, (cell, quantizer)) in cells.iter().zip(&plan.quantizers).enumerate() {
-            let count = cell.as_ref().and_then(|number| quantizer.count(number));
+        let Self { plan, fields, counts, counted, cells, .. } = self;
+        let stamp = cells.read(line.text, plan, fields)?;
+        let Cells { numbers, absent, holds_others, .. } = cells;
+        for (slot, (number, quantizer)) in numbers.iter().zip(&plan.quantizers).enumerate() {
+            let count = number.as_ref().and_then(|number| quantizer.count(number));
             counts[slot] = count.unwrap_or_default();
-            match (cell, count) {
+            match (number, count) {
                 (Some(number), Some(_)) => counted.late_rounded[slot] |= quantizer.rounds(number),
                 (Some(_), None) => absent.push((slot, Absence::OutOfRange)),
                 // why is in the list already
                 (None, _) => {}
             }
         }
-        if absent.len() >= cells.len() {
-            self.is_of_others = self.holds_others && cells.iter().all(Option::is_none);
+        if absent.len() >= numbers.len() {
+            self.is_of_others = *holds_others && numbers.iter().all(Option::is_none);
             return Err(RejectedRow::Number);
         }
         absent.sort_unstable_by_key(|(slot, _)| *slot);
         stamp.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
     }
 
-    /// Reads the numbers of a row and returns its stamp.
-    #[inline]
-    fn cells(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
-        let Self { plan, fields, absent, cells, holds_others, device_ns, .. } = self;
-        absent.clear();
-        *holds_others = false;
-        let mut stamp = None;
-        let fields = fields.cut(line);
-        if fields.len() != plan.columns.len() {
-            return Err(RejectedRow::Fields);
-        }
-        for (field, &column) in fields.iter().zip(&plan.columns) {
-            match column {
-                ColumnUse::Channel(slot) => {
-                    cells[slot] = Number::parse(field);
-                    if cells[slot].is_none() {
-                        absent.push((slot, absence(field).ok_or(RejectedRow::Number)?));
-                    }
-                }
-                ColumnUse::Stamp(form) => stamp = Some(added(stamp, form.nanoseconds(field))?),
-                ColumnUse::DeviceTime => *device_ns = Some(stamp::device_ns(field).ok_or(RejectedRow::Stamp)?),
-                ColumnUse::OtherStream => *holds_others |= Number::parse(field).is_some(),
-                ColumnUse::Ignored | ColumnUse::Sentence => {}
-            }
-        }
-        Ok(stamp)
-    }
-
     /// Reads the sentence of a row and returns its stamp.
     fn sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        if self.plan.dialect.has_stamped_sentences {
+            return self.stamped_sentence(line);
+        }
         let Self { plan, fields, sentence, .. } = self;
         let last = plan.columns.len() - 1;
         let is_unquoted =
@@ -249,11 +186,59 @@ impl RowParser {
         stamp?.map(|stamp_ns| self.since_first(stamp_ns)).transpose()
     }
 
+    /// Reads a row that is a stamp and a sentence.
+    fn stamped_sentence(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
+        let (stamp, sentence) = stamp_and_sentence(line).ok_or(RejectedRow::Fields)?;
+        self.sentence.clear();
+        self.sentence.extend_from_slice(sentence);
+        self.sentence.extend_from_slice(b"\r\n");
+        match self.plan.columns.first() {
+            Some(ColumnUse::Stamp(form)) => {
+                let stamp_ns = form.nanoseconds(stamp).ok_or(RejectedRow::Stamp)?;
+                self.since_first(stamp_ns).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Whether a line that is no row names the columns once more, as a logger does that was started
+    /// again: the columns of the next rows are then in its order. A line that names other columns
+    /// ends the table.
+    #[cold]
+    fn is_header(&mut self, line: &CsvLine<'_>) -> bool {
+        let names: Vec<String> = self.fields.cut(line.text).iter().map(shown).collect();
+        let is_number = |name: &String| Number::parse(name.as_bytes()).is_some();
+        if self.plan.names.is_empty() || names.len() < 2 || names.iter().any(is_number) {
+            return false;
+        }
+        let mut free: Vec<(&String, ColumnUse)> =
+            self.plan.names.iter().zip(self.plan.columns.iter().copied()).collect();
+        let place = |name: &String| {
+            let at = free.iter().position(|(other, _)| *other == name)?;
+            Some(free.remove(at).1)
+        };
+        let named = names.iter().take(self.plan.names.len()).map(place).collect::<Option<Vec<_>>>();
+        match named.filter(|named| named.len() == self.plan.names.len()) {
+            Some(mut columns) => {
+                columns.resize(self.plan.columns.len(), ColumnUse::Ignored);
+                (self.plan.columns, self.plan.names) = (columns, names);
+                true
+            }
+            None => {
+                let is_known = |name: &&String| Meaning::of(name, None).is_some_and(|meaning| meaning.is_sure);
+                if names.iter().filter(is_known).count() >= 2 {
+                    self.other_table = Some(line.number);
+                }
+                false
+            }
+        }
+    }
+
     /// The time since the first good row.
     #[inline]
     fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
-        let stamp_ns = match self.plan.clock {
-            Some(form) => form.behind(self.last_stamp_ns, stamp_ns),
+        let stamp_ns = match self.plan.date {
+            Some(form) => form.after(self.last_stamp_ns, stamp_ns),
             None => stamp_ns,
         };
         let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);
@@ -262,27 +247,3 @@ impl RowParser {
         stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
     }
 }
-
-/// A part of a stamp added to those before it.
-#[inline]
-fn added(sum: Option<i64>, part_ns: Option<i64>) -> Result<i64, RejectedRow> {
-    part_ns.and_then(|part_ns| sum.unwrap_or_default().checked_add(part_ns)).ok_or(RejectedRow::Stamp)
-}
-
-/// Why there is no number in `field`; `None` for one that is damaged.
-#[cold]
-fn absence(field: &[u8]) -> Option<Absence> {
-    let word = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
-    let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
-    match field {
-        b"" => Some(Absence::Empty),
-        _ if says_none(field) || says_none(word) => Some(Absence::NotANumber),
-        _ => None,
-    }
-}
-
-/// What scripts write for no number, in lower case.
-const NO_NUMBERS: [&str; 18] = [
-    "nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--", // spreadsheets, pandas, C of Windows
-    "#n/a", "#num!", "#value!", "#div/0!", "<na>", "nan(ind)", "1.#ind", "1.#qnan", "1.#inf",
-];

@@ -1,6 +1,6 @@
 //! A column that names the sensor of each row, in tables whose rows alternate between sensors.
 
-use super::header::Header;
+use super::{HeadRows, header::Header};
 
 /// Words in the name of such a column.
 const WORDS: [&str; 11] =
@@ -19,7 +19,7 @@ const ALTERNATING: f64 = 0.05;
 /// first rows; `None` where all rows are of one sensor.
 pub(super) fn several_sensors(
     header: &Header,
-    rows: &[Vec<Vec<u8>>],
+    rows: &HeadRows,
     taken: impl Fn(usize) -> bool,
 ) -> Option<(usize, Vec<Vec<u8>>)> {
     let named = (0..header.names.len()).filter(|&place| !taken(place) && is_named(&header.names[place]));
@@ -32,7 +32,7 @@ fn is_named(name: &str) -> bool {
     words.any(|word| WORDS.iter().any(|known| word.strip_suffix("id").unwrap_or(word) == *known || word == *known))
 }
 
-fn sensors(rows: &[Vec<Vec<u8>>], place: usize) -> Option<Vec<Vec<u8>>> {
+fn sensors(rows: &HeadRows, place: usize) -> Option<Vec<Vec<u8>>> {
     let mut sensors: Vec<(&[u8], u32)> = Vec::new();
     let mut changes = 0;
     let mut last: Option<&[u8]> = None;

@@ -2,10 +2,13 @@
 
 use std::ops::Range;
 
-use super::{clock::ClockForm, number::Number};
+use super::{date::DateForm, number::Number, time_name::time_unit};
 
 /// Times of the years 2001 to 2102 in seconds since 1970.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
+
+/// The same years in days since 1900, as spreadsheets count them, and since the year 0, as MATLAB does.
+const DAYS_OF_THIS_CENTURY: [Range<f64>; 2] = [36_892.0..73_800.0, 730_852.0..767_800.0];
 
 /// An inertial sensor sends 1 to 1000 lines a second; the limits allow a tenth more for the clock.
 const SHORTEST_STEP_S: f64 = 0.9e-3;
@@ -19,33 +22,42 @@ const MOST_ROWS_TOGETHER: usize = 16;
 pub(super) struct StampUnit {
     /// Its name in a column map.
     pub(super) name: &'static str,
-    /// The number of decimals whose last digit is a nanosecond.
-    decimals: u8,
+    /// Its length.
+    nanoseconds: i64,
 }
 
 impl StampUnit {
-    pub(super) const ALL: [Self; 4] = [
-        Self { name: "s", decimals: 9 },
-        Self { name: "ms", decimals: 6 },
-        Self { name: "us", decimals: 3 },
-        Self { name: "ns", decimals: 0 },
+    /// Those that the size of a stamp, or the step from row to row, may show.
+    pub(super) const USUAL: [Self; 4] = [
+        Self { name: "s", nanoseconds: 1_000_000_000 },
+        Self { name: "ms", nanoseconds: 1_000_000 },
+        Self { name: "us", nanoseconds: 1000 },
+        Self { name: "ns", nanoseconds: 1 },
     ];
-    const SECONDS: Self = Self::ALL[0];
-    pub(super) const NANOSECONDS: Self = Self::ALL[3];
+    const SECONDS: Self = Self::USUAL[0];
+    pub(super) const NANOSECONDS: Self = Self::USUAL[3];
+    /// The ticks of a sensor of Xsens.
+    pub(super) const TICKS: Self = Self { name: "100us", nanoseconds: 100_000 };
+    /// As spreadsheets and MATLAB count them.
+    const DAYS: Self = Self { name: "d", nanoseconds: 86_400_000_000_000 };
+
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        Self::USUAL.into_iter().chain([Self::TICKS, Self::DAYS])
+    }
 
     /// The length of the unit in seconds.
     pub(super) fn seconds(self) -> f64 {
-        10_f64.powi(i32::from(self.decimals)) / 1e9
+        self.nanoseconds as f64 / 1e9
     }
 
     /// The length of the unit in nanoseconds.
     pub(super) const fn in_nanoseconds(self) -> i64 {
-        10_i64.pow(self.decimals as u32)
+        self.nanoseconds
     }
 
     /// `stamp` in nanoseconds; further digits are rounded. `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
-        stamp.count(self.decimals)
+        stamp.times(self.nanoseconds)
     }
 }
 
@@ -55,19 +67,19 @@ pub(super) enum StampForm {
     /// A number in this unit.
     Unit(StampUnit),
     /// A date or a time of day.
-    Clock(ClockForm),
+    Date(DateForm),
 }
 
 impl StampForm {
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        StampUnit::ALL.map(Self::Unit).into_iter().chain(ClockForm::ALL.map(Self::Clock))
+        StampUnit::all().map(Self::Unit).chain(DateForm::ALL.map(Self::Date))
     }
 
     /// Its name in a column map.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Unit(unit) => unit.name,
-            Self::Clock(form) => form.name(),
+            Self::Date(form) => form.name(),
         }
     }
 
@@ -78,10 +90,21 @@ impl StampForm {
     /// `stamp` in nanoseconds; for a date since 1970.
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         match self {
-            Self::Unit(unit) => unit.nanoseconds(&Number::parse(stamp)?),
-            Self::Clock(form) => form.nanoseconds(stamp),
+            Self::Unit(unit) => match Number::parse(stamp) {
+                Some(number) => unit.nanoseconds(&number),
+                None => with_unit(stamp).and_then(|(number, unit)| unit.nanoseconds(&number)),
+            },
+            Self::Date(form) => form.nanoseconds(stamp),
         }
     }
+}
+
+/// A stamp with its unit after it, as in `0.01 sec`.
+#[cold]
+pub(super) fn with_unit(stamp: &[u8]) -> Option<(Number, StampUnit)> {
+    let (number, length) = Number::parse_prefix(stamp)?;
+    let unit = str::from_utf8(&stamp[length..]).ok()?.trim().to_lowercase();
+    Some((number, time_unit(&unit)?))
 }
 
 /// The time of the sensor in nanoseconds since it started.
@@ -116,7 +139,8 @@ impl StampScan {
         self.stamps.is_empty()
     }
 
-    /// The unit in which the stamps are times of the years 2001 to 2102; else seconds, if there are
+    /// The unit in which the stamps are times of the years 2001 to 2102, in seconds or a part of them,
+    /// or in days if seconds would step by less than 0.02 ms; else seconds, if there are
     /// decimals; else the unit in which the step from row to row is 1 ms to 1 s. A unit in which
     /// the step is longer is excluded.
     pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
@@ -124,14 +148,18 @@ impl StampScan {
         let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
         let middle = median(self.stamps.clone()).unwrap_or_default();
         let is_epoch = |unit: &StampUnit| SINCE_EPOCH_S.contains(&(middle * unit.seconds()));
-        if let Some(unit) = StampUnit::ALL.into_iter().find(|unit| is_epoch(unit) && is_short(unit)) {
+        if let Some(unit) = StampUnit::USUAL.into_iter().find(|unit| is_epoch(unit) && is_short(unit)) {
             return Ok(unit);
+        }
+        let are_days = DAYS_OF_THIS_CENTURY.iter().any(|days| days.contains(&middle));
+        if are_days && step.is_some_and(|step| step > 0.0 && step < SHORTEST_STEP_S / 50.0) {
+            return Ok(StampUnit::DAYS);
         }
         let Some(step) = step.filter(|_| !self.decimals || !is_short(&StampUnit::SECONDS)) else {
             return Ok(StampUnit::SECONDS);
         };
         let fits = |unit: &StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
-        let fitting: Vec<_> = StampUnit::ALL.into_iter().filter(fits).collect();
+        let fitting: Vec<_> = StampUnit::USUAL.into_iter().filter(fits).collect();
         match fitting[..] {
             [unit] => Ok(unit),
             _ => Err(UnsureUnit { step, units: fitting.into_iter().map(|unit| unit.name).collect() }),
@@ -198,7 +226,7 @@ mod tests {
 
     #[test]
     fn the_unit_since_a_start_follows_from_the_step() {
-        let [_, milliseconds, microseconds, nanoseconds] = StampUnit::ALL;
+        let [_, milliseconds, microseconds, nanoseconds] = StampUnit::USUAL;
         for (unit, steps) in [
             (milliseconds, [5, 25, 800].as_slice()),
             (microseconds, &[5_000, 25_000, 800_000]),
@@ -220,9 +248,9 @@ mod tests {
         assert_eq!(scan((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::SECONDS));
         assert_eq!(scan((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::SECONDS));
         let milliseconds = scan((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
-        assert_eq!(milliseconds.unit(), Ok(StampUnit::ALL[1]));
+        assert_eq!(milliseconds.unit(), Ok(StampUnit::USUAL[1]));
         let printed_as_float = scan((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
-        assert_eq!(printed_as_float.unit(), Ok(StampUnit::ALL[3]));
+        assert_eq!(printed_as_float.unit(), Ok(StampUnit::USUAL[3]));
     }
 
     #[test]
@@ -248,12 +276,12 @@ mod tests {
     fn rows_that_come_together_and_a_clock_set_once_do_not_mislead() {
         // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
         let bunched = (0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3));
-        assert_eq!(scan(bunched).unit(), Ok(StampUnit::ALL[2]));
+        assert_eq!(scan(bunched).unit(), Ok(StampUnit::USUAL[2]));
         let set = (0..300_i64).map(|row| 25 * row + if row < 150 { 0 } else { 3_600_000 });
-        assert_eq!(scan(set).unit(), Ok(StampUnit::ALL[1]));
+        assert_eq!(scan(set).unit(), Ok(StampUnit::USUAL[1]));
         // a first stamp of zero among those of an epoch
         let late = (0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row });
-        assert_eq!(scan(late).unit(), Ok(StampUnit::ALL[1]));
+        assert_eq!(scan(late).unit(), Ok(StampUnit::USUAL[1]));
     }
 
     #[test]

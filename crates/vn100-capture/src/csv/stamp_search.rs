@@ -2,19 +2,15 @@
 //! their content.
 
 use super::{
-    ColumnUse, CsvError,
-    clock::ClockForm,
+    ColumnUse, CsvError, HeadRows,
     column_map::{ColumnMap, STAMP},
+    date::DateForm,
     header::Header,
     number::Number,
     shown,
-    stamp::{StampForm, StampScan, StampUnit, device_ns},
-    stamp_columns::StampColumns,
+    stamp::{StampForm, StampScan, StampUnit, device_ns, with_unit},
     time_name::TimeName,
 };
-
-/// The words in the name of the device time, as tables of samples have it.
-const DEVICE_TIME: [&str; 2] = ["device", "time"];
 
 /// The columns of times in a table that this program wrote; the first one only where the source
 /// had arrival times.
@@ -28,10 +24,19 @@ const FEWEST_ROWS_OF_COARSE: usize = 500;
 /// logger with stamps of its own do.
 const REPEATED_SHARE: f64 = 0.2;
 
+/// The columns that hold the stamps of the rows, in the order in which they are added.
+#[derive(Debug, Clone)]
+pub(super) struct StampColumns {
+    pub(super) columns: Vec<(usize, ColumnUse)>,
+    /// The time from a row to the next one with the same stamp; `None` if it is usual that rows share
+    /// a stamp.
+    pub(super) repeated_step_ns: Option<i64>,
+}
+
 /// The names of the columns, and the content of the first rows.
 pub(super) struct StampSearch<'a> {
     pub(super) header: &'a Header,
-    pub(super) rows: &'a [Vec<Vec<u8>>],
+    pub(super) rows: &'a HeadRows,
     /// Columns with another content.
     pub(super) taken: Vec<usize>,
     pub(super) has_sentences: bool,
@@ -58,7 +63,7 @@ impl StampSearch<'_> {
     /// # Errors
     /// [`CsvError`] where a column that can only hold stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
-        if let Some(columns) = self.device_time() {
+        if let Some(columns) = self.device_time().or_else(|| self.header_stamp()) {
             return Ok(Some(columns));
         }
         match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
@@ -70,7 +75,7 @@ impl StampSearch<'_> {
     /// As [`found`](Self::found), where any column may have another content: only columns that
     /// ascend from row to row.
     pub(super) fn likely(&self) -> Option<StampColumns> {
-        if let Some(columns) = self.device_time() {
+        if let Some(columns) = self.device_time().or_else(|| self.header_stamp()) {
             return Some(columns);
         }
         let by_name = || {
@@ -80,7 +85,7 @@ impl StampSearch<'_> {
         let exactly = self.free().filter(|&place| self.name(place).is_stamp() && self.ascends(place));
         let exactly = { exactly }.find_map(|place| Some((place, self.form(place).ok()?)));
         let single = |(place, form)| vec![(place, ColumnUse::Stamp(form))];
-        let by_content = || self.free().find_map(|place| Some((place, StampForm::Clock(self.clock(place).ok()??))));
+        let by_content = || self.free().find_map(|place| Some((place, StampForm::Date(self.date(place).ok()??))));
         let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
         columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
     }
@@ -90,9 +95,19 @@ impl StampSearch<'_> {
         if let Some(columns) = self.written_device_time() {
             return Some(StampColumns { columns, repeated_step_ns: None });
         }
-        let is_device_time = |place: &usize| self.name(*place).words == DEVICE_TIME && self.ascends(*place);
+        let is_device_time = |place: &usize| self.name(*place).is_device_time() && self.ascends(*place);
         let place = self.free().find(is_device_time)?;
         Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
+    }
+
+    /// The time in the header of a message, which is preferred to that of its recording.
+    fn header_stamp(&self) -> Option<StampColumns> {
+        let is_of_header = |place: &usize| self.name(*place).is_of_header();
+        let single =
+            self.free().find(|place| is_of_header(place) && self.name(*place).unit.is_none() && self.ascends(*place));
+        let single = single.and_then(|place| Some(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]));
+        let pair = || self.pair().filter(|columns| columns.iter().all(|(place, _)| is_of_header(place)));
+        Some(self.completed(single.or_else(pair)?))
     }
 
     /// The columns of times in a table of samples that this program wrote.
@@ -123,7 +138,7 @@ impl StampSearch<'_> {
     /// Seconds in one column, and the nanoseconds to be added in another, whose name differs in the
     /// unit only.
     fn pair(&self) -> Option<Vec<(usize, ColumnUse)>> {
-        let [seconds_unit, rest @ ..] = StampUnit::ALL;
+        let [seconds_unit, rest @ ..] = StampUnit::USUAL;
         let all_numbers = |place: usize| self.cells(place).all(|cell| Number::parse(cell).is_some());
         let in_unit = |unit: StampUnit| {
             self.free().filter(move |&place| self.name(place).unit == Some(unit) && all_numbers(place))
@@ -148,13 +163,16 @@ impl StampSearch<'_> {
         let mut scan = StampScan::default();
         self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
         if scan.is_empty() {
-            return match self.clock(place)? {
-                Some(form) => Ok(StampForm::Clock(form)),
-                None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::ALL[0])),
+            if let Some((_, unit)) = self.cells(place).find_map(with_unit) {
+                return Ok(StampForm::Unit(unit));
+            }
+            return match self.date(place)? {
+                Some(form) => Ok(StampForm::Date(form)),
+                None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::USUAL[0])),
                 None => Err(self.no_stamps(place)),
             };
         }
-        let named = self.name(place).unit.filter(|&unit| scan.may_be(unit));
+        let named = self.name(place).unit().filter(|&unit| scan.may_be(unit));
         let unit = named.map_or_else(|| scan.unit(), Ok).map_err(|unsure| CsvError::StampUnit {
             column: self.header.names[place].clone(),
             argument: self.header.argument(place),
@@ -165,14 +183,14 @@ impl StampSearch<'_> {
     }
 
     /// Dates, or times of day; `None` where no cell is one of these.
-    fn clock(&self, place: usize) -> Result<Option<ClockForm>, CsvError> {
-        let fits = |form: &ClockForm| {
+    fn date(&self, place: usize) -> Result<Option<DateForm>, CsvError> {
+        let fits = |form: &DateForm| {
             let mut cells = self.cells(place).filter(|cell| !cell.is_empty()).peekable();
             cells.peek().is_some() && cells.all(|cell| form.nanoseconds(cell).is_some())
         };
-        let fitting: Vec<ClockForm> = ClockForm::ALL.into_iter().filter(fits).collect();
+        let fitting: Vec<DateForm> = DateForm::ALL.into_iter().filter(fits).collect();
         match fitting[..] {
-            [ClockForm::DayFirst, ClockForm::MonthFirst] => Err(CsvError::DateOrder {
+            [DateForm::DayFirst, DateForm::MonthFirst] => Err(CsvError::DateOrder {
                 column: self.header.names[place].clone(),
                 argument: self.header.argument(place),
             }),
@@ -227,6 +245,14 @@ impl StampSearch<'_> {
 }
 
 impl StampColumns {
+    /// The form of dates and times of day.
+    pub(super) fn date(&self) -> Option<DateForm> {
+        self.columns.iter().find_map(|&(_, column)| match column {
+            ColumnUse::Stamp(StampForm::Date(form)) => Some(form),
+            _ => None,
+        })
+    }
+
     /// As a column map names them.
     pub(super) fn named(&self, header: &Header) -> String {
         // a device time is preferred to the arrival times beside it

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use vn100_protocol::Channel;
 
-use super::{CsvPlan, Kind, lines::Lines, resolution::SCANNED_ROWS, row_parser::RowParser};
+use super::{CsvPlan, Kind, lines::Lines, name::quantity_word, resolution::HEAD_ROWS, row_parser::RowParser};
 
 /// The least fraction of the rows with either of two channels that have both, for channels of one
 /// rate.
@@ -32,16 +32,19 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
         Kind::Values(_) | Kind::Sentences => return Vec::new(),
     };
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan, None);
+    let mut parser = RowParser::new(plan);
     let mut presence = Presence::new(channels.len());
     let mut whole_rows = 0;
     while lines.fill().unwrap_or(false) {
         while let Some(line) = lines.next_buffered() {
-            let Some(numbers) = parser.numbers(&line) else { continue };
+            if !matches!(parser.push(&line), Some(Ok(()))) {
+                continue;
+            }
+            let numbers = &parser.cells.numbers;
             // counted up to the first row that lacks a value
             whole_rows += usize::from(presence.rows == whole_rows && numbers.iter().all(Option::is_some));
             presence.add(numbers.iter().map(Option::is_some));
-            if whole_rows == SCANNED_ROWS {
+            if whole_rows == HEAD_ROWS {
                 return Vec::new();
             }
         }
@@ -55,27 +58,23 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     names
 }
 
-/// The quantity of a channel, as names of streams have it.
-pub(super) fn quantity(channel: &str) -> &str {
-    channel.split('_').next().unwrap_or(channel)
-}
-
 /// The quantities of these channels, the angular rate first; the channels one by one where some of
 /// a quantity are not among them.
 fn name(group: &[usize], channels: &[Channel]) -> String {
     let mut group: Vec<_> = group.iter().map(|&slot| &*channels[slot].name).collect();
     group.sort_by_key(|name| rank(name));
     let is_whole = |word: &str| {
-        let mut all = channels.iter().filter(|channel| quantity(&channel.name) == word);
+        let mut all = channels.iter().filter(|channel| quantity_word(&channel.name) == word);
         all.all(|channel| group.contains(&&*channel.name))
     };
     let mut words: Vec<_> =
-        group.iter().map(|name| if is_whole(quantity(name)) { quantity(name) } else { name }).collect();
+        group.iter().map(|name| if is_whole(quantity_word(name)) { quantity_word(name) } else { name }).collect();
     words.dedup();
     words.join(" ")
 }
 
-fn rank(name: &str) -> usize {
+/// The place of a stream of this name among others.
+pub(super) fn rank(name: &str) -> usize {
     FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
 }
 

@@ -49,35 +49,23 @@ impl Whole {
 
 fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
     let map = map.map(|map| map.parse().unwrap());
-    detect(text.as_ref(), map.as_ref(), None)
+    detect(text.as_ref(), Said { map: map.as_ref(), ..Said::default() })
 }
 
+/// The layout, without the columns.
 fn layout(plan: &CsvPlan) -> Layout {
-    plan.layout().unwrap()
+    Layout { columns: None, ..plan.layout().unwrap() }
 }
 
-/// The plan of a file that is read twice.
-fn whole_plan(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
-    scanned(plan(&text, map).unwrap().unwrap(), text)
-}
-
-fn scanned(plan: CsvPlan, text: impl AsRef<[u8]>) -> CsvPlan {
-    let mut parser = RowParser::new(plan, None);
-    let mut scans = vec![ColumnScan::default(); parser.plan.priors.len()];
-    let mut lines = Lines::new(text.as_ref(), parser.plan.line_end);
-    while lines.fill().unwrap() {
-        while let Some(line) = lines.next_buffered() {
-            parser.scan(&line, &mut scans);
-        }
-    }
-    parser.plan.quantize(&scans, Scanned::Whole);
-    parser.plan
+/// The plan of a file that has one.
+fn planned(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
+    plan(text, map).unwrap().unwrap()
 }
 
 fn read(plan: CsvPlan, reader: impl Read) -> Whole {
     let mut whole = Whole::default();
     let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan, None);
+    let mut parser = RowParser::new(plan);
     let mut count = 0;
     while lines.fill().unwrap() {
         while let Some(line) = lines.next_buffered() {
@@ -87,7 +75,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
                     whole.counts.extend(&parser.counts);
                     whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
                     whole.stamps_ns.extend(parser.stamp_ns);
-                    whole.device_ns.extend(parser.device_ns);
+                    whole.device_ns.extend(parser.cells.device_ns);
                     count += 1;
                 }
                 Some(Err(reason)) => whole.rejected.push((count, reason)),
@@ -105,7 +93,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
 }
 
 fn read_text(text: impl AsRef<[u8]>, map: Option<&str>) -> Whole {
-    read(whole_plan(&text, map), text.as_ref())
+    read(planned(&text, map), text.as_ref())
 }
 
 fn samples(bytes: &[u8], options: Options) -> Vec<i32> {
@@ -135,7 +123,7 @@ fn the_parsed_captures_equal_their_sentences() {
             continue;
         }
         let bytes = std::fs::read(&path).unwrap();
-        let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], None, None).unwrap().unwrap();
+        let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], Said::default()).unwrap().unwrap();
         assert_eq!(layout(&plan), Layout { compensated: None, ..VNYMR.clone() }, "{}", path.display());
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();

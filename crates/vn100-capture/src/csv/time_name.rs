@@ -1,6 +1,6 @@
 //! Names of columns that hold times.
 
-use super::stamp::StampUnit;
+use super::{name::words, stamp::StampUnit};
 
 /// Names that are always those of times.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
@@ -19,16 +19,15 @@ const UNIT_WORDS: [(&str, &[&str]); 4] = [
     ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
 ];
 
-/// Whether the word, in lower case, is a unit of time.
-pub(super) fn is_time_unit(word: &str) -> bool {
-    UNIT_WORDS.iter().any(|(_, words)| words.contains(&word))
+/// The unit of time that the word, in lower case, is.
+pub(super) fn time_unit(word: &str) -> Option<StampUnit> {
+    let (name, _) = UNIT_WORDS.iter().find(|(_, words)| words.contains(&word))?;
+    StampUnit::USUAL.into_iter().find(|unit| unit.name == *name)
 }
 
-/// Whether a column of this name may hold times.
-pub(super) fn is_time_name(name: &str) -> bool {
-    let name = TimeName::of(name);
-    name.is_stamp() || name.is_time() || name.words.iter().any(|word| TIME_WORDS.contains(&word.as_str()))
-}
+/// Names of the time at which the sensor measured, in words.
+const DEVICE_TIMES: [&[&str]; 4] =
+    [&["device", "time"], &["time", "startup"], &["sample", "time", "fine"], &["sampletimefine"]];
 
 /// A name cut into words, with a unit at its end separated.
 pub(super) struct TimeName {
@@ -39,17 +38,29 @@ pub(super) struct TimeName {
 
 impl TimeName {
     pub(super) fn of(name: &str) -> Self {
-        let whole = name.to_lowercase();
-        let mut words: Vec<String> =
-            whole.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).map(str::to_owned).collect();
-        let unit = words.last().and_then(|last| {
-            let (name, _) = UNIT_WORDS.iter().find(|(_, unit_words)| unit_words.contains(&last.as_str()))?;
-            StampUnit::ALL.into_iter().find(|unit| unit.name == *name)
-        });
+        let (whole, mut words) = (name.to_lowercase(), words(name));
+        let unit = words.last().and_then(|last| time_unit(last));
         if unit.is_some() {
             words.pop();
         }
         Self { whole, words, unit }
+    }
+
+    /// Whether it is the time at which the sensor measured.
+    pub(super) fn is_device_time(&self) -> bool {
+        DEVICE_TIMES.iter().any(|known| self.words == *known)
+    }
+
+    /// The unit that the name states or implies.
+    pub(super) fn unit(&self) -> Option<StampUnit> {
+        let are_ticks = self.words.last().is_some_and(|word| word == "fine" || word == "sampletimefine");
+        self.unit.or_else(|| (are_ticks && self.is_device_time()).then_some(StampUnit::TICKS))
+    }
+
+    /// Whether it is the time in the header of a message, which is that of the measurement, and not
+    /// the time of its recording.
+    pub(super) fn is_of_header(&self) -> bool {
+        self.words.iter().any(|word| word == "header") && self.words.iter().any(|word| word == "stamp")
     }
 
     pub(super) fn is_stamp(&self) -> bool {

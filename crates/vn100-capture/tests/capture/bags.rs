@@ -60,7 +60,7 @@ impl Read {
                         }
                         last = Some(*batch);
                     }
-                    event @ (Event::Link(_) | Event::ReadAgain) => panic!("{event:?}"),
+                    event @ Event::Link(_) => panic!("{event:?}"),
                     Event::End(end) => return Self { names, rows, times_ns, end, last },
                 }
             }

@@ -31,7 +31,6 @@ pub(crate) fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) 
         loop {
             match events.recv().await.unwrap() {
                 Event::Batch(batch) => batches.push(*batch),
-                Event::ReadAgain => batches.clear(),
                 event @ Event::Link(_) => panic!("{event:?}"),
                 Event::End(end) => return (batches, end),
             }

@@ -10,7 +10,6 @@ mod bags;
 mod formats;
 mod made_bags;
 mod packed;
-mod read_once;
 mod read_samples;
 mod recorder;
 mod recording;

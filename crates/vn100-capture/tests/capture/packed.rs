@@ -95,6 +95,9 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
     }
     // packed once more
     assert_eq!(of_file(&archive(&[("a.csv.bz2", BZIP2)])).unwrap(), (40, true));
+    // of two tables the only one of a sensor
+    let gps = "t,lat,lon\n".to_owned() + &(0..60).map(|row| format!("{row}.0,48.1,11.{row}\n")).collect::<String>();
+    assert_eq!(of_file(&archive(&[("gps.csv", gps.as_bytes()), ("imu.csv", csv)])).unwrap(), (20, true));
     let several = problem(&archive(&[("a.csv", csv), ("b.csv", csv)]));
     assert_eq!(several.to_string(), "a ZIP archive of several files: unpack the one that is meant (a.csv, b.csv)");
     assert_eq!(problem(&archive(&[("a.md", csv), ("b", csv)])), ArchiveError::Several(vec!["a.md".into(), "b".into()]));

@@ -80,7 +80,6 @@ async fn told(source: Script, options: ReadOptions) -> Told {
                 told.link = batch.link;
             }
             Event::Link(event) => told.link_events.push((told.rows.len(), event.kind)),
-            Event::ReadAgain => panic!("what is no table is read once"),
             Event::End(end) => told.error = end.error.map(|error| error.to_string()),
         }
     }

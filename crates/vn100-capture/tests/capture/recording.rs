@@ -126,7 +126,6 @@ async fn told(mut events: tokio::sync::mpsc::Receiver<Event>) -> Told {
                 told.counts = batch.link;
             }
             Event::Link(event) => told.events.push((told.rows.len(), event)),
-            Event::ReadAgain => panic!("a recording is read once"),
             Event::End(end) => told.error = end.error.map(|error| error.to_string()),
         }
     }

@@ -178,7 +178,6 @@ impl Bench {
                 self.counts = batch.link;
             }
             LinkOutput::Stream(StreamEvent::Link(event)) => self.link.push(event.kind),
-            LinkOutput::Stream(StreamEvent::ReadAgain) => panic!("a link begins once"),
             LinkOutput::Stream(StreamEvent::End(end)) => self.error = end.error.map(|error| error.to_string()),
             LinkOutput::State(state) => self.states.push(state),
         }

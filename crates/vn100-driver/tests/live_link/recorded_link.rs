@@ -25,7 +25,6 @@ async fn told(mut events: mpsc::Receiver<Event>) -> (Vec<i32>, Vec<Arrival>, Vec
                 totals = batch.link;
             }
             Event::Link(event) => link.push((rows, event)),
-            Event::ReadAgain => panic!("a link begins once"),
             Event::End(end) => assert!(end.error.is_none()),
         }
     }

@@ -97,7 +97,6 @@ impl Link {
                 self.told.link.push((event.at_ns / 1_000_000, event.kind));
                 true
             }
-            Event::ReadAgain => panic!("a link begins once"),
             Event::End(end) => {
                 self.told.error = end.error.map(|error| error.to_string());
                 false

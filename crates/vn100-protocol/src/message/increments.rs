@@ -26,6 +26,7 @@ pub static VNDTV: Layout = Layout {
         ANGULAR_RATE.integrated("gyro_y", ANGLE_STEP_RAD),
         ANGULAR_RATE.integrated("gyro_z", ANGLE_STEP_RAD),
     ]),
+    columns: None,
 };
 
 /// What the sentence holds: the interval, three angles, three velocities (VN-100 User Manual,
@@ -42,6 +43,7 @@ static PRINTED: Layout = Layout {
         printed("delta_velocity_y", "m/s", 3, 1_000_000),
         printed("delta_velocity_z", "m/s", 3, 1_000_000),
     ]),
+    columns: None,
 };
 
 /// One in the last digit.

@@ -1,6 +1,6 @@
 //! What a message holds, as data: its channels, their units and their decimals.
 
-use alloc::borrow::Cow;
+use alloc::{borrow::Cow, string::String, vec::Vec};
 
 /// A measuring message: its name and its channels in the order of the wire.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,41 @@ pub struct Layout {
     pub compensated: Option<bool>,
     /// The channels.
     pub channels: Cow<'static, [Channel]>,
+    /// What the channels are read from in a table or a bag, where their units may be mistaken;
+    /// `None` for the messages of the sensor.
+    pub columns: Option<ColumnsRead>,
+}
+
+/// The columns of a table, or the fields of a message of another program, that are read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnsRead {
+    /// One for each channel, in their order.
+    pub columns: Vec<ColumnRead>,
+    /// The columns of the times with their forms, as a column map names them; `None` without times.
+    pub times: Option<String>,
+}
+
+/// A column that is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnRead {
+    /// As a column map names it: by the name in the file, or by its number from 1.
+    pub name: String,
+    /// The unit that its numbers are taken to be in.
+    pub unit: String,
+}
+
+impl ColumnsRead {
+    /// The column map by which `channels` are read again as they were, but for the units that `unit`
+    /// gives instead of that of a channel.
+    #[must_use]
+    pub fn map(&self, channels: &[Channel], unit: impl Fn(&Channel) -> Option<&'static str>) -> String {
+        let column = |(channel, column): (&Channel, &ColumnRead)| {
+            alloc::format!("{}={}:{}", channel.name, column.name, unit(channel).unwrap_or(&column.unit))
+        };
+        let columns = channels.iter().zip(&self.columns).map(column);
+        let times = self.times.as_ref().map(|times| alloc::format!("t={times}"));
+        columns.chain(times).collect::<Vec<_>>().join(",")
+    }
 }
 
 /// One number of a message.

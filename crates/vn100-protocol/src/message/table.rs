@@ -23,6 +23,7 @@ macro_rules! messages {
                 message: Cow::Borrowed($header),
                 compensated: Some($compensated),
                 channels: Cow::Borrowed(&[$($channel),*]),
+                columns: None,
             };
         )*
 

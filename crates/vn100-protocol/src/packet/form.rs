@@ -207,7 +207,12 @@ impl PacketForm {
         channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
             header: [0; MAX_HEADER],
             header_length: 0,
-            layout: Arc::new(Layout { message: Cow::Borrowed(BINARY), compensated, channels: channels.into() }),
+            layout: Arc::new(Layout {
+                message: Cow::Borrowed(BINARY),
+                compensated,
+                channels: channels.into(),
+                columns: None,
+            }),
             runs,
             device_time_at: None,
             saturation_at: None,

@@ -33,6 +33,8 @@ pub struct StreamCounts {
     pub connects: u64,
     /// The first valid sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
+    /// The first sentence that a VN-200, VN-210, VN-300 or VN-310 sends, and no VN-100 or VN-110.
+    pub other_model: Option<MessageName>,
     /// What the first packet begins with that has another form than those measured.
     pub other_packet: Option<PacketHeader>,
     /// Rejected rows of a CSV file; they are among the rejected sentences. `None` where the

@@ -40,13 +40,48 @@ pub struct CsvReport {
     pub first_stamp_ns: Option<i64>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
+    /// Columns whose names say what they hold, and that are not read all the same.
+    pub left_out: Vec<LeftOutColumn>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.
     pub rounded: Vec<String>,
-    /// How often the rows so far were read again, because their counts became others: of a table
-    /// that could not be read twice from the beginning.
-    pub read_again: u32,
     /// Channels that rows lack which are otherwise good, one entry for each such channel.
     pub absent: Vec<AbsentValues>,
+}
+
+/// A column whose name says what it holds, and that is not read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOutColumn {
+    /// The name in the file.
+    pub name: String,
+    /// Why it is not read.
+    pub reason: LeftOutReason,
+}
+
+/// Why a column is not read although its name says what it holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LeftOutReason {
+    /// Its unit, as the name states it, is not known, or not one of the quantity.
+    UnknownUnit(String),
+    /// Compensated, beside an uncompensated column that is read.
+    Compensated,
+    /// An acceleration without gravity, beside one with gravity.
+    WithoutGravity,
+    /// Another column of this sensor is read.
+    AnotherOf(String),
+    /// The first rows have no number in it.
+    Empty,
+}
+
+impl fmt::Display for LeftOutReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownUnit(unit) => write!(f, "the unit {unit:?} is not known for it"),
+            Self::Compensated => f.write_str("compensated, an uncompensated column is read"),
+            Self::WithoutGravity => f.write_str("without gravity, a column with gravity is read"),
+            Self::AnotherOf(sensor) => write!(f, "another {sensor} column is read"),
+            Self::Empty => f.write_str("empty in the first rows"),
+        }
+    }
 }
 
 /// How often good rows of a CSV file, or messages of a bag, lack a channel.

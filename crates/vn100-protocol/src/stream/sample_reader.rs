@@ -15,6 +15,10 @@ use crate::{
     message::decoder::Sink,
 };
 
+/// Sentences with a position or a velocity, which need a receiver for satellites (VN-200 and VN-300
+/// User Manuals, register 6).
+const OF_OTHER_MODELS: [&[u8]; 7] = [b"VNINS", b"VNINE", b"VNISL", b"VNISE", b"VNGPS", b"VNGPE", b"VNG2S"];
+
 /// How a stream is read.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadOptions {
@@ -394,6 +398,9 @@ impl Stream {
 
     fn note_other(&mut self, header: &[u8]) {
         self.link.other_message = self.link.other_message.or(Some(MessageName::new(header)));
+        if OF_OTHER_MODELS.contains(&header) {
+            self.link.other_model = self.link.other_model.or(Some(MessageName::new(header)));
+        }
         *self.other_lines.entry(code(header)).or_default() += 1;
     }
 

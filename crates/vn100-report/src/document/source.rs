@@ -7,7 +7,7 @@ use std::{
 };
 
 use serde::Serialize;
-use vn100_analysis::protocol::stream::{AbsentValues, BagReport, CsvReport, StampSource, UnreadNumbers};
+use vn100_analysis::protocol::stream::{AbsentValues, BagReport, CsvReport, LeftOutColumn, StampSource, UnreadNumbers};
 use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
 
 #[derive(Debug, Serialize)]
@@ -98,8 +98,22 @@ struct Csv {
     other_stream_rows: Option<u64>,
     times: Option<String>,
     ignored_columns: Vec<String>,
+    left_out: Vec<LeftOutDocument>,
     rounded: Vec<String>,
     absent: Vec<AbsentDocument>,
+}
+
+/// A column that is not read although its name says what it holds.
+#[derive(Debug, Serialize)]
+struct LeftOutDocument {
+    column: String,
+    reason: String,
+}
+
+impl LeftOutDocument {
+    fn new(column: &LeftOutColumn) -> Self {
+        Self { column: column.name.clone(), reason: column.reason.to_string() }
+    }
 }
 
 /// How often rows lack a channel.
@@ -137,6 +151,7 @@ fn csv(facts: &CsvReport) -> Csv {
         other_stream_rows: facts.other_stream_rows,
         times: facts.times.clone(),
         ignored_columns: facts.ignored_columns.clone(),
+        left_out: facts.left_out.iter().map(LeftOutDocument::new).collect(),
         rounded: facts.rounded.clone(),
         absent: facts.absent.iter().map(AbsentDocument::new).collect(),
     }

@@ -86,16 +86,6 @@ impl<W: Write> SampleTable<W> {
     pub fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
-
-    /// Starts the table again, after `start_over` has emptied the writer: for a capture that is
-    /// read again from its start.
-    ///
-    /// # Errors
-    /// The error of `start_over`.
-    pub fn begin_again(&mut self, start_over: impl FnOnce(&mut W) -> io::Result<()>) -> io::Result<()> {
-        (self.columns, self.arrival_ns, self.rows) = (None, None, 0);
-        start_over(&mut self.out)
-    }
 }
 
 /// A value in the unit of its channel: as the sensor printed it, or else exactly.

@@ -65,7 +65,7 @@ const fn words(kind: WarningKind) -> Words {
             "Bytes arrived, but no sample of a message that is measured.",
             "There is no result.",
             "Check baud rate, output message and format. For a table name the columns with {}.",
-            &[Remedy::MapColumns],
+            &[Remedy::MapColumns(None)],
         ),
         Kind::OtherMessages => (
             "Valid sentences or packets of a message other than the measured one were excluded.",
@@ -120,7 +120,7 @@ const fn words(kind: WarningKind) -> Words {
             "Numbers that were zero at the beginning of a bag were treated as absent, but are not zero later.",
             "These channels are missing from the result.",
             "Name them with {}.",
-            &[Remedy::MapColumns],
+            &[Remedy::MapColumns(None)],
         ),
         Kind::UncheckedLines => (
             "Sentences carry no checksum.",
@@ -168,7 +168,7 @@ const fn words(kind: WarningKind) -> Words {
             "The time stamps cannot be those of a sensor: too few, too coarse, or in bursts.",
             "Neither rate nor dropped samples can be derived from them.",
             "Name another column for the times ({}), or set {}.",
-            &[Remedy::MapColumns, Remedy::GiveRate(None)],
+            &[Remedy::MapColumns(None), Remedy::GiveRate(None)],
         ),
         Kind::BunchedArrival => (
             "Sentences arrive several at a time, as a USB adapter delivers them after its latency timer.",
@@ -277,7 +277,7 @@ const fn words(kind: WarningKind) -> Words {
             "A column holds magnitudes that its unit makes impossible.",
             "A wrong unit scales every result of the channel.",
             "Check the unit, and give the right one with {}.",
-            &[Remedy::MapColumns],
+            &[Remedy::MapColumns(None)],
         ),
         Kind::GravityMagnitude => (
             "The magnitude of the mean acceleration is not that of gravity.",

@@ -190,7 +190,9 @@ fn source(facts: &SourceFacts) -> Option<String> {
         0 => String::new(),
         count => format!(", {} unused", counted(count, "column")),
     };
-    Some(format!("{} rows, {times}{unused}", grouped(csv.rows)))
+    let left_out: Vec<_> = csv.left_out.iter().map(|column| format!("{} ({})", column.name, column.reason)).collect();
+    let left_out = if left_out.is_empty() { String::new() } else { format!("; left out: {}", left_out.join(", ")) };
+    Some(format!("{} rows, {times}{unused}{left_out}", grouped(csv.rows)))
 }
 
 /// Its name and unit, as in `time [ns]:ns`, as a reader says them.

@@ -32,9 +32,7 @@ impl Measuring {
             }
             (Command::StartOver, _) => {
                 let after = self.analysis.start_over();
-                if self.excluded.start_over(after) {
-                    self.excluded.end_warm_up(self.analysis.end_warm_up());
-                }
+                self.excluded.start_over(after);
                 self.begin_anew();
                 channels.report(SessionEvent::StartedOver { after });
             }

@@ -46,24 +46,6 @@ async fn measured(source: impl Source, read: ReadOptions, settings: Settings) ->
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_source_brings_again_counts_once() {
-    for exclude in [false, true] {
-        let (events, mut session) = session(at_10_hz());
-        events.send(rows(30)).await.unwrap();
-        samples(&mut session, 30).await;
-        if exclude {
-            session.commands.send(Command::EndWarmUp).await.unwrap();
-            samples(&mut session, 0).await;
-        }
-        events.send(Event::ReadAgain).await.unwrap();
-        events.send(rows(50)).await.unwrap();
-        events.send(end()).await.unwrap();
-        let result = session.result.await.unwrap();
-        assert_eq!(result.snapshot.timing.samples, if exclude { 20 } else { 50 }, "{exclude}");
-    }
-}
-
-#[tokio::test(start_paused = true)]
 async fn who_looks_sees_the_latest_and_delays_nobody() {
     let (events, mut session) = session(Settings::default());
     assert!(matches!(session.state.borrow().stage, Stage::Preparing));
@@ -182,8 +164,8 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         times: None,
         first_stamp_ns: None,
         ignored_columns: vec!["note".into()],
+        left_out: Vec::new(),
         rounded: vec!["gyro_x".into()],
-        read_again: 0,
         absent: Vec::new(),
     };
     events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();

@@ -330,7 +330,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
     source.observer = Some(Arc::new(move |event: &Event| match event {
         Event::Batch(batch) => count.lock().unwrap().0 += batch.row_count(),
         Event::End(_) => count.lock().unwrap().1 += 1,
-        Event::Link(_) | Event::ReadAgain => {}
+        Event::Link(_) => {}
     }));
     let (result, _) = ended(Session::live(LiveSpec { recording: recording(&folder), ..spec(source) })).await;
     assert!(matches!(*result.end, EndReason::SourceEnded));

@@ -169,7 +169,6 @@ async fn told(bench: Bench, seconds: u64) -> Told {
                 told.errors += batch.diagnostics.iter().filter(is_error).count();
                 told.rates += batch.registers.iter().filter(|value| value.register == Register::ASYNC_RATE).count();
             }
-            Event::ReadAgain => panic!("a link begins once"),
             Event::Link(event) => {
                 told.ups += usize::from(matches!(event.kind, LinkEventKind::Up { .. }));
                 told.foreign += usize::from(matches!(event.kind, LinkEventKind::UnsolicitedError { .. }));

@@ -17,8 +17,8 @@ use vn100_analysis::Settings;
 use vn100_capture::{Event, OpenError, RecordingWriter};
 use vn100_protocol::stream::{Chunk, StreamInput};
 use vn100_session::{
-    Command, CommandRefusal, EndReason, Playback, ReplaySpec, SampleEvent, SampleTap, Session, SessionEvent,
-    SourceState, Speed, Stage, StartError,
+    Command, CommandRefusal, EndReason, Playback, ReplaySpec, SampleTap, Session, SessionEvent, SourceState, Speed,
+    Stage, StartError,
 };
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -79,8 +79,7 @@ async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
     let (tap, mut batches) = SampleTap::new();
     let session = Session::replay(ReplaySpec { samples: Some(tap), ..ReplaySpec::of(file.path()) });
     let mut samples = 0;
-    while let Some(event) = batches.recv().await {
-        let SampleEvent::Batch(batch) = event else { panic!("{event:?}") };
+    while let Some(batch) = batches.recv().await {
         assert!(batch.row_count() > 0);
         samples += batch.row_count() as u64;
     }

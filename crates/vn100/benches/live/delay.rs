@@ -121,7 +121,7 @@ async fn absorb(port: String, rate_hz: u32, stop: CancellationToken) -> Times {
                     }
                 }
                 Event::Link(event) => analysis.take_link_event(&event),
-                Event::ReadAgain | Event::End(_) => return absorbed,
+                Event::End(_) => return absorbed,
             },
             _ = snapshots.tick() => drop(black_box(analysis.snapshot())),
         }

@@ -24,7 +24,7 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
     if let Some(rejected) = link.rejected_rows.filter(|rejected| rejected.total() > 0) {
         let headline = format!("all {} of a CSV file rejected ({})", lines(tally.rejected.total()), reasons(&rejected));
         let details = Text::from("If its columns do not hold what their names say, ")
-            .remedy(Remedy::MapColumns)
+            .remedy(Remedy::MapColumns(None))
             .then(" names others, and their units.");
         return Some((headline, details));
     }
@@ -75,9 +75,14 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
             "{} valid, none of a message that is measured; the first is {name}",
             lines(tally.valid_sentences())
         );
-        let details = Text::from("$VNWRG,06,14*59 makes the sensor send VNYMR, $VNWRG,06,19*54 VNIMU, as does `")
-            .remedy(Remedy::Configure(Setting::Message("VNYMR")))
-            .then("`.");
+        let details = match link.connects {
+            0 => Text::from("Measured are VNYMR, VNQMR, VNMAR, VNIMU and VNDTV. `")
+                .remedy(Remedy::Configure(Setting::Message("VNIMU")))
+                .then("` makes a sensor send one of them for the next recording."),
+            _ => Text::from("$VNWRG,06,14*59 makes the sensor send VNYMR, $VNWRG,06,19*54 VNIMU, as does `")
+                .remedy(Remedy::Configure(Setting::Message("VNYMR")))
+                .then("`."),
+        };
         return Some((headline, details));
     }
     // garbled bytes contain few sentences; a program that writes text changes whole ones
@@ -86,7 +91,7 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<(String, Text)> {
         let details = Text::from(
             "Their fields are not those of the message, or not numbers: the program that wrote them has cut or changed them. As a table, ",
         )
-        .remedy(Remedy::MapColumns)
+        .remedy(Remedy::MapColumns(None))
         .then(" names their columns.");
         return Some((headline, details));
     }

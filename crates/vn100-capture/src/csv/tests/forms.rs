@@ -8,7 +8,7 @@ fn expected() -> (Vec<f64>, Vec<i64>) {
 }
 
 fn values(text: &str, map: Option<&str>) -> (Vec<f64>, Vec<i64>) {
-    let plan = whole_plan(text, map);
+    let plan = planned(text, map);
     let channels = layout(&plan).channels;
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.rejected_rows(), 0, "{text}");
@@ -87,15 +87,15 @@ proptest::proptest! {
 fn a_row_of_units_below_the_names_is_taken_for_them() {
     let rows = "0.00;90.0;1.0\n0.01;-90.0;1.0\n";
     for units in ["s;deg/s;g", "[s];[°/s];[g]", "(s);(deg/s);(g)", "s;dps;g;"] {
-        let whole_plan = whole_plan(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
-        let scales: Vec<f64> = layout(&whole_plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
+        let plan = planned(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
+        let scales: Vec<f64> = layout(&plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
         // of a tenth
         let expected = [0.1 * 9.80665, 0.1 * std::f64::consts::PI / 180.0];
         assert!(
             scales.iter().zip(expected).all(|(scale, expected)| (scale / expected - 1.0).abs() < 1e-12),
             "{units}: {scales:?}"
         );
-        let whole = read(whole_plan, format!("time;gyro_x;accel_z\n{units}\n{rows}").as_bytes());
+        let whole = read(plan, format!("time;gyro_x;accel_z\n{units}\n{rows}").as_bytes());
         assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0), "{units}");
         assert_eq!(whole.stamps_ns, [0, 10_000_000], "{units}");
     }
@@ -103,8 +103,9 @@ fn a_row_of_units_below_the_names_is_taken_for_them() {
     let text = format!("time;wx;az\ns;deg/s;g\n{rows}");
     let whole = read_text(&text, Some("gyro_x=wx:deg/s,t=time:s"));
     assert_eq!((&*whole.counts, whole.rejected.len()), (&[900, -900][..], 0));
-    let Some(MapHint::Columns(guess)) = plan(&text, None).unwrap_err().hint() else { panic!() };
-    assert_eq!(guess, "gyro_x=wx:deg/s,accel_z=az:g,t=time:s");
+    // and by letters, which the units make sure
+    let whole = read_text(&text, None);
+    assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0));
     // words are no units
     let text = format!("time;gyro_x;accel_z\nstart;of;data\n{rows}");
     assert_eq!(read_text(text, None).rejected, [(0, RejectedRow::Stamp)]);
@@ -125,7 +126,7 @@ fn thousands_may_stand_apart_in_values_and_stamps() {
 #[test]
 fn names_in_latin_1_are_read() {
     let text = b"Zeit [s];gyro_x [\xb0/s]\n0,00;1,5\n0,01;-1,5\n";
-    let plan = whole_plan(text, None);
+    let plan = planned(text, None);
     assert_eq!(plan.times.as_deref(), Some("Zeit [s]:s"));
     let degree = layout(&plan).channels[0].in_unit(10.0);
     assert!((degree * 180.0 / std::f64::consts::PI - 1.0).abs() < 1e-12, "{degree}");
@@ -146,14 +147,14 @@ fn rows_of_several_sensors_are_refused_with_the_remedy() {
 }
 
 #[test]
-fn a_table_without_names_is_refused_with_a_map_by_numbers() {
+fn a_table_without_names_is_refused_with_the_means_of_its_columns() {
     let rows =
         (0..60).map(|row| format!("{}.{:02} 0.0{} 0.01 0.02 0.1 0.2 -9.8{}\n", row / 100, row % 100, row % 7, row % 3));
     let text: String = rows.collect();
     let error = plan(&text, None).unwrap_err();
+    assert_eq!(error.hint(), Some(MapHint::Columns(None)));
+    assert!(error.to_string().contains("3 (mean 0.0100), 4 (mean 0.0200), 5 (mean 0.1000)"), "{error}");
     let map = "gyro_x=2:rad/s,gyro_y=3:rad/s,gyro_z=4:rad/s,accel_x=5:m/s^2,accel_y=6:m/s^2,accel_z=7:m/s^2,t=1:s";
-    assert_eq!(error.hint(), Some(MapHint::Columns(map.into())));
-    assert!(error.to_string().ends_with("; found 7 columns without names"), "{error}");
     let whole = read_text(&text, Some(map));
     assert_eq!((whole.report.rows, whole.stamps_ns[59]), (60, 590_000_000));
     // too few rows are any text
@@ -183,4 +184,57 @@ fn a_column_that_is_missed_below_a_preamble_is_named() {
         let error = plan(text, Some(map)).unwrap_err().to_string();
         assert!(error.ends_with("the file has n, gyro_x, accel_z"), "{error}");
     }
+}
+
+#[test]
+fn cells_that_begin_with_their_names_are_columns() {
+    let row = |row: u32| format!("ax:0.0{},ay: -0.1,az:9.8,gx:0.01,gy:0.02,gz:-0.0{}\n", row % 7, row % 3);
+    let text: String = (0..60).map(row).collect();
+    let Some(MapHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
+    let whole = read_text(&text, Some(&map));
+    assert_eq!((whole.report.rows, whole.rejected_rows(), &whole.counts[..6]), (60, 0, &[0, -1, 98, 1, 2, 0][..]));
+}
+
+#[test]
+fn a_row_of_ros2_topic_echo_is_known_by_its_form() {
+    let zeros = |count: usize| vec!["0.0"; count].join(",");
+    let row = |row: u32| {
+        format!(
+            "1700000000,{},imu,0.0,0.0,0.0,1.0,{},0.1,0.2,0.3,{},1.1,1.2,9.{row:02},{}\n",
+            row * 10_000_000,
+            zeros(9),
+            zeros(9),
+            zeros(9)
+        )
+    };
+    let whole = read_text((0..60).map(row).collect::<String>(), None);
+    assert_eq!((whole.report.rows, whole.stamps_ns[59]), (60, 590_000_000));
+    assert_eq!(whole.counts[..6], [1100, 1200, 9000, 100_000, 200_000, 300_000]);
+}
+
+#[test]
+fn a_second_header_orders_its_rows_or_ends_the_table() {
+    let first = "t,gyro_x,accel_x\n0.00,0.5,9.8\n0.01,0.5,9.8\n";
+    let whole = read_text(format!("{first}accel_x,t,gyro_x\n9.8,0.02,0.5\nt,gyro_x,accel_x\n0.03,0.5,9.8\n"), None);
+    assert_eq!(whole.counts, [9800, 500_000].repeat(4));
+    assert_eq!((whole.report.skipped_lines, whole.rejected.len()), (3, 0));
+    assert_eq!(whole.stamps_ns, [0, 10_000_000, 20_000_000, 30_000_000]);
+    let text = format!("{first}t,gyro_y,accel_z\n0.03,0.5,9.8\n");
+    let mut reader = CsvReader::new(
+        planned(&text, None),
+        std::io::Cursor::new(text),
+        vn100_protocol::stream::ReadOptions::default(),
+    );
+    use crate::read_samples::FileReader;
+    assert!(reader.next_events().unwrap().is_some());
+    let error = reader.next_events().unwrap_err().to_string();
+    assert!(error.starts_with("line 4 begins a table with other columns"), "{error}");
+}
+
+#[test]
+fn a_header_that_runs_into_the_first_row_names_its_columns() {
+    let text =
+        "time[ms],accX[mg],gyroX[mdps],temp[C],hum[0,10,1000,7000,25,3,\n10,1000,7000,25,3,\n20,1001,7001,25,3,\n";
+    let whole = read_text(text, None);
+    assert_eq!((&*whole.counts, &*whole.stamps_ns), (&[1000, 7000, 250, 1001, 7001, 250][..], &[0, 10_000_000][..]));
 }

@@ -58,50 +58,51 @@ fn kelvin_become_degrees_exactly() {
 }
 
 #[test]
-fn whether_columns_are_compensated_only_the_words_of_the_file_say() {
-    for (above, compensated) in [
-        ("", None),
-        ("# of a compensated sensor\n", None),
-        ("# $VNYMR\n", Some(true)),
-        ("# uncompensated\n", Some(false)),
-        ("# VNIMU at 40 Hz\n", Some(false)),
-        ("# VNIMU beside VNYMR\n", None),
-    ] {
-        let plan = plan(format!("{above}h,w\n1,2\n"), Some("yaw=h:rad,gyro_z=w:rad/s")).unwrap().unwrap();
-        assert_eq!(layout(&plan).compensated, compensated, "{above}");
+fn the_names_of_mapped_columns_say_whether_they_are_compensated() {
+    for (name, compensated) in [("w", None), ("UncompGyroZ", Some(false)), ("CompGyroZ", Some(true))] {
+        let plan = plan(format!("# of VNYMR\nh,{name}\n1,2\n"), Some(&format!("yaw=h:rad,gyro_z={name}:rad/s")));
+        assert_eq!(layout(&plan.unwrap().unwrap()).compensated, compensated, "{name}");
     }
 }
 
 #[test]
-fn what_does_not_fit_is_rounded_to_a_power_of_two_and_says_so() {
-    let numbers = (0..resolution::SCANNED_ROWS).map(|row| (row as f64).sin() * 100.0);
-    let numbers: Vec<_> = numbers.chain([0.000_123_456_789_012_34, 21_474.0, 300_000.0]).collect();
-    let text = format!("w\n{}", numbers.iter().map(|number| format!("{number}\n")).collect::<String>());
-    let plan = whole_plan(&text, Some("gyro_x=w:deg/s"));
-    let channel = layout(&plan).channels[0].clone();
-    // 300 000 · 2^12 fits 32 bits, with 2^13 it does not
-    assert_eq!(
-        (plan.rounded(), plan.quantizers[0].scale),
-        (vec!["gyro_x".to_owned()], resolution::CountScale::Binary(12))
+fn floats_are_rounded_to_a_power_of_two_and_larger_ones_later_have_room() {
+    let numbers = (0..resolution::HEAD_ROWS).map(|row| (row as f64).sin() * 100.0);
+    let numbers: Vec<_> = numbers.chain([0.000_123_456_789_012_34, 6300.0, 1e12, 1.5]).collect();
+    let text = format!(
+        "w
+{}",
+        numbers
+            .iter()
+            .map(|number| format!(
+                "{number}
+"
+            ))
+            .collect::<String>()
     );
-    assert_eq!((channel.decimals, channel.scale), (0, std::f64::consts::PI / 180.0 / 4096.0));
+    let plan = planned(&text, Some("gyro_x=w:deg/s"));
+    let channel = layout(&plan).channels[0].clone();
+    assert_eq!((plan.rounded(), channel.decimals), (vec!["gyro_x".to_owned()], 0));
+    let degree = std::f64::consts::PI / 180.0;
+    assert!(channel.scale < 1e-5 * degree && (channel.scale / degree).log2().fract() == 0.0, "{}", channel.scale);
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.report.rounded, ["gyro_x"]);
-    for (count, number) in whole.counts.iter().zip(&numbers) {
-        assert!((f64::from(*count) / 4096.0 - number).abs() <= 0.5 / 4096.0, "{number}");
-    }
-    assert_eq!((whole.counts.len(), whole.rejected_rows()), (numbers.len(), 0));
+    let is_held =
+        |(count, number): (&i32, &f64)| (channel.value(*count) - number * degree).abs() <= 0.5 * channel.scale;
+    let held = numbers.iter().take(1002).chain(&numbers[1003..]);
+    assert!(whole.counts.iter().zip(held).all(is_held));
+    // what does not fit is no sample, and is counted
+    assert_eq!((whole.counts.len(), whole.rejected), (1003, vec![(1002, RejectedRow::Number)]));
 }
 
 #[test]
 fn digits_behind_those_of_the_head_are_rounded_away_and_named() {
-    let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::SCANNED_ROWS));
+    let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::HEAD_ROWS));
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     assert!(plan.rounded().is_empty());
     let whole = read(plan, text.as_bytes());
-    assert_eq!(whole.counts[resolution::SCANNED_ROWS - 1..], [15, 2, 3]);
+    assert_eq!(whole.counts[resolution::HEAD_ROWS - 1..], [15, 2, 3]);
     assert_eq!((whole.report.rounded, whole.report.rejected), (vec!["gyro_x".to_owned()], vec![]));
-    assert_eq!(read_text(&text, Some("gyro_x=w:deg/s")).counts[resolution::SCANNED_ROWS..], [25, 26]);
 }
 
 #[test]
@@ -138,10 +139,17 @@ fn every_unit_leads_to_the_channels_own() {
         ("gyro_y", "deg/s", "180", PI),
         ("gyro_y", "deg/h", "648000", PI),
         ("gyro_y", "mdeg/s", "180000", PI),
+        ("gyro_y", "mrad/s", "3500", 3.5),
+        ("gyro_y", "rpm", "30", PI),
         ("accel_z", "m/s^2", "-9.81", -9.81),
         ("accel_z", "g", "1", 9.80665),
         ("accel_z", "mg", "1000", 9.80665),
+        ("accel_z", "ug", "1000000", 9.80665),
+        ("accel_z", "cm/s^2", "981", 9.81),
+        ("accel_z", "ft/s^2", "32", 9.7536),
         ("mag_x", "gauss", "0.5", 0.5),
+        ("mag_x", "mgauss", "500", 0.5),
+        ("mag_x", "T", "0.00005", 0.5),
         ("mag_x", "uT", "50", 0.5),
         ("mag_x", "mT", "0.05", 0.5),
         ("mag_x", "nT", "50000", 0.5),
@@ -162,16 +170,23 @@ fn every_unit_leads_to_the_channels_own() {
     }
     let tested: Vec<_> = table.iter().map(|&(_, unit, _, _)| unit).collect();
     let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(by_name);
-    let all = quantities.map(|index| known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
+    let all = quantities.map(|index| known(index.unwrap()).quantity).into_iter().flat_map(units);
     assert_eq!(tested, all.map(|unit| &*unit.name).collect::<Vec<_>>());
 }
 
 #[test]
 fn every_unit_of_a_stamp_leads_to_nanoseconds() {
-    let table = [("s", "0.025"), ("ms", "25"), ("us", "25000"), ("ns", "25000000")];
+    let table = [
+        ("s", "0.025"),
+        ("ms", "25"),
+        ("us", "25000"),
+        ("ns", "25000000"),
+        ("100us", "250"),
+        ("d", "0.00000028935185185"),
+    ];
     for (unit, stamp) in table {
         let whole = read_text(format!("t,w\n0,1\n{stamp},1\n"), Some(&format!("t=t:{unit},gyro_x=w:deg/s")));
         assert_eq!(whole.stamps_ns, [0, 25_000_000], "{unit}");
     }
-    assert_eq!(table.map(|(unit, _)| unit), StampUnit::ALL.map(|unit| unit.name));
+    assert!(StampUnit::all().map(|unit| unit.name).eq(table.map(|(unit, _)| unit)));
 }

@@ -99,3 +99,21 @@ fn a_cut_stamp_is_no_stamp() {
     // a sentence at the end is for the decoder to judge
     assert_eq!(rows(&format!("t,raw\n1.5,{SENTENCE}\n1.525,{}", &SENTENCE[..40])), (2, 0));
 }
+
+#[test]
+fn stamps_before_sentences_are_their_times() {
+    for (stamp, reported) in [
+        (
+            &(|ms: u64| format!("[2024-02-06 18:14:{:02}.{:03}] ", ms / 1000, ms % 1000)) as &dyn Fn(u64) -> String,
+            "1:iso",
+        ),
+        (&|ms| format!("18:14:{:02}.{:03} -> ", ms / 1000, ms % 1000), "1:clock"),
+        (&|ms| format!("(1707243251.{:03}) ", ms), "1:s"),
+    ] {
+        let text: String = (0..20).map(|row| format!("{}{SENTENCE}\r\n", stamp(50 * row))).collect();
+        let (counts, whole) = decoded(&format!("boot\n{text}"));
+        assert_eq!((counts.len(), whole.report.times.as_deref()), (20 * COUNTS.len(), Some(reported)));
+        assert_eq!(whole.stamps_ns, (0..20).map(|row| row * 50_000_000).collect::<Vec<_>>());
+        assert_eq!(whole.rejected, [(0, RejectedRow::Fields)], "the line before is no sentence");
+    }
+}

@@ -59,7 +59,7 @@ fn times_are_found_by_name_and_content_and_reported() {
 
 #[test]
 fn what_is_no_time_is_none() {
-    for header in ["note", "count", "voltage", "sampletimefine"] {
+    for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
     }
     // a name of a time, and numbers that are none
@@ -133,10 +133,21 @@ fn the_first_error_of_an_unknown_table_names_a_map_that_reads_it() {
     let rows: String =
         (0..20).map(|row| format!("{},0.1,0.2,9.8\n", 1_761_939_167_000_000_000_u64 + row * 25_000_000)).collect();
     let text = format!("Timestamp,omega x [deg/s],omega y [deg/s],a_z\n{rows}");
-    let Some(MapHint::Columns(map)) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
-    assert_eq!(map, "gyro_x=omega x [deg/s]:deg/s,gyro_y=omega y [deg/s]:deg/s,accel_z=a_z:m/s^2,t=Timestamp:ns");
-    let whole = read_text(&text, Some(&map));
-    assert_eq!((whole.report.rows, whole.stamps_ns[19]), (20, 475_000_000));
+    let whole = read_text(&text, None);
+    assert_eq!((whole.report.rows, whole.stamps_ns[19], whole.counts.len()), (20, 475_000_000, 40));
+    // letters without units are read by a map, which fits by the magnitudes
+    let rows: String =
+        (0..60).map(|row| format!("{}.{:02},0.1,0.2,9.8,0.01,0.02,0.0{}\n", row / 100, row % 100, row % 7)).collect();
+    let text = format!("s,tx,ty,tz,wx,wy,wz\n{rows}");
+    let Some(MapHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
+    assert_eq!(
+        map,
+        "accel_x=tx:m/s^2,accel_y=ty:m/s^2,accel_z=tz:m/s^2,gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s,t=s:s"
+    );
+    assert_eq!((read_text(&text, Some(&map)).report.rows, read_text(&text, Some(&map)).rejected_rows()), (60, 0));
+    for text in [text.replace("9.8", "3.3"), text.replace("wz", "speed"), text.replace("0.01,", "7.01,")] {
+        assert_eq!(plan(&text, None).unwrap_err().hint(), Some(MapHint::Columns(None)), "{}", &text[..30]);
+    }
 }
 
 #[test]
@@ -220,4 +231,51 @@ fn a_column_that_does_not_count_up_is_no_device_time() {
     let device_ns = (100..200).chain(0..60).map(|row| row * 5_000_000);
     let whole = read_text(written(device_ns).replace("device time [ns]", "device_time_ns"), None);
     assert_eq!((whole.report.times.as_deref(), whole.device_ns), (Some("time [ns]:ns"), vec![]));
+}
+
+#[test]
+fn the_time_of_the_measurement_is_preferred_to_that_of_its_recording() {
+    let rows: String = (0..80)
+        .map(|row| {
+            format!(
+                "{},{},0.1\n",
+                1_575_033_823_462_017_210_u64 + row * 90_000_000,
+                5_000_000_000_u64 + row * 25_000_000
+            )
+        })
+        .collect();
+    for (header, times) in [
+        ("%time,field.header.stamp,gyro_x", "field.header.stamp:ns"),
+        ("systemTimeStamp,TimeStartup,gyro_x", "TimeStartup:ns"),
+        ("%time,field.header.seq,gyro_x", "%time:ns"),
+    ] {
+        let whole = read_text(format!("{header}\n{rows}"), None);
+        assert_eq!(whole.report.times.as_deref(), Some(times), "{header}");
+    }
+}
+
+#[test]
+fn dates_of_matlab_days_of_a_spreadsheet_and_stamps_with_their_unit_are_read() {
+    for (header, stamp, reported) in [
+        (
+            "Time",
+            &(|ns: u64| format!("05-Apr-2019 11:00:{:02}.{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000))
+                as &dyn Fn(u64) -> String,
+            "Time:dmy",
+        ),
+        ("Time", &|ns| format!("12:00:{:02}:{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000), "Time:clock"),
+        ("t", &|ns| format!("{:.3} sec", ns as f64 / 1e9), "t:s"),
+        ("SampleTimeFine", &|ns| (70_000 + ns / 100_000).to_string(), "SampleTimeFine:100us"),
+    ] {
+        let (stamps, named) = times(&table(header, stamp), None);
+        assert_eq!(named.as_deref(), Some(reported));
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{reported}");
+    }
+    for start in [45_000.5, 737_000.25] {
+        let text = table("time", |ns| format!("{:.12}", start + ns as f64 / 86_400e9));
+        let (stamps, named) = times(&text, None);
+        assert_eq!(named.as_deref(), Some("time:d"));
+        let error = stamps.iter().zip(0..).map(|(stamp, row)| (stamp - row * 25_000_000_i64).abs()).max();
+        assert!(error < Some(20_000), "{error:?}");
+    }
 }

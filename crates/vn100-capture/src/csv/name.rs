@@ -1,0 +1,437 @@
+//! What the name of a column says of its numbers: `gyro_x [deg/s]`, `UncompAccZ`, `acc_l_x[mg]`,
+//! `field.angular_velocity.x`, `accelerometer_m_s2[2]`, `w_RS_S_x [rad s^-1]`, `X (m/s^2)`.
+
+use vn100_protocol::Quantity::{
+    self, Acceleration, Angle, AngularRate, MagneticField, Pressure, Quaternion, Temperature,
+};
+
+use super::{
+    column_map::{Unit, by_name, known, names, units},
+    time_name::time_unit,
+};
+
+/// Words for a sensor, or two words in one, with its name in our channels.
+const WORDS: [(&str, &[&str]); 3] = [
+    (
+        "gyro",
+        &["gyro", "gyr", "gyros", "gyroscope", "angularvelocity", "angularrate", "angvel", "rotationrate", "rotrate"],
+    ),
+    ("accel", &["accel", "acc", "accl", "acceleration", "accelerometer"]),
+    ("mag", &["mag", "magn", "magnetometer", "magneticfield", "magfield"]),
+];
+
+/// Letters for a sensor, which mean it only beside a unit of its quantity.
+const LETTERS: [(&str, &[&str]); 3] =
+    [("gyro", &["w", "g", "gy", "omega"]), ("accel", &["a", "ac", "f", "t"]), ("mag", &["m", "b", "h"])];
+
+/// Words that make another quantity of the name of a sensor.
+const OTHER_QUANTITIES: &str = "std stddev sigma cov covariance var variance bias offset scale norm temp temperature time timestamp \
+     stamp dt integral clipping status count accuracy flag delta gravity error rms mean max min setpoint ref target jerk world \
+     earth ned enu global diff";
+
+const UNCOMPENSATED: [&str; 2] = ["uncomp", "uncompensated"];
+const COMPENSATED: [&str; 2] = ["comp", "compensated"];
+const WITHOUT_GRAVITY: [&str; 3] = ["linear", "lin", "user"];
+
+/// Words for numbers in no unit.
+const RAW: [&str; 5] = ["raw", "lsb", "adc", "counts", "ticks"];
+
+/// What a name says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Meaning {
+    /// As in [`known`].
+    pub(super) channel: usize,
+    pub(super) unit: StatedUnit,
+    pub(super) made: Made,
+    /// Whether a word, or the unit of an axis, names the sensor, and not a letter alone.
+    pub(super) is_sure: bool,
+    /// What the columns of one triple of axes have in common.
+    pub(super) group: String,
+}
+
+/// The unit that a name states.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum StatedUnit {
+    None,
+    Known(&'static Unit),
+    /// One that is not known, or not one of the quantity.
+    Unknown(String),
+}
+
+/// How numbers of a sensor were made; the first is preferred.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Made {
+    Uncompensated,
+    Unsaid,
+    Compensated,
+    /// Acceleration from which gravity was taken off.
+    WithoutGravity,
+}
+
+impl Meaning {
+    /// Of the name of a column in a file that is called `file`, which may say what bare axes are.
+    pub(super) fn of(name: &str, file: Option<&str>) -> Option<Self> {
+        let (bare, brackets) = without_brackets(name);
+        let mut words = words(&bare);
+        let of_axis = |content: &str| match content {
+            "0" | "x" | "X" => Some('x'),
+            "1" | "y" | "Y" => Some('y'),
+            "2" | "z" | "Z" => Some('z'),
+            _ => None,
+        };
+        let index = brackets.iter().find_map(|content| of_axis(content));
+        let stated = brackets.into_iter().rfind(|content| of_axis(content).is_none() && !content.is_empty());
+        if let Some(meaning) = single(&words, stated.as_deref()) {
+            return Some(meaning);
+        }
+        let axis = match index {
+            Some(axis) => axis,
+            None => take_axis(&mut words)?,
+        };
+        let (sensor, is_sure) = match sensor_word(&words) {
+            Some(sensor) => (sensor, true),
+            None if words.is_empty() => (sensor_of_bare_axis(stated.as_deref(), file)?, true),
+            None => (sensor_letter(&words)?, false),
+        };
+        let channel = by_name(&format!("{sensor}_{axis}"))?;
+        let quantity = known(channel).quantity;
+        let has = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
+        let is_of_rotation = quantity == Acceleration && has(&["angular", "rotation", "rotational"]);
+        let is_other = words.iter().any(|word| OTHER_QUANTITIES.split(' ').any(|other| other == word));
+        if is_other || is_of_rotation {
+            return None;
+        }
+        let unit = match (stated, unit_among(quantity, &words)) {
+            (Some(stated), _) => match unit_of(quantity, &stated) {
+                Some(unit) => StatedUnit::Known(unit),
+                None => StatedUnit::Unknown(stated),
+            },
+            (None, Some(unit)) => StatedUnit::Known(unit),
+            (None, None) if has(&RAW) => StatedUnit::Unknown("raw".into()),
+            (None, None) => StatedUnit::None,
+        };
+        let made = if has(&UNCOMPENSATED) {
+            Made::Uncompensated
+        } else if has(&COMPENSATED) {
+            Made::Compensated
+        } else if quantity == Acceleration && has(&WITHOUT_GRAVITY) {
+            Made::WithoutGravity
+        } else {
+            Made::Unsaid
+        };
+        Some(Self { channel, unit, made, is_sure, group: format!("{sensor} {}", words.join(" ")) })
+    }
+}
+
+/// The channels that have no axes: yaw, temperature and the like, alone or with a unit.
+fn single(words: &[String], stated: Option<&str>) -> Option<Meaning> {
+    let above = words.iter().take_while(|word| ABOVE.contains(&word.as_str())).count();
+    let words = &words[above..];
+    let (channel, rest) = (1..=words.len()).rev().find_map(|count| {
+        let name = words[..count].concat();
+        let name = match name.as_str() {
+            "temp" => "temperature",
+            "pres" | "press" => "pressure",
+            name => name.strip_prefix("quaternion").map_or(name, |_| name),
+        };
+        let is_so = |channel: &usize| known(*channel).name.replace('_', "") == name.replace("quaternion", "quat");
+        let is_single =
+            |channel: &usize| matches!(known(*channel).quantity, Angle | Quaternion | Temperature | Pressure);
+        let channel = (0..names().count()).find(is_so)?;
+        Some((channel, words[count..].concat())).filter(|(channel, _)| is_single(channel))
+    })?;
+    let quantity = known(channel).quantity;
+    let unit = match stated.or(Some(rest.as_str()).filter(|rest| !rest.is_empty())) {
+        None => StatedUnit::None,
+        Some(text) => match (unit_of(quantity, text), stated) {
+            (Some(unit), _) => StatedUnit::Known(unit),
+            (None, Some(text)) if rest.is_empty() => StatedUnit::Unknown(text.into()),
+            (None, _) => return None,
+        },
+    };
+    let group = quantity_word(&known(channel).name).to_owned();
+    Some(Meaning { channel, unit, made: Made::Unsaid, is_sure: true, group })
+}
+
+/// The quantity of a channel, as names of streams have it: `gyro` of `gyro_x`.
+pub(super) fn quantity_word(channel: &str) -> &str {
+    channel.split('_').next().unwrap_or(channel)
+}
+
+/// What may stand before the name of a sensor and says nothing.
+const ABOVE: [&str; 3] = ["field", "imu", "sensor"];
+
+/// The name without what stands in brackets, and that.
+fn without_brackets(name: &str) -> (String, Vec<String>) {
+    let (mut bare, mut brackets) = (String::new(), Vec::new());
+    let mut rest = name.trim();
+    while let Some(begin) = rest.find(['[', '(']) {
+        let (before, inside) = rest.split_at(begin);
+        bare.extend([before, " "]);
+        // units have brackets of their own, as in m/(s^2)
+        let close = if inside.starts_with('[') { ']' } else { ')' };
+        let end = inside.rfind(close).filter(|_| !inside[1..].contains('[')).or(inside.find(close));
+        brackets.push(inside[1..end.unwrap_or(inside.len())].trim().to_owned());
+        rest = end.map_or("", |end| &inside[end + 1..]);
+    }
+    bare.push_str(rest);
+    (bare, brackets)
+}
+
+/// The words of a name in lower case, also those that capitals part: `UncompGyroX`, `GYR_Z`.
+pub(super) fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let characters: Vec<char> = name.chars().collect();
+    for (at, &c) in characters.iter().enumerate() {
+        let before = at.checked_sub(1).map(|before| characters[before]);
+        let after = characters.get(at + 1);
+        let begins = c.is_uppercase()
+            && before.is_some_and(|before| {
+                before.is_lowercase() || before.is_ascii_digit() || after.is_some_and(|after| after.is_lowercase())
+            });
+        if begins || !c.is_alphanumeric() {
+            words.push(String::new());
+        }
+        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    // of the maker's messages, as in uncompgyro.x
+    let place = words.iter().position(|word| {
+        let sensor = word.strip_prefix(UNCOMPENSATED[0]).map(|rest| rest.strip_suffix(['x', 'y', 'z']).unwrap_or(rest));
+        sensor.is_some_and(|sensor| WORDS.iter().any(|(_, known)| known.contains(&sensor)))
+    });
+    if let Some(place) = place {
+        let sensor = words[place].split_off(UNCOMPENSATED[0].len());
+        words.insert(place + 1, sensor);
+    }
+    words
+}
+
+/// The axis, which is a word or the last letter of the word for the sensor, and leaves the words.
+fn take_axis(words: &mut Vec<String>) -> Option<char> {
+    let is_axis = |word: &str| matches!(word, "x" | "y" | "z");
+    if let Some(place) = words.iter().rposition(|word| is_axis(word)) {
+        return words.remove(place).chars().next();
+    }
+    let is_sensor = |stem: &str| WORDS.iter().chain(&LETTERS).any(|(_, known)| known.contains(&stem));
+    let place = words.iter().position(|word| {
+        let stem = word.strip_suffix(['x', 'y', 'z']);
+        stem.is_some_and(is_sensor)
+    })?;
+    words[place].pop()
+}
+
+fn sensor_word(words: &[String]) -> Option<&'static str> {
+    let pairs = words.windows(2).map(<[String]>::concat);
+    let single = words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
+    let sensor =
+        |word: String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(sensor, _)| *sensor);
+    pairs.chain(single).find_map(sensor)
+}
+
+fn sensor_letter(words: &[String]) -> Option<&'static str> {
+    words
+        .iter()
+        .find_map(|word| LETTERS.iter().find(|(_, known)| known.contains(&word.as_str())))
+        .map(|(sensor, _)| *sensor)
+}
+
+/// What `x`, `y` and `z` alone are, by their unit, or by the name of the file.
+fn sensor_of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static str> {
+    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
+    let file = file.unwrap_or_default().to_lowercase();
+    let by_file =
+        ["gyro", "accel", "magnet"].iter().position(|word| file.contains(word)).map(|place| of_sensors[place]);
+    match stated {
+        Some(unit) => {
+            let by_unit = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some())?;
+            by_file.is_none_or(|by_file| by_file == by_unit).then_some(by_unit.0)
+        }
+        None => by_file.map(|(sensor, _)| sensor),
+    }
+}
+
+/// The unit that words beside the sensor are.
+fn unit_among(quantity: Quantity, words: &[String]) -> Option<&'static Unit> {
+    let runs = (1..=4_usize.min(words.len())).rev().flat_map(|length| words.windows(length));
+    { runs }.find_map(|run| unit_of(quantity, &run.concat()))
+}
+
+/// Whether people write a unit so, of a channel or of a time.
+pub(super) fn is_unit(text: &str) -> bool {
+    let quantities = [Angle, MagneticField, Acceleration, AngularRate, Temperature, Pressure];
+    time_unit(&text.to_lowercase()).is_some()
+        || quantities.into_iter().any(|quantity| unit_of(quantity, text).is_some())
+}
+
+/// The unit that people write so.
+fn unit_of(quantity: Quantity, text: &str) -> Option<&'static Unit> {
+    let ascii = text.to_lowercase().replace('°', "deg").replace(['µ', 'μ'], "u").replace('²', "2");
+    let bare: String =
+        ascii.chars().filter(|c| !matches!(c, ' ' | '^' | '·' | '*' | '_' | '.' | '/' | '(' | ')')).collect();
+    let bare = bare.replace("degrees", "deg").replace("radians", "rad").replace("second", "s").replace("sec", "s");
+    let bare = bare.replace("per", "").replace("sqr", "2").replace("squared", "2");
+    let name = match (quantity, &*bare) {
+        (AngularRate, "rads" | "rads-1" | "radp" | "radps" | "rad") => "rad/s",
+        (AngularRate, "degs" | "degs-1" | "degps" | "dps" | "deg") => "deg/s",
+        (AngularRate, "degh" | "deghr" | "deghour" | "dph") => "deg/h",
+        (AngularRate, "mdegs" | "mdps") => "mdeg/s",
+        (AngularRate, "mrads" | "mradps") => "mrad/s",
+        (AngularRate, "rpm") => "rpm",
+        (Acceleration, "ms2" | "ms-2" | "mss" | "mps2" | "mpss") => "m/s^2",
+        (Acceleration, "cms2" | "cms-2" | "cmss" | "gal") => "cm/s^2",
+        (Acceleration, "fts2" | "fts-2" | "ftss" | "fps2") => "ft/s^2",
+        (Acceleration, "g" | "gs" | "g0" | "gn") => "g",
+        (Acceleration, "mg") => "mg",
+        (Acceleration, "ug") => "ug",
+        (MagneticField, "gauss" | "g" | "gs") => "gauss",
+        (MagneticField, "mgauss" | "mg" | "mgs") => "mgauss",
+        (MagneticField, "t" | "tesla") => "T",
+        (MagneticField, "ut" | "microtesla") => "uT",
+        (MagneticField, "mt" | "millitesla") => "mT",
+        (MagneticField, "nt" | "nanotesla") => "nT",
+        (Angle, "deg") => "deg",
+        (Angle, "rad") => "rad",
+        (Temperature, "degc" | "c" | "celsius") => "degC",
+        (Temperature, "k" | "kelvin") => "K",
+        (Pressure, "kpa") => "kPa",
+        (Pressure, "hpa" | "mbar") => "hPa",
+        (Pressure, "pa") => "Pa",
+        _ => return None,
+    };
+    units(quantity).find(|unit| unit.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(name: &str, file: Option<&str>) -> Option<(&'static str, Option<String>, Made, bool)> {
+        let meaning = Meaning::of(name, file)?;
+        let unit = match meaning.unit {
+            StatedUnit::None => None,
+            StatedUnit::Known(unit) => Some(unit.name.to_string()),
+            StatedUnit::Unknown(text) => Some(format!("?{text}")),
+        };
+        Some((&known(meaning.channel).name, unit, meaning.made, meaning.is_sure))
+    }
+
+    #[test]
+    fn names_as_people_write_them() {
+        for (name, channel, unit) in [
+            ("gyro_x", "gyro_x", ""),
+            ("GyroX", "gyro_x", ""),
+            ("GYR_Z", "gyro_z", ""),
+            ("X_GYRO", "gyro_x", ""),
+            ("Gyro X [deg/s]", "gyro_x", "deg/s"),
+            ("gyro_y (°/s)", "gyro_y", "deg/s"),
+            ("gyro_x_deg_s", "gyro_x", "deg/s"),
+            ("GyroX_deg_per_s", "gyro_x", "deg/s"),
+            ("gyro_x_dps", "gyro_x", "deg/s"),
+            ("gyro_x[rpm]", "gyro_x", "rpm"),
+            ("gyro_rad[2]", "gyro_z", "rad/s"),
+            ("motionRotationRateX(rad/s)", "gyro_x", "rad/s"),
+            ("field.angular_velocity.x", "gyro_x", ""),
+            ("angular_velocity_z [rad/s]", "gyro_z", "rad/s"),
+            ("linear_acceleration.y", "accel_y", ""),
+            ("Acc_X(g)", "accel_x", "g"),
+            ("acc_l_x[mg]", "accel_x", "mg"),
+            ("accel_x (m/s^2)", "accel_x", "m/s^2"),
+            ("accel_x [m/s²]", "accel_x", "m/s^2"),
+            ("accel_x [cm/s^2]", "accel_x", "cm/s^2"),
+            ("acc_z_ft_s2", "accel_z", "ft/s^2"),
+            ("acc_z_m_s2", "accel_z", "m/s^2"),
+            ("accelerometer_m_s2[2]", "accel_z", "m/s^2"),
+            ("accelerometer_lsm6ds3_c.z", "accel_z", ""),
+            ("Mag X (µT)", "mag_x", "uT"),
+            ("magnY[mG]", "mag_y", "mgauss"),
+            ("mag_z_gauss", "mag_z", "gauss"),
+            ("Temp [°C]", "temperature", "degC"),
+            ("temperature_K", "temperature", "K"),
+            ("pressure (hPa)", "pressure", "hPa"),
+            ("yaw_rad", "yaw", "rad"),
+            ("Quat_W", "quat_w", ""),
+            ("X (m/s^2)", "accel_x", "m/s^2"),
+            ("y (rad/s)", "gyro_y", "rad/s"),
+        ] {
+            let found =
+                said(name, None).map(|(channel, unit, _, is_sure)| (channel, unit.unwrap_or_default(), is_sure));
+            assert_eq!(found, Some((channel, unit.to_owned(), true)), "{name}");
+        }
+    }
+
+    #[test]
+    fn letters_are_names_beside_their_unit() {
+        for (name, channel, unit) in [
+            ("w_RS_S_x [rad s^-1]", "gyro_x", Some("rad/s")),
+            ("a_RS_S_z [m s^-2]", "accel_z", Some("m/s^2")),
+            ("A_X [g]", "accel_x", Some("g")),
+            ("G_Y [mdps]", "gyro_y", Some("mdeg/s")),
+            ("wz(deg/s)", "gyro_z", Some("deg/s")),
+            ("ax", "accel_x", None),
+            ("GyX", "gyro_x", None),
+            ("AcZ", "accel_z", None),
+            ("w.x", "gyro_x", None),
+        ] {
+            assert_eq!(said(name, None), Some((channel, unit.map(str::to_owned), Made::Unsaid, false)), "{name}");
+        }
+        // the bias of a gyroscope in ground truth
+        let bias = said("b_w_RS_S_x [rad s^-1]", None).unwrap();
+        assert_eq!((bias.1.as_deref(), bias.3), (Some("?rad s^-1"), false));
+    }
+
+    #[test]
+    fn how_numbers_were_made_belongs_to_the_column() {
+        for (name, made) in [
+            ("UncompGyroX", Made::Uncompensated),
+            ("field.uncompaccel.x", Made::Uncompensated),
+            ("CompGyroX", Made::Compensated),
+            ("Linear Acceleration x (m/s^2)", Made::WithoutGravity),
+            ("motionUserAccelerationX(G)", Made::WithoutGravity),
+            ("GyroX", Made::Unsaid),
+        ] {
+            assert_eq!(said(name, None).map_or(Made::Unsaid, |(_, _, made, _)| made), made, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_name_of_a_file_says_what_bare_axes_are() {
+        assert_eq!(said("x", Some("Gyroscope.csv")).map(|(channel, ..)| channel), Some("gyro_x"));
+        assert_eq!(said("z", Some("2024 Accelerometer.csv")).map(|(channel, ..)| channel), Some("accel_z"));
+        assert_eq!(said("z (m/s^2)", Some("Gyroscope.csv")), None, "they contradict each other");
+        assert_eq!(said("x", Some("imu.csv")), None);
+    }
+
+    #[test]
+    fn what_is_no_channel_is_none_and_an_unknown_unit_is_named() {
+        for name in [
+            "",
+            "x",
+            "gyro",
+            "gyro_w",
+            "value",
+            "data",
+            "gyro_x_std",
+            "temp_2",
+            "yaw_rate",
+            "gravity_x",
+            "gyro_integral_dt",
+            "angular_acceleration_x",
+            "accelerometer_timestamp_relative",
+            "orientation.x",
+            "DeltaThetaX",
+        ] {
+            assert_eq!(said(name, None).filter(|(.., is_sure)| *is_sure), None, "{name}");
+        }
+        for (name, unit) in [
+            ("gyro_x [furlong]", "?furlong"),
+            ("accel_x (raw)", "?raw"),
+            ("gyro_x [m/s^2]", "?m/s^2"),
+            ("gyro_raw_x", "?raw"),
+        ] {
+            assert_eq!(said(name, None).and_then(|(_, unit, ..)| unit).as_deref(), Some(unit), "{name}");
+        }
+    }
+}
