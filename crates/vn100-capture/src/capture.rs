@@ -76,7 +76,7 @@ impl Capture {
         let is_file = stored_bytes.is_some();
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
-        let reader = unpacked_file(file, counted).map_err(|error| OpenError::packed(path, error))?;
+        let reader = unpacked_file(file, counted, &is_capture).map_err(|error| OpenError::packed(path, error))?;
         Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, is_file)
     }
 
@@ -98,7 +98,7 @@ impl Capture {
         if options.topic.is_some() || !fs::metadata(path).ok()?.is_file() {
             return None;
         }
-        let mut reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
+        let mut reader = unpacked_file(File::open(path).ok()?, |file| file, &is_capture).ok()?;
         let file = path.file_name().map(|name| name.to_string_lossy());
         let said = Said { map: options.columns.as_ref(), stream: None, file: file.as_deref() };
         match detect_format(&mut reader, said).ok()? {
@@ -231,6 +231,12 @@ impl Capture {
             start_reading,
         })
     }
+}
+
+/// Whether a file of this name begins as a capture.
+fn is_capture(mut bytes: &mut dyn Read, name: &str) -> bool {
+    let detected = detect_format(&mut bytes, Said { file: Some(name), ..Said::default() });
+    detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
 }
 
 /// Why a capture could not be opened.

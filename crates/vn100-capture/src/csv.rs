@@ -30,6 +30,7 @@ mod suggestion;
 #[cfg(test)]
 mod tests;
 mod time_name;
+mod words;
 
 use thiserror::Error;
 use vn100_protocol::{Layout, stream::LeftOutColumn};
@@ -39,7 +40,7 @@ use self::{
 };
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use column_map::{by_name, known, units};
-pub(crate) use head::{Said, detect};
+pub(crate) use head::detect;
 pub(crate) use reader::CsvReader;
 pub(crate) use streams::streams;
 
@@ -132,6 +133,17 @@ enum ColumnUse {
     /// A channel that belongs to another stream.
     OtherStream,
     Sentence,
+}
+
+/// What is known of a table besides its bytes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Said<'a> {
+    /// The columns that the user names; `None` to know them by their names.
+    pub(crate) map: Option<&'a ColumnMap>,
+    /// The channels that are read, as names of streams have them; `None` for all.
+    pub(crate) stream: Option<&'a str>,
+    /// The name of the file, which may say what bare axes are; `None` for a stream.
+    pub(crate) file: Option<&'a str>,
 }
 
 /// The fields of the first rows.

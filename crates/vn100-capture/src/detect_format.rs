@@ -47,7 +47,7 @@ const OTHERS: &[(&[u8], &str)] = &[
     ),
     (
         b"\xa3\x95\x80",
-        "a dataflash log of ArduPilot: `mavlogdump.py --format csv --types IMU FILE.bin > imu.csv` of pymavlink makes a table of it",
+        "a dataflash log of ArduPilot: mavlogdump.py of pymavlink, with the format csv and the types IMU, makes a table of it",
     ),
     (b"H Product:Blackbox", "a log of Betaflight or iNav: `blackbox_decode FILE.bbl` makes a table of it"),
     (b"\xb5\x62", "messages of a u-blox receiver (UBX): pyubx2 or u-center make tables of them"),

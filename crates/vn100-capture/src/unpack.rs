@@ -12,11 +12,7 @@ use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
 use liblzma::{read::XzDecoder, stream::Stream};
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::{
-    captures_below::is_message,
-    csv::Said,
-    detect_format::{Detected, detect_format},
-};
+use crate::captures_below::is_message;
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -90,10 +86,15 @@ impl From<io::Error> for UnpackError {
     }
 }
 
-/// The decompressed content of a file; `counted` wraps the file, to count the bytes read of it.
+/// Whether a file in an archive begins as a capture: its bytes, and its name.
+pub(crate) type IsCapture<'a> = &'a dyn Fn(&mut dyn Read, &str) -> bool;
+
+/// The decompressed content of a file; `counted` wraps the file, to count the bytes read of it. Of
+/// several files in an archive that which `is_capture` is taken.
 pub(crate) fn unpacked_file<R: Read + Send + 'static>(
     mut file: File,
     counted: impl FnOnce(File) -> R,
+    is_capture: IsCapture<'_>,
 ) -> Result<Box<dyn Read + Send>, UnpackError> {
     // only a regular file can be rewound
     let begins_as_zip = file.metadata()?.is_file() && {
@@ -105,7 +106,7 @@ pub(crate) fn unpacked_file<R: Read + Send + 'static>(
     if !begins_as_zip {
         return unpacked(counted(file));
     }
-    let member = Member::only(&file).map_err(UnpackError::Archive)?;
+    let member = Member::only(&file, is_capture).map_err(UnpackError::Archive)?;
     file.seek(SeekFrom::Start(member.start))?;
     let packed = counted(file).take(member.packed_bytes);
     let inner: Box<dyn Read + Send> =
@@ -197,7 +198,7 @@ struct Member {
 
 impl Member {
     /// The only file, or the only one that by its name, or by its first bytes, may be a capture.
-    fn only(file: &File) -> Result<Self, ArchiveError> {
+    fn only(file: &File, holds_capture: IsCapture<'_>) -> Result<Self, ArchiveError> {
         let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
         let mut archive = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
         let mut names: Vec<(usize, String)> = Vec::new();
@@ -221,10 +222,10 @@ impl Member {
             names.retain(|(_, name)| captures == 0 || is_capture(name));
         }
         if names.len() > 1 {
-            let holds_capture = |(place, _): &&(usize, String)| {
-                Self::at(&mut archive, *place).is_ok_and(|member| member.holds_capture(file))
+            let is_one = |(place, _): &&(usize, String)| {
+                Self::at(&mut archive, *place).is_ok_and(|member| member.begins_as(file, holds_capture))
             };
-            let found: Vec<_> = names.iter().take(MOST_EXAMINED).filter(holds_capture).cloned().collect();
+            let found: Vec<_> = names.iter().take(MOST_EXAMINED).filter(is_one).cloned().collect();
             names = if found.is_empty() { names } else { found };
         }
         if names.len() > 1 {
@@ -256,16 +257,14 @@ impl Member {
     }
 
     /// Whether its first bytes are those of a capture.
-    fn holds_capture(&self, mut file: &File) -> bool {
+    fn begins_as(&self, mut file: &File, is_capture: IsCapture<'_>) -> bool {
         if file.seek(SeekFrom::Start(self.start)).is_err() {
             return false;
         }
         let packed = file.take(self.packed_bytes);
         let mut inner: Box<dyn Read + '_> =
             if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
-        let said = Said { file: Some(&self.name), ..Said::default() };
-        let detected = detect_format(&mut inner, said);
-        detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
+        is_capture(&mut inner, &self.name)
     }
 }
 

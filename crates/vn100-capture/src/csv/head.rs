@@ -6,7 +6,7 @@ use memchr::memmem;
 use vn100_protocol::{Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity};
 
 use super::{
-    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, HeadRows, Kind,
+    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, HeadRows, Kind, Said,
     column_map::{ColumnMap, RAW, STAMP, known},
     columns::{ChannelColumn, Columns},
     dialect::Dialect,
@@ -23,17 +23,6 @@ use super::{
     stamped_sentences::stamped_sentences,
     suggestion::suggestion,
 };
-
-/// What is known of a table besides its bytes.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Said<'a> {
-    /// The columns that the user names; `None` to know them by their names.
-    pub(crate) map: Option<&'a ColumnMap>,
-    /// The channels that are read, as names of streams have them; `None` for all.
-    pub(crate) stream: Option<&'a str>,
-    /// The name of the file, which may say what bare axes are; `None` for a stream.
-    pub(crate) file: Option<&'a str>,
-}
 
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.
 const COMMENTS_ABOVE: usize = 100;
@@ -253,7 +242,8 @@ impl<'a> HeaderCandidate<'a> {
     /// The plan for columns named by the user.
     fn mapped(&self, map: &ColumnMap, stream: Option<&str>) -> Result<CsvPlan, CsvError> {
         let mut columns = Columns::mapped(&self.header, map)?;
-        let is_row = self.header.is_row(map, &columns) || self.header.is_first_row;
+        let is_row =
+            self.header.is_row(map, columns.channels.iter().map(|column| column.place)) || self.header.is_first_row;
         let lines_above = self.index + usize::from(!is_row);
         if let Some(stream) = stream {
             columns.choose(stream)?;

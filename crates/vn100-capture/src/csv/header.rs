@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use super::{
     CsvError, HeadRows,
     column_map::{ColumnMap, ColumnName, STAMP, one_line},
-    columns::Columns,
     fields::FieldCutter,
     name::is_unit,
     number::Number,
@@ -120,9 +119,8 @@ impl Header {
 
     /// Whether the line consists of numbers instead of names, if `map` has columns: a file without a
     /// header. Only columns given by number can be found in such a file.
-    pub(super) fn is_row(&self, map: &ColumnMap, columns: &Columns) -> bool {
+    pub(super) fn is_row(&self, map: &ColumnMap, mut mapped: impl Iterator<Item = usize>) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
-        let mut mapped = columns.channels.iter().map(|column| column.place);
         let is_stamp = |(column, form): &(ColumnName, StampForm)| {
             let place = self.mapped_place(STAMP, column);
             place.is_ok_and(|place| form.nanoseconds(self.names[place].as_bytes()).is_some())

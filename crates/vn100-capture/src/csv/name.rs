@@ -7,7 +7,8 @@ use vn100_protocol::Quantity::{
 
 use super::{
     column_map::{Unit, by_name, known, names, units},
-    time_name::time_unit,
+    stamp::time_unit,
+    words::words,
 };
 
 /// Words for a sensor, or two words in one, with its name in our channels.
@@ -73,6 +74,7 @@ impl Meaning {
     pub(super) fn of(name: &str, file: Option<&str>) -> Option<Self> {
         let (bare, brackets) = without_brackets(name);
         let mut words = words(&bare);
+        part_uncompensated(&mut words);
         let of_axis = |content: &str| match content {
             "0" | "x" | "X" => Some('x'),
             "1" | "y" | "Y" => Some('y'),
@@ -178,26 +180,8 @@ fn without_brackets(name: &str) -> (String, Vec<String>) {
     (bare, brackets)
 }
 
-/// The words of a name in lower case, also those that capitals part: `UncompGyroX`, `GYR_Z`.
-pub(super) fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let characters: Vec<char> = name.chars().collect();
-    for (at, &c) in characters.iter().enumerate() {
-        let before = at.checked_sub(1).map(|before| characters[before]);
-        let after = characters.get(at + 1);
-        let begins = c.is_uppercase()
-            && before.is_some_and(|before| {
-                before.is_lowercase() || before.is_ascii_digit() || after.is_some_and(|after| after.is_lowercase())
-            });
-        if begins || !c.is_alphanumeric() {
-            words.push(String::new());
-        }
-        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
-            word.extend(c.to_lowercase());
-        }
-    }
-    words.retain(|word| !word.is_empty());
-    // of the maker's messages, as in uncompgyro.x
+/// Parts the words of the maker's messages, as in `uncompgyro.x`.
+fn part_uncompensated(words: &mut Vec<String>) {
     let place = words.iter().position(|word| {
         let sensor = word.strip_prefix(UNCOMPENSATED[0]).map(|rest| rest.strip_suffix(['x', 'y', 'z']).unwrap_or(rest));
         sensor.is_some_and(|sensor| WORDS.iter().any(|(_, known)| known.contains(&sensor)))
@@ -206,7 +190,6 @@ pub(super) fn words(name: &str) -> Vec<String> {
         let sensor = words[place].split_off(UNCOMPENSATED[0].len());
         words.insert(place + 1, sensor);
     }
-    words
 }
 
 /// The axis, which is a word or the last letter of the word for the sensor, and leaves the words.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{date::DateForm, number::Number, time_name::time_unit};
+use super::{date::DateForm, number::Number};
 
 /// Times of the years 2001 to 2102 in seconds since 1970.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
@@ -59,6 +59,20 @@ impl StampUnit {
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
         stamp.times(self.nanoseconds)
     }
+}
+
+/// The words for the units in a name.
+const UNIT_WORDS: [(&str, &[&str]); 4] = [
+    ("s", &["s", "sec", "secs", "second", "seconds"]),
+    ("ms", &["ms", "msec", "msecs", "millis", "millisec", "milliseconds"]),
+    ("us", &["us", "µs", "usec", "usecs", "micros", "microsec", "microseconds"]),
+    ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
+];
+
+/// The unit of time that the word, in lower case, is.
+pub(super) fn time_unit(word: &str) -> Option<StampUnit> {
+    let (name, _) = UNIT_WORDS.iter().find(|(_, words)| words.contains(&word))?;
+    StampUnit::USUAL.into_iter().find(|unit| unit.name == *name)
 }
 
 /// The form of a stamp.

@@ -4,10 +4,9 @@
 use memchr::memmem;
 
 use super::{
-    ColumnUse, CsvError, CsvPlan, Kind,
+    ColumnUse, CsvError, CsvPlan, Kind, Said,
     date::DateForm,
     dialect::Dialect,
-    head::Said,
     number::Number,
     stamp::{StampForm, StampScan},
 };

@@ -1,6 +1,9 @@
 //! Names of columns that hold times.
 
-use super::{name::words, stamp::StampUnit};
+use super::{
+    stamp::{StampUnit, time_unit},
+    words::words,
+};
 
 /// Names that are always those of times.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
@@ -10,20 +13,6 @@ const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
 
 /// Words for times, alone or among others.
 const TIME_WORDS: [&str; 8] = ["t", "utc", "epoch", "elapsed", "clock", "temps", "tiempo", "tempo"];
-
-/// The words for the units in a name.
-const UNIT_WORDS: [(&str, &[&str]); 4] = [
-    ("s", &["s", "sec", "secs", "second", "seconds"]),
-    ("ms", &["ms", "msec", "msecs", "millis", "millisec", "milliseconds"]),
-    ("us", &["us", "µs", "usec", "usecs", "micros", "microsec", "microseconds"]),
-    ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
-];
-
-/// The unit of time that the word, in lower case, is.
-pub(super) fn time_unit(word: &str) -> Option<StampUnit> {
-    let (name, _) = UNIT_WORDS.iter().find(|(_, words)| words.contains(&word))?;
-    StampUnit::USUAL.into_iter().find(|unit| unit.name == *name)
-}
 
 /// Names of the time at which the sensor measured, in words.
 const DEVICE_TIMES: [&[&str]; 4] =

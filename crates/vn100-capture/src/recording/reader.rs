@@ -267,7 +267,7 @@ impl RecordingPart {
         if !fs::metadata(path).ok()?.is_file() {
             return None;
         }
-        let reader = unpacked_file(File::open(path).ok()?, |file| file).ok()?;
+        let reader = unpacked_file(File::open(path).ok()?, |file| file, &|_, _| false).ok()?;
         RecordingReader::open(reader).ok()?.recorded().part.clone()
     }
 }

@@ -49,10 +49,11 @@ impl LaterParts {
     fn open(&self, path: &Path) -> io::Result<RecordingReader<Stored>> {
         let failed = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&self.stored_bytes_read) };
-        let reader = unpacked_file(File::open(path).map_err(failed)?, counted).map_err(|error| match error {
-            UnpackError::Io(error) => failed(error),
-            UnpackError::Archive(problem) => failed(io::Error::other(problem)),
-        })?;
+        let reader =
+            unpacked_file(File::open(path).map_err(failed)?, counted, &|_, _| false).map_err(|error| match error {
+                UnpackError::Io(error) => failed(error),
+                UnpackError::Archive(problem) => failed(io::Error::other(problem)),
+            })?;
         RecordingReader::open(reader).map_err(|problem| failed(io::Error::other(problem)))
     }
 }
