@@ -68,18 +68,13 @@ impl TemperatureBlocks {
         });
     }
 
-    /// Notes that an axis lacks this number of the samples that
-    /// [`push_samples`](Self::push_samples) has announced, from this index on.
-    pub fn push_absent(&mut self, axis: usize, first: u64, samples: u64) {
-        if samples == 0 {
-            return;
-        }
+    /// Notes that an axis lacks the sample with this index, which
+    /// [`push_samples`](Self::push_samples) has announced.
+    pub fn push_absent(&mut self, axis: usize, index: u64) {
         self.absent.resize(self.sums.len(), 0);
-        for sample in first..first + samples {
-            let block = (sample >> self.length_log2) as usize;
-            if let Some(absent) = self.absent.get_mut(block * self.axes + axis).filter(|_| axis < self.axes) {
-                *absent += 1;
-            }
+        let block = (index >> self.length_log2) as usize;
+        if let Some(absent) = self.absent.get_mut(block * self.axes + axis).filter(|_| axis < self.axes) {
+            *absent += 1;
         }
     }
 

@@ -220,7 +220,7 @@ impl Accumulators {
             if let Some(temperature) = temperature {
                 own.indexed_runs(first_index, column).for_each(|(first, run)| temperature.push(index, first, run));
                 let absent = lacking.iter().filter_map(|row| stretch.place_of(*row));
-                absent.for_each(|place| temperature.push_absent(index, first_index + place as u64, 1));
+                absent.for_each(|place| temperature.push_absent(index, first_index + place as u64));
             }
             channel.push(column, &own, &mut plans);
             if let Some(recent) = recent {

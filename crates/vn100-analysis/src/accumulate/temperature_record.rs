@@ -68,10 +68,10 @@ impl TemperatureRecord {
         }
     }
 
-    /// Adds absent samples of the channel at this place of the layout, from this absolute index on.
-    pub(crate) fn push_absent(&mut self, place: usize, first: u64, samples: u64) {
+    /// Adds an absent sample of the channel at this place of the layout, by its absolute index.
+    pub(crate) fn push_absent(&mut self, place: usize, index: u64) {
         if let Some(ChannelRole::Axis(axis)) = self.parts.get(place) {
-            self.blocks.push_absent(*axis, first, samples);
+            self.blocks.push_absent(*axis, index);
         }
     }
 
