@@ -99,7 +99,8 @@ mod tests {
             ("report x -o y", Remedy::ExportKalibr, ""),
             ("", Remedy::SayStayedOn, " x y"),
         ] {
-            let words = remedy_words(&remedy).replace('`', "");
+            // as a shell hands it on
+            let words = remedy_words(&remedy).replace(['`', '\''], "");
             let line = format!("vn100 {before} {}{after}", words.trim_start_matches("vn100 "));
             let parsed = Args::try_parse_from(line.split_whitespace());
             assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
