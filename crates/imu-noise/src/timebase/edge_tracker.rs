@@ -297,7 +297,7 @@ impl EdgeTracker {
         let doubt = *doubt;
         let is_steady = doubt.reads >= CONFIRMATIONS && at_s - doubt.steady_s >= self.window_s;
         if doubt.is_early {
-            let judged: Vec<f64> = if self.judged % RUN == 0 { self.in_doubt().collect() } else { Vec::new() };
+            let judged: Vec<f64> = if self.judged.is_multiple_of(RUN) { self.in_doubt().collect() } else { Vec::new() };
             return match self.rates.and_then(|rates| rates.higher(&judged, self.period_s)) {
                 Some(hz) => Some(Decision::OtherRate(hz)),
                 None => is_steady.then(|| self.end_early(doubt, doubt.steady_from + 1)),

@@ -20,6 +20,7 @@ const SAME: f64 = 0.06;
 
 /// Relative difference of a single step, and of a sum of two.
 const NEAR: f64 = 0.2;
+const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
 
 /// Where samples are missing, the mean step over a single one is below this: with more of them
@@ -114,6 +115,9 @@ impl LocalSteps {
                 _ => {}
             }
         }
+        if self.is_first {
+            from = from.max(waited(&self.pending_s[..until]));
+        }
         let steps = steps_of(&self.pending_s[from..until], self.last);
         let taken = if until < self.pending_s.len() { until } else { most.min(until) };
         let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
@@ -122,6 +126,15 @@ impl LocalSteps {
         self.last = if self.begins { None } else { steps };
         stretch
     }
+}
+
+/// The number of first samples, up to half a window, that follow each other by less than half of the
+/// usual step.
+fn waited(stamps_s: &[f64]) -> usize {
+    let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let Some(usual_s) = median(&steps_s) else { return 0 };
+    let short = steps_s.iter().take_while(|step_s| **step_s < 0.5 * usual_s).count();
+    if short <= WINDOW / 2 { short } else { 0 }
 }
 
 fn is_same(one: f64, other: f64) -> bool {
@@ -198,7 +211,12 @@ fn pairs(steps_s: &[f64]) -> Option<f64> {
     let single = steps_s.iter().filter(|step_s| (*step_s / period_s - 1.0).abs() <= NEAR_SUM).count();
     // equal stamps are those of a coarse clock
     let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
-    let is_rule = 20 * even >= 17 * sums_s.len() && 5 * single < steps_s.len() && 20 * equal < steps_s.len();
+    // steps that differ by a tick of a coarse clock are of one that is half a tick longer or shorter
+    let differences_s: Vec<f64> = steps_s.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let difference_s = median(&differences_s)?;
+    let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
+    let is_even = 20 * even >= 19 * sums_s.len() && 5 * single < steps_s.len();
+    let is_rule = is_even && 20 * equal < steps_s.len() && !is_clock;
     is_rule.then_some(period_s)
 }
 
@@ -225,7 +243,7 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let (every, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
-    let short = count(&|periods| periods < 0.5);
+    let short = count(&|periods| periods < 0.4);
     let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
     // stamps that are uneven are late at times, for long
     let uneven = |unevenness| {
@@ -267,9 +285,12 @@ fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let slope_s = median(&slopes).filter(|slope_s| *slope_s > 0.0)?;
     let positive: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step_s| *step_s > 0.0).collect();
     let tick_s = median(&positive)?;
+    // a coarse clock moves the edge by a tick
+    let tick = 1.2 * tick_s / slope_s;
     let off = |(samples, rise_s): (usize, f64)| rise_s / slope_s - samples as f64;
     let spread = median(&rises().map(|rise| off(rise).abs()).collect::<Vec<_>>())?;
-    let even: Vec<(usize, f64)> = rises().filter(|rise| off(*rise).abs() < f64::max(1.0, OUTLIER * spread)).collect();
+    let even: Vec<(usize, f64)> =
+        rises().filter(|rise| off(*rise).abs() < f64::max(1.0, OUTLIER * spread).max(tick)).collect();
     let (samples, rise_s) = even.iter().fold((0, 0.0), |sum, rise| (sum.0 + rise.0, sum.1 + rise.1));
     // an edge that varies returns, and samples that are missing raise it for good
     let far: f64 = even
@@ -281,7 +302,7 @@ fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
         .fold(0.0, |most, sum: f64| most.max(sum.abs()));
     let is_even = 3 * even.len() >= 2 * slopes.len()
         && spread < MOST_SPREAD
-        && far < f64::max(1.5, RETURNS * spread).max(1.2 * tick_s / slope_s);
+        && far < f64::max(1.5, RETURNS * spread).max(2.0 * tick);
     is_even.then(|| (rise_s / samples as f64, RETURNS * spread * slope_s))
 }
 

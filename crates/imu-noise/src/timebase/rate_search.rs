@@ -93,7 +93,7 @@ impl RateSearch {
         if samples >= MOST_SAMPLES || (span_s >= LONGEST_S && samples >= ENOUGH) {
             return self.finish();
         }
-        let is_due = samples % RUN == 0 && span_s >= EVIDENCE_S;
+        let is_due = samples.is_multiple_of(RUN) && span_s >= EVIDENCE_S;
         let found = if is_due { self.found() } else { None };
         found.filter(|found| matches!(found, Found::Listed(_)))
     }

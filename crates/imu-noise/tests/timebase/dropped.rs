@@ -109,7 +109,9 @@ proptest! {
             return Ok(());
         }
         let off = (missing - expected).abs() as f64;
-        prop_assert!(off <= 3.0 + 0.01 * stream.sent as f64, "{}", what);
+        // the first and the last samples may be late by several periods
+        let late = 2.0 * stream.jitter_s * stream.rate_hz;
+        prop_assert!(off <= 3.0 + 0.01 * stream.sent as f64 + late, "{}", what);
         if known != Known::Unknown {
             prop_assert!(first_s.is_some_and(|first_s| first_s <= 2.0), "{}", what);
         }

@@ -85,7 +85,7 @@ proptest! {
     ) {
         let all = || chances.iter().enumerate().filter(|(place, (drop, _))| *place == 0 || *drop >= dropped);
         let stamps_s: Vec<f64> = all().map(|(place, (_, late))| (place as f64 + jitter * late) / rate_hz).collect();
-        let expected = all().last().map_or(0, |(place, _)| place + 1) - stamps_s.len();
+        let expected = all().next_back().map_or(0, |(place, _)| place + 1) - stamps_s.len();
         let (found_hz, missing, changes, _) = detected(&stamps_s);
         prop_assert!(is_near(found_hz, rate_hz, 0.005) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}");
         prop_assert!(missing.abs_diff(expected as u64) as f64 <= 3.0 + 0.01 * chances.len() as f64, "{missing} of {expected}");

@@ -56,6 +56,7 @@ fn a_rate_by_times_that_lack_many_samples_is_unsure() {
         nominal: Some(NominalRate::Measured(38.81)),
         measured_hz: Some(38.73),
         missing,
+        gaps: missing / 2,
         offset_ppm,
         ..SUMMARY
     };

@@ -230,13 +230,14 @@ impl Advice {
         const CLOCK_PPM: f64 = 1000.0;
         // the error that bursts make in a short record
         const BUNCHING_S: f64 = 0.1;
-        // with this share of dropped samples another rate, with more or fewer of them, fits the
-        // same times
+        // with this share of dropped samples in many gaps another rate, with more or fewer of them,
+        // fits the same times
         const UNSURE_SHARE: f64 = 0.1;
+        const MANY_GAPS: u64 = 10;
         let Some(nominal) = summary.nominal else { return };
         let missing = summary.missing as f64 / (summary.samples + summary.missing).max(1) as f64;
         if let (NominalRate::Measured(_), true, None, Some(hz)) =
-            (nominal, missing > UNSURE_SHARE, summary.offset_ppm, summary.measured_hz)
+            (nominal, missing > UNSURE_SHARE && summary.gaps >= MANY_GAPS, summary.offset_ppm, summary.measured_hz)
         {
             let headline =
                 format!("rate of {hz:.2} Hz unsure: by its times {:.0} % of the samples are missing", 100.0 * missing);
