@@ -160,7 +160,7 @@ impl ArrivalTimes {
     fn rate_of_all(&self) -> Option<f64> {
         let ArrivalPhase::Stepping(_, Some(tracker)) = &self.phase else { return None };
         let (samples, seconds) = tracker.even;
-        (samples > 0 && seconds > 0.0).then(|| samples as f64 / seconds)
+        (samples > 0 && seconds > 0.0).then(|| rounded(samples as f64 / seconds))
     }
 }
 
@@ -466,4 +466,10 @@ impl ArrivalTimes {
             self.emit(GapEvent::Samples(samples));
         }
     }
+}
+
+/// To twelve digits: more are the errors of sums of doubles.
+fn rounded(hz: f64) -> f64 {
+    let unit = 10_f64.powf(11.0 - hz.log10().floor());
+    (hz * unit).round() / unit
 }

@@ -422,11 +422,14 @@ impl EdgeTracker {
     /// Ends a block: the edge follows the least lag, except the part that is owed.
     fn end_block(&mut self, at_s: f64) {
         let (count, _, least_s, most_s) = self.block;
-        // samples that are early after gaps show that these were counted too large
-        let owed = (-least_s / self.period_s - EARLY_PERIODS).ceil().max(0.0) * self.period_s;
+        let is_tight = most_s - least_s <= TIGHT_PERIODS * self.period_s;
+        // samples that are early after gaps show that these were counted too large; one that is late
+        // itself is early by less than a period
+        let early = -least_s / self.period_s;
+        let owed = if is_tight { early.round() } else { (early - EARLY_PERIODS).ceil() };
+        let owed = owed.max(0.0) * self.period_s;
         self.owed_s = self.owed_s.min(owed);
         let rest_s = if self.owed_s > 0.0 { 0.0 } else { least_s };
-        let is_tight = most_s - least_s <= TIGHT_PERIODS * self.period_s;
         let most = if is_tight { f64::INFINITY } else { FOLLOWED_PERIODS * self.period_s * count as f64 };
         self.due_s += rest_s.min(most);
         self.begin_block(at_s);

@@ -255,10 +255,21 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
         () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
             uneven(Unevenness::CoarseClock)
         }
+        () if are_ticks_more(&kept) => uneven(Unevenness::CoarseClock),
         () if 50 * short > kept.len() => uneven(Unevenness::Irregular),
         () if every => None,
         () => Some(Steps { period_s: whole_s, unevenness: None, jump_s: 0.0 }),
     }
+}
+
+/// Whether the steps that are no multiples of a single one are equal, as where a single one has some
+/// ticks of a clock and the others one more.
+fn are_ticks_more(periods: &[f64]) -> bool {
+    let others: Vec<f64> =
+        periods.iter().copied().filter(|periods| (periods - periods.round()).abs() > NEAR && *periods < 2.0).collect();
+    let Some(other) = median(&others) else { return false };
+    let equal = others.iter().filter(|periods| (*periods - other).abs() < NEAR_SUM).count();
+    others.len() >= 4 && 10 * equal >= 9 * others.len()
 }
 
 /// Whether longer steps come after equal numbers of single ones, as where a buffer is read, and the
