@@ -12,7 +12,10 @@ fn numbers(document: &Value) -> Value {
     let of = |channel: &Value| {
         Value::from(vec![channel["name"].clone(), channel["statistics"].clone(), channel["allan"].clone()])
     };
-    Value::from(vec![document["timing"].clone(), channels.iter().map(of).collect()])
+    let mut timing = document["timing"].clone();
+    // a table has no nominal rate from which its own may be off
+    timing["offset_ppm"] = Value::Null;
+    Value::from(vec![timing, channels.iter().map(of).collect()])
 }
 
 /// Writes the samples of a capture with these options, and measures them with these.

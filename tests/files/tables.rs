@@ -130,5 +130,6 @@ fn the_rate_of_a_table_is_that_of_all_its_rows() {
     fs::write(&path, "time,gyro_x,accel_z\n".to_owned() + &(0..20_000).map(row).collect::<String>()).unwrap();
     let (document, _) = replay(&path, &[]);
     let rate_hz = document["timing"]["rate_hz"].as_f64().unwrap();
-    assert!((rate_hz / 40.0005 - 1.0).abs() < 2e-6, "{rate_hz}");
+    // the first and the last row may be late by 3 ms of 500 s
+    assert!((rate_hz / 40.0005 - 1.0).abs() < 6e-6, "{rate_hz}");
 }

@@ -16,6 +16,7 @@ mod quaternion;
 mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
+mod row_order;
 mod row_slice;
 pub(crate) mod saturation;
 pub(crate) mod sensor_rates;

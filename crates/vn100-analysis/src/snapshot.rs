@@ -30,6 +30,15 @@ pub struct Snapshot {
     pub refused_before: Option<Refusal>,
     /// The change of rate after which samples are excluded.
     pub rate_change: Option<RateChange>,
+    /// The first change of the rate of a record whose rate nothing but its stamps tells: the longest
+    /// stretch at one rate is measured.
+    pub parted: Option<RateChange>,
+    /// Rows of a table that were left out because they repeat an earlier one, stamp and values.
+    pub repeated_rows: u64,
+    /// Rows of a table that stood out of order, and were put at the place of their stamps.
+    pub moved_rows: u64,
+    /// Rows that are pending until it is decided whether samples are missing before them.
+    pub pending_rows: u64,
     /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
     pub false_rate: Option<FalseRate>,
     /// A rate that the sensor reports and that arrival times show to be false.

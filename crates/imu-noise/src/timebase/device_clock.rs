@@ -8,7 +8,7 @@ use std::{collections::VecDeque, time::Duration};
 use super::envelope::Envelope;
 use super::gap_event::{GapEvent, NominalRate, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
-use super::rate_estimates::RUN;
+use super::sensor_rates::RUN;
 use doubtful_run::{DoubtfulRun, Stamped};
 use ticks::period_ns;
 
@@ -169,6 +169,8 @@ impl DeviceClock {
             refusal: None,
             missing: self.missing,
             gaps: self.gaps,
+            unevenness: None,
+            flushed: 0,
             arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
         }
     }

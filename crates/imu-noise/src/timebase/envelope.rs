@@ -1,6 +1,9 @@
 //! Fitted rate: the median slope of the lower envelope of the arrivals.
 
-use super::rate_estimates::{COARSE_TOLERANCE, RUN};
+use super::sensor_rates::RUN;
+
+/// Relative difference from the nominal rate of a fit that is credible.
+const CREDIBLE: f64 = 0.05;
 
 /// The most points that are kept: the slopes of all pairs of points are computed at each fit.
 /// Chosen.
@@ -67,7 +70,7 @@ impl Envelope {
 
     /// The fitted period if it is near the nominal one, else the nominal one.
     pub(super) fn credible_period_s(&self) -> f64 {
-        let is_credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < COARSE_TOLERANCE;
+        let is_credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < CREDIBLE;
         self.fitted_period_s.filter(is_credible).unwrap_or(self.nominal_period_s)
     }
 

@@ -49,11 +49,10 @@ pub struct GapDetector {
 
 impl GapDetector {
     /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
-    /// positive. Without listed rates the measured rate is used, no rate is too fast, and a change
-    /// of rate is not detected. The stamps must confirm `known_hz`, which need not be listed:
-    /// bunching of 0.1 s or dropped samples may explain a difference, but a measured rate more than
-    /// 5 % off is [refused](crate::timebase::Refusal::OtherRate). A `known_hz` that is not finite and
-    /// positive is ignored.
+    /// positive; none for any sensor, whose rate is measured. `known_hz`, which need not be listed,
+    /// is used from the first sample on: slower arrivals are dropped samples, unless they are even,
+    /// and faster ones are [refused](crate::timebase::Refusal::OtherRate). A `known_hz` that is not
+    /// finite and positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
@@ -67,11 +66,10 @@ impl GapDetector {
     }
 
     /// Sets the rate in Hz that the sensor reports, for the samples that are still pending and all
-    /// later ones. Unlike a known rate, a reported one gives way to five seconds of arrivals within
-    /// 0.2 % of another listed rate, which is then
-    /// [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped); fewer arrivals that contradict it are
-    /// [refused](crate::timebase::Refusal::OtherRate). No effect once a [rate](GapEvent::Rate) was reported,
-    /// or the stamps were refused.
+    /// later ones. Unlike a known rate, a reported one gives way to even arrivals at another listed
+    /// rate, which is then [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped). No effect
+    /// once a [rate](GapEvent::Rate) was reported, or the stamps were refused, and without listed
+    /// rates.
     pub fn set_reported_rate(&mut self, reported_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {
             arrivals.set_reported_rate(reported_hz);

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
+use super::arrival_times::FASTEST_HZ;
 use super::interval_statistics::Arrivals;
+use super::local_steps::Unevenness;
 
 /// The next decided event of a stream. When the detector is polled has no effect but on how the
 /// samples between two other events are divided among [`Samples`](Self::Samples).
@@ -34,8 +36,9 @@ pub enum GapEvent {
         rate_hz: f64,
     },
     /// The nominal rate, from which on arrival times decide which samples are missing: reported
-    /// once, before the first sample. Absent after an earlier refusal, and for a single sample of
-    /// unknown rate.
+    /// before the first sample, and once more if a reported rate is false. A
+    /// [measured](NominalRate::Measured) one is reported again as it becomes more exact, and at the
+    /// end. Absent after an earlier refusal, and for a single sample of unknown rate.
     Rate(NominalRate),
     /// From about here on samples arrive at another rate of the sensor; time is not continuous.
     RateChanged {
@@ -53,12 +56,12 @@ pub enum GapEvent {
 /// Nominal rate of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NominalRate {
-    /// Known beforehand, in Hz, and not contradicted by the stamps.
+    /// Known beforehand, in Hz.
     Known(f64),
-    /// The rate of the sensor nearest to the measured one, in Hz: within 1 %, or 5 % where bunched
-    /// samples are dropped from the start.
+    /// The rate of the sensor that the arrivals show, in Hz.
     Snapped(f64),
-    /// Measured from the first samples, in Hz: the sensor has no rate near it, or none is listed.
+    /// Measured, in Hz: the sensor has no rate near it, or none is listed, and then it is that of all
+    /// samples so far.
     Measured(f64),
 }
 
@@ -89,6 +92,17 @@ pub enum Refusal {
         /// The sensor's fastest rate in Hz.
         fastest_hz: f64,
     },
+    /// Samples arrive unevenly: some are missing, or the rate is none of the sensor's. How many are
+    /// missing cannot be known.
+    Uneven {
+        /// Samples that arrive in a second, in Hz.
+        measured_hz: f64,
+    },
+    /// Samples of any sensor come in even pairs: two sources, or a buffer of two.
+    Pairs {
+        /// Samples that arrive in a second, in Hz.
+        measured_hz: f64,
+    },
     /// The measured rate contradicts the known one.
     OtherRate {
         /// Rate known beforehand, in Hz.
@@ -109,6 +123,11 @@ impl fmt::Display for Refusal {
             Self::Backwards { times, samples } => {
                 write!(f, "time stamps not used: they step backwards {times} times in {samples} lines")
             }
+            Self::TooFast { measured_hz, fastest_hz: FASTEST_HZ } => write!(
+                f,
+                "time stamps not used: by them rows come at {measured_hz:.0} Hz, and no sensor sends more than {FASTEST_HZ} Hz; \
+                 their unit may be another one, such as the days of a spreadsheet (multiply these by 86400 for seconds)"
+            ),
             Self::TooFast { measured_hz, fastest_hz } => write!(
                 f,
                 "time stamps not used: lines arrive at {measured_hz:.0} Hz, but the sensor sends at most {fastest_hz} Hz"
@@ -116,6 +135,13 @@ impl fmt::Display for Refusal {
             Self::OtherRate { known_hz, measured_hz } => {
                 write!(f, "time stamps not used: they give {measured_hz:.4} Hz, the known rate is {known_hz} Hz")
             }
+            Self::Uneven { measured_hz } => {
+                write!(f, "time stamps not used: {measured_hz:.2} lines a second arrive, and too unevenly for a rate")
+            }
+            Self::Pairs { measured_hz } => write!(
+                f,
+                "time stamps not used: rows come in pairs, {measured_hz:.2} a second, as of two sources on one topic, or of a buffer of two"
+            ),
             Self::NoTimePasses { samples } => {
                 write!(f, "time stamps not used: all {samples} lines have the same stamp")
             }
@@ -134,7 +160,8 @@ pub struct TimebaseSummary {
     pub backwards: u64,
     /// Nominal rate, the last one where it changed; `None` until it is known, and after a refusal.
     pub nominal: Option<NominalRate>,
-    /// Fitted rate in Hz; `None` below about 130 samples since the rate changed.
+    /// Fitted rate in Hz; `None` below about 130 samples since the rate changed. Without a nominal
+    /// rate it is that of all samples.
     pub measured_hz: Option<f64>,
     /// (Fitted / nominal rate - 1) in ppm: positive where the clock of the sensor is fast against
     /// that of the host. `None` without either rate.
@@ -145,6 +172,10 @@ pub struct TimebaseSummary {
     pub missing: u64,
     /// Number of gaps, in the same way.
     pub gaps: u64,
+    /// How the stamps are uneven, of a stream without a nominal rate; `None` for even ones.
+    pub unevenness: Option<Unevenness>,
+    /// Number of samples at the beginning that had waited, and arrived together.
+    pub flushed: u64,
     /// Times between samples; `None` below two samples, and without a nominal rate.
     pub arrivals: Option<Arrivals>,
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;
 
-use super::read_pattern::TOGETHER_PERIODS;
+use super::edge_tracker::TOGETHER_PERIODS;
 
 /// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;

@@ -1,121 +1,78 @@
-//! The first samples, pending until their rate is known.
+//! The rate of a sensor with known rates, found from its first samples.
+//!
+//! Samples that arrive singly and evenly show it at once, and so does a lower edge that varies by
+//! no more than a reader makes it vary. Otherwise each possible rate is asked how long a description
+//! of the arrivals it allows: how late the samples are, and how many are missing where. Too high a
+//! rate needs many missing samples, too low a one late samples. The shortest description counts if
+//! it is clearly the shortest.
 
-use super::base_step::rate_by_base_step;
-use super::gap_event::{NominalRate, Refusal};
-use super::rate_estimates::{
-    COARSE_TOLERANCE, LISTED_TOLERANCE, RUN, RateStretch, StretchCutter, TOO_FAST, fastest, is_whole_periods,
-    lowest_whole_rate, rate_by_intervals, rate_by_stretches, rounded, snap,
-};
-use super::read_pattern::BUNCHING_S;
+use super::edge_tracker::TOGETHER_PERIODS;
+use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TOLERANCE, mean_hz, near};
 
-/// The most pending stretches without a rate. Chosen: half of [`MAX_SAMPLES`] where they are short.
-pub(super) const MANY_STRETCHES: usize = 16;
+/// Seconds, and intervals, of samples that arrive singly and evenly until their rate is certain:
+/// ten times the longest bunching.
+const EVEN_S: f64 = 1.0;
+const EVEN_INTERVALS: usize = 6;
 
-/// The most pending samples: 5 s at 200 Hz, in which a reader has caught up with a backlog.
-const MAX_SAMPLES: usize = 1024;
+/// The share of samples that arrive singly, of which others may arrive at once, or late. Chosen.
+const MANY_SINGLE: f64 = 0.85;
 
-/// The number of stretches from which one kind of estimate is enough: bunching biases four
-/// stretches together by one period in 124.
-const SEVERAL_STRETCHES: usize = 4;
+/// Seconds until other evidence counts, and until the search ends; with the number of samples for
+/// each.
+const EVIDENCE_S: f64 = 2.0;
+const LONGEST_S: f64 = 4.0;
+const ENOUGH: usize = 2 * RUN;
+const MOST_SAMPLES: usize = 1024;
 
-/// The least number of runs with a lower edge: the first runs may be a backlog. Chosen.
-const MIN_EDGE_RUNS: usize = 8;
+/// The most by which the lag of samples varies, in periods, where a reader takes each in time.
+const READER_PERIODS: f64 = 1.5;
 
-/// Number of consecutive single intervals, and seconds of them, that confirm a known rate: ten
-/// times [`BUNCHING_S`], so that neither reads at a steady pace nor a backlog that is being read
-/// look like them.
-const PERIODIC_INTERVALS: usize = 4;
-const PERIODIC_S: f64 = 1.0;
+/// Lateness in seconds below which samples are equally well described.
+const RESOLUTION_S: f64 = 0.0005;
 
-/// The fraction of a period by which each of these intervals may differ from one period. Chosen.
-const PERIODIC_TOLERANCE: f64 = 0.1;
+/// Phases of the lower edge that are tried, and by how many periods a sample may lie before it.
+const PHASES: u32 = 8;
+const BEFORE_EDGE: f64 = 0.15;
 
-/// Seconds of arrivals at a listed rate, and the relative difference from it, that outweigh another
-/// rate that the sensor reports. Chosen: a pace that is not that of the sensor is so near to one of
-/// eleven rates with a probability of 1 in 100.
-const CONTRADICTION_S: f64 = 5.0;
-const CONTRADICTION_TOLERANCE: f64 = 0.002;
+/// By how much a description must be shorter, in nats and in nats a sample; and what the rate
+/// costs if the sensor does not have it. Chosen.
+const CLEARLY: f64 = 8.0;
+const CLEARLY_PER_SAMPLE: f64 = 0.15;
+const UNLISTED: f64 = 30.0;
 
-/// The factor from which whole periods of a higher rate show dropped samples. A reader at a steady
-/// pace, one of the rates of the sensor, has the same effect up to a factor of 1.6 (25 Hz read at
-/// 40 Hz).
-const READER_PACE: f64 = 1.75;
-
-/// The rate that was found, and how samples are tracked with it.
-pub(super) type InitialRate = (NominalRate, TrackedRate);
-
-/// The rate, in Hz, by which samples are due.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum TrackedRate {
-    /// A listed or known rate: exact except for the error of a clock.
+/// What the first samples show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Found {
+    /// A rate of the sensor, in Hz.
     Listed(f64),
-    /// A measured rate, so inaccurate that the fitted rate replaces it as the record grows.
-    Measured(f64),
+    /// An even rate in Hz that the sensor does not have.
+    Unlisted(f64),
+    /// Samples arrive at this rate in Hz, unevenly: some are missing, or the rate is another one.
+    Uneven(f64),
 }
 
-impl TrackedRate {
-    pub(super) const fn hz(self) -> f64 {
-        match self {
-            Self::Listed(hz) | Self::Measured(hz) => hz,
-        }
-    }
-}
-
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct RateSearch {
-    /// The rates of the sensor, and the known rate.
-    listed_hz: Vec<f64>,
-    fastest_hz: f64,
-    known_hz: Option<f64>,
-    /// Whether the known rate is one that the sensor reports, which arrival times may show to be
-    /// false.
-    is_reported: bool,
+    rates: SensorRates,
     /// Number of samples before the clock was set back; their stamps are not used.
     unstamped: u64,
     pending_s: Vec<f64>,
-    cutter: StretchCutter,
-    stretches: Vec<RateStretch>,
 }
 
 impl RateSearch {
-    pub(super) fn new(rates_hz: &[f64], known_hz: Option<f64>) -> Self {
-        Self {
-            listed_hz: rates_hz.iter().copied().chain(known_hz).collect(),
-            fastest_hz: fastest(rates_hz),
-            known_hz,
-            ..Self::default()
-        }
+    pub(super) const fn new(rates: SensorRates) -> Self {
+        Self { rates, unstamped: 0, pending_s: Vec::new() }
     }
 
-    pub(super) fn set_reported_rate(&mut self, reported_hz: f64) {
-        self.listed_hz.push(reported_hz);
-        self.known_hz = Some(reported_hz);
-        self.is_reported = true;
-    }
-
-    pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
-        self.pending_s.push(at_s);
-        if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.is_periodic_at(known_hz)) {
-            return Some(Ok((NominalRate::Known(known_hz), TrackedRate::Listed(known_hz))));
-        }
-        let stretch = self.cutter.push(at_s);
-        self.stretches.extend(stretch);
-        let is_full = self.pending_s.len() >= MAX_SAMPLES;
-        let must_decide = is_full || self.stretches.len() >= MANY_STRETCHES;
-        if is_full || stretch.is_some() { self.decide(must_decide, is_full) } else { None }
-    }
-
-    /// The decision if no sample follows; `None` for a single sample, or none, of unknown rate.
-    pub(super) fn finish(&self) -> Option<Result<InitialRate, Refusal>> {
-        self.decide(true, true)
+    /// The number of pending samples.
+    pub(super) const fn samples(&self) -> u64 {
+        self.unstamped + self.pending_s.len() as u64
     }
 
     /// The clock was set back: the stamps so far cannot be compared with those that follow.
-    pub(super) fn restart(&mut self) {
+    pub(super) fn restart_clock(&mut self) {
         self.unstamped = self.samples();
         self.pending_s.clear();
-        self.cutter = StretchCutter::default();
-        self.stretches.clear();
     }
 
     /// Takes the number of samples whose stamps are not used, and the stamps of those that follow.
@@ -123,179 +80,126 @@ impl RateSearch {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.pending_s))
     }
 
-    pub(super) fn samples(&self) -> u64 {
-        self.unstamped + self.pending_s.len() as u64
+    /// Adds a sample. Returns what was found, if the search ends with it.
+    pub(super) fn push(&mut self, at_s: f64) -> Option<Found> {
+        self.pending_s.push(at_s);
+        let span_s = at_s - self.pending_s[0];
+        let samples = self.pending_s.len();
+        if span_s >= EVEN_S
+            && let Some(hz) = self.even()
+        {
+            return Some(Found::Listed(hz));
+        }
+        if samples >= MOST_SAMPLES || (span_s >= LONGEST_S && samples >= ENOUGH) {
+            return self.finish();
+        }
+        let is_due = samples.is_multiple_of(RUN) && span_s >= EVIDENCE_S;
+        let found = if is_due { self.found() } else { None };
+        found.filter(|found| matches!(found, Found::Listed(_)))
     }
 
-    /// The rate, once it is certain; the most likely rate if it `must_decide`. A known rate is
-    /// contradicted only when `is_final`.
-    fn decide(&self, must_decide: bool, is_final: bool) -> Option<Result<InitialRate, Refusal>> {
-        let sure = self.sure_rate(must_decide);
-        if let Some(known_hz) = self.known_hz {
-            let agreed = sure.filter(|tracked| is_near(tracked.hz(), known_hz));
-            if let Some(tracked) = agreed.or_else(|| self.fallback_at(known_hz, sure, must_decide)) {
-                return Some(Ok((NominalRate::Known(known_hz), tracked)));
-            }
-            match sure {
-                Some(TrackedRate::Listed(hz)) if self.is_reported => {
-                    if self.is_strong_evidence(hz) {
-                        return Some(Ok((NominalRate::Snapped(hz), TrackedRate::Listed(hz))));
-                    }
-                    if !is_final {
-                        return None;
-                    }
-                }
-                Some(TrackedRate::Listed(_)) => {}
-                _ if !is_final => return None,
-                _ => {}
-            }
+    /// What all samples show, if no other follows; `None` below two of them.
+    pub(super) fn finish(&self) -> Option<Found> {
+        let mean_hz = mean_hz(&self.pending_s)?;
+        if mean_hz > TOO_FAST * self.rates.fastest() {
+            return Some(Found::Uneven(mean_hz));
         }
-        let Some(tracked) = sure.or_else(|| if must_decide { self.fallback_rate() } else { None }) else {
-            let samples = self.pending_s.len() as u64;
-            return (must_decide && samples > 1).then_some(Err(Refusal::NoTimePasses { samples }));
+        if self.pending_s.len() < RUN {
+            let whole = |hz: &f64| {
+                let periods = self.pending_s.windows(2).map(|pair| (pair[1] - pair[0]) * hz);
+                let is_whole = |periods: f64| periods > 0.5 && (periods - periods.round()).abs() < WHOLE_TOLERANCE;
+                periods.clone().all(is_whole)
+                    && 2 * periods.filter(|periods| *periods < 1.5).count() >= self.pending_s.len() - 1
+            };
+            let nearest_hz = self.rates.nearest(mean_hz, 5.0 * LISTED_TOLERANCE);
+            let nearest_hz = nearest_hz.or_else(|| self.rates.0.iter().copied().filter(whole).min_by(f64::total_cmp));
+            return Some(nearest_hz.map_or(Found::Uneven(mean_hz), Found::Listed));
+        }
+        self.found().or(Some(Found::Uneven(mean_hz)))
+    }
+
+    /// The rate if the latest second of samples arrived singly and evenly; of [`RUN`] samples most are
+    /// enough.
+    fn even(&self) -> Option<f64> {
+        let last_s = self.pending_s.last()?;
+        let since = self.pending_s.partition_point(|at_s| last_s - at_s > EVEN_S);
+        let first = since.saturating_sub(1).min(self.pending_s.len().checked_sub(EVEN_INTERVALS + 1)?);
+        let latest_s = &self.pending_s[first..];
+        let mean_hz = mean_hz(latest_s)?;
+        let listed_hz = self.rates.nearest(mean_hz, LISTED_TOLERANCE);
+        let is_single = |hz: &f64| near(latest_s, *hz, 0.5 * WHOLE_TOLERANCE) >= 1.0;
+        let are_many_single = |hz: &f64| {
+            let exact = |hz: f64| near(latest_s, hz, 0.1 * WHOLE_TOLERANCE) >= MANY_SINGLE;
+            let may_be = exact(*hz) || !exact(mean_hz);
+            may_be && latest_s.len() >= RUN && near(latest_s, *hz, 0.75 * WHOLE_TOLERANCE) >= MANY_SINGLE
         };
-        let measured_hz = tracked.hz();
-        Some(match (tracked, self.known_hz) {
-            (TrackedRate::Measured(_), _) if measured_hz > TOO_FAST * self.fastest_hz => {
-                Err(Refusal::TooFast { measured_hz, fastest_hz: self.fastest_hz })
-            }
-            (_, Some(known_hz)) => Err(Refusal::OtherRate { known_hz, measured_hz }),
-            (TrackedRate::Listed(hz), None) => Ok((NominalRate::Snapped(hz), tracked)),
-            (TrackedRate::Measured(hz), None) => Ok((NominalRate::Measured(hz), tracked)),
-        })
+        let nearest_hz = self.rates.nearest(mean_hz, 5.0 * LISTED_TOLERANCE);
+        listed_hz.filter(is_single).or_else(|| nearest_hz.filter(are_many_single))
     }
 
-    /// Whether the samples have arrived at this rate for so long and so exactly that the sensor
-    /// cannot be sending at another one.
-    fn is_strong_evidence(&self, hz: f64) -> bool {
-        let estimates_hz = [rate_by_intervals(&self.pending_s), rate_by_stretches(&self.stretches)];
-        let is_exact = |measured_hz: &f64| (measured_hz / hz - 1.0).abs() <= CONTRADICTION_TOLERANCE;
-        self.span_s().is_some_and(|span_s| span_s >= CONTRADICTION_S) && estimates_hz.iter().flatten().any(is_exact)
+    fn found(&self) -> Option<Found> {
+        let mean_hz = mean_hz(&self.pending_s)?;
+        let near_hz = self.rates.nearest(mean_hz, 3.0 * LISTED_TOLERANCE);
+        // reads at a pace of their own look like a higher rate with missing samples
+        if let Some(hz) = near_hz.filter(|hz| self.pending_s.len() >= ENOUGH && self.is_read_in_time(*hz, 0)) {
+            return Some(Found::Listed(hz));
+        }
+        let possible = self.rates.0.iter().copied().filter(|hz| *hz > 0.97 * mean_hz);
+        let listed = possible.map(|hz| (self.description(hz), Found::Listed(hz)));
+        let unlisted = (self.description(mean_hz) + UNLISTED, Found::Unlisted(mean_hz));
+        let mut all: Vec<(f64, Found)> = listed.chain([unlisted]).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let clearly = CLEARLY + CLEARLY_PER_SAMPLE * self.pending_s.len() as f64;
+        let others = all.get(1).map_or(f64::INFINITY, |second| second.0);
+        if others - all[0].0 > clearly {
+            return Some(all[0].1);
+        }
+        let late = self.pending_s.len() / 10;
+        if let Some(hz) = near_hz.filter(|hz| self.is_read_in_time(*hz, late)) {
+            return Some(Found::Listed(hz));
+        }
+        // one or two missing samples lower the mean
+        let above_hz = near_hz.filter(|hz| *hz > mean_hz);
+        self.is_read_in_time(mean_hz, late).then(|| above_hz.map_or(Found::Unlisted(mean_hz), Found::Listed))
     }
 
-    /// Whether no sample is dropped at this rate: at a low rate that is known long before a stretch
-    /// ends.
-    fn is_periodic_at(&self, hz: f64) -> bool {
-        let intervals = PERIODIC_INTERVALS.max((PERIODIC_S * hz).ceil() as usize);
-        let Some(first) = self.pending_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
-            return false;
+    /// Whether no sample is missing at this rate, and a reader takes all that have come, but for so
+    /// many `late` reads: the last sample of each read is less than a period late.
+    fn is_read_in_time(&self, hz: f64, late: usize) -> bool {
+        let waits = |place: usize| {
+            self.pending_s.get(place + 1).is_none_or(|next_s| (next_s - self.pending_s[place]) * hz >= TOGETHER_PERIODS)
         };
-        let last_s = &self.pending_s[first..];
-        let is_single = |pair: &[f64]| ((pair[1] - pair[0]) * hz - 1.0).abs() < PERIODIC_TOLERANCE;
-        let mean_hz = intervals as f64 / (last_s[intervals] - last_s[0]);
-        (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(is_single)
+        let ends = self.pending_s.iter().enumerate().skip(1).filter(|(place, _)| waits(*place));
+        let mut lags: Vec<f64> = ends.map(|(place, at_s)| at_s * hz - place as f64).collect();
+        lags.sort_by(f64::total_cmp);
+        let most = lags.len().checked_sub(1 + late.min(lags.len() / 10)).and_then(|last| lags.get(last));
+        let range = lags.first().zip(most).map(|(least, most)| most - least);
+        lags.len() >= RUN / 2 && range.is_some_and(|range| range <= READER_PERIODS)
     }
 
-    /// A listed rate if intervals and stretches agree, or one of them after several stretches.
-    fn sure_rate(&self, must_decide: bool) -> Option<TrackedRate> {
-        let by_intervals_hz = rate_by_intervals(&self.pending_s);
-        let by_stretches_hz =
-            rate_by_stretches(&self.stretches).filter(|hz| by_intervals_hz.is_some() || !self.is_biased_by_loss(*hz));
-        let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
-        let (intervals_listed, stretches_listed) = (by_intervals_hz.and_then(listed), by_stretches_hz.and_then(listed));
-        if intervals_listed.is_some() && intervals_listed == stretches_listed {
-            return intervals_listed.map(TrackedRate::Listed);
-        }
-        // reads at a pace of their own make intervals of another rate; then the stretches are right
-        let differ = by_intervals_hz.zip(by_stretches_hz).is_some_and(|(a, b)| (a / b - 1.0).abs() > COARSE_TOLERANCE);
-        let several = self.stretches.len() >= SEVERAL_STRETCHES && !differ;
-        let listed_hz = stretches_listed.or(intervals_listed).filter(|_| must_decide || several);
-        if listed_hz.is_some() || !must_decide {
-            return listed_hz.map(TrackedRate::Listed);
-        }
-        // a list of rates is stronger evidence than a common step
-        let by_step_hz = if self.listed_hz.is_empty() { rate_by_base_step(&self.pending_s) } else { None };
-        let hz = by_step_hz.or(if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) });
-        hz.map(|hz| TrackedRate::Measured(rounded(hz)))
+    /// The length in nats of a description of the arrivals by this rate: lateness has an exponential
+    /// distribution, and the number of missing samples a geometric one.
+    fn description(&self, hz: f64) -> f64 {
+        let samples = self.pending_s.len();
+        let lags: Vec<f64> = self.pending_s.iter().enumerate().map(|(place, at_s)| at_s * hz - place as f64).collect();
+        let least_later = lags.iter().rev().scan(f64::INFINITY, |least, lag| {
+            *least = least.min(*lag);
+            Some(*least)
+        });
+        let mut edge: Vec<f64> = least_later.collect();
+        edge.reverse();
+        let length = |phase: f64| {
+            let missing = |place: usize| (edge[place] - phase + BEFORE_EDGE).floor();
+            let late: f64 = (0..samples).map(|place| (lags[place] - phase - missing(place)).max(0.0)).sum();
+            let late_s = late / (samples as f64 * hz) + RESOLUTION_S;
+            let (all, share) =
+                (
+                    missing(samples - 1) - missing(0),
+                    |part: f64, of: f64| if part > 0.0 { part * (part / of).ln() } else { 0.0 },
+                );
+            let sent = all + samples as f64;
+            samples as f64 * (1.0 + late_s.ln()) - share(samples as f64, sent) - share(all, sent)
+        };
+        (0..PHASES).map(|phase| length(f64::from(phase) / f64::from(PHASES))).fold(f64::INFINITY, f64::min)
     }
-
-    /// The rate where neither intervals nor stretches show one: that of the lower edge, of whole
-    /// periods, of the fastest stretch (which has the fewest dropped samples), or the mean rate.
-    fn fallback_rate(&self) -> Option<TrackedRate> {
-        let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
-        let is_listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE).is_some();
-        let is_sound = |hz: &f64| self.known_hz.is_some() || (is_listed(*hz) && !self.is_biased_by_loss(*hz));
-        let hz = edge_hz
-            .filter(is_sound)
-            .or_else(|| lowest_whole_rate(&self.pending_s, &self.listed_hz))
-            .or_else(|| self.fastest_stretch_hz())
-            .or_else(|| self.mean_hz())?;
-        let near_hz = snap(&self.listed_hz, hz, COARSE_TOLERANCE);
-        Some(near_hz.map_or(TrackedRate::Measured(rounded(hz)), TrackedRate::Listed))
-    }
-
-    /// Whether dropped samples have lowered the rate to this one: they bias stretches and edge, but
-    /// leave whole periods.
-    fn is_biased_by_loss(&self, hz: f64) -> bool {
-        lowest_whole_rate(&self.pending_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
-    }
-
-    /// How samples are tracked at a known rate that is not confirmed, where nothing more reliable
-    /// contradicts it.
-    fn fallback_at(&self, known_hz: f64, sure: Option<TrackedRate>, must_decide: bool) -> Option<TrackedRate> {
-        let several = self.stretches.len() >= SEVERAL_STRETCHES;
-        let other_stretches = several && rate_by_stretches(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
-        if (must_decide || several) && !other_stretches && is_whole_periods(&self.pending_s, known_hz) {
-            return Some(TrackedRate::Listed(known_hz));
-        }
-        if !must_decide {
-            return None;
-        }
-        if self.stretches.is_empty() {
-            return self.spans_time_at(known_hz).then_some(TrackedRate::Listed(known_hz));
-        }
-        if matches!(sure, Some(TrackedRate::Listed(_))) {
-            return None;
-        }
-        // a few dropped samples bias the stretches, and reads at a steady pace the intervals, but
-        // not the edge
-        let whole_hz = lowest_whole_rate(&self.pending_s, &self.listed_hz);
-        let sound_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz);
-        let fastest_hz = self.fastest_stretch_hz().filter(|_| sure.is_none());
-        let near_hz = sound_hz.chain(fastest_hz).find(|&hz| is_near(hz, known_hz));
-        let near_hz = near_hz.or_else(|| (sure.is_none() && self.spans_time_at(known_hz)).then_some(known_hz))?;
-        Some(TrackedRate::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
-    }
-
-    /// The rate of the lower edge of the lags: the median step between the earliest arrivals of
-    /// neighbouring runs. A backlog or dropped samples bias the edge only where they are in most
-    /// runs.
-    fn edge_hz(&self, near_hz: f64) -> Option<f64> {
-        let lags_s: Vec<f64> =
-            self.pending_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();
-        let least_s: Vec<f64> =
-            lags_s.chunks_exact(RUN).map(|run| run.iter().copied().fold(f64::INFINITY, f64::min)).collect();
-        if least_s.len() < MIN_EDGE_RUNS {
-            return None;
-        }
-        let mut steps_s: Vec<f64> = least_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let middle = steps_s.len() / 2;
-        let step_s = *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let period_s = near_hz.recip() + step_s / RUN as f64;
-        (period_s > 0.0).then(|| period_s.recip())
-    }
-
-    fn fastest_stretch_hz(&self) -> Option<f64> {
-        self.stretches.iter().map(|stretch| stretch.hz()).max_by(f64::total_cmp)
-    }
-
-    fn mean_hz(&self) -> Option<f64> {
-        let span_s = self.span_s()?;
-        (span_s > 0.0).then(|| (self.pending_s.len() - 1) as f64 / span_s)
-    }
-
-    /// Whether the pending samples span the time that they take at this rate, apart from bunching.
-    fn spans_time_at(&self, known_hz: f64) -> bool {
-        let expected_s = self.pending_s.len().saturating_sub(1) as f64 / known_hz;
-        let within_s = COARSE_TOLERANCE * expected_s + BUNCHING_S;
-        self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
-    }
-
-    fn span_s(&self) -> Option<f64> {
-        Some(self.pending_s.last()? - self.pending_s.first()?)
-    }
-}
-
-fn is_near(measured_hz: f64, known_hz: f64) -> bool {
-    (measured_hz / known_hz - 1.0).abs() <= COARSE_TOLERANCE
 }

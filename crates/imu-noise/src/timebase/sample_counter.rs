@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::gap_event::GapEvent;
-use super::rate_estimates::RUN;
+use super::sensor_rates::RUN;
 
 /// The fraction of a step by which an increment may differ from a whole number of steps. Chosen:
 /// counters that run at 800 Hz differ by one event in four or more.

@@ -113,14 +113,22 @@ fn a_tail_that_waits_for_the_next_line_is_no_loss() {
 
 #[test]
 fn lines_that_lose_a_byte_are_counted() {
+    let mut unknown = 0;
     for adapter in adapters() {
         for (is_known, seed) in [(false, 1), (true, 2), (true, 3)] {
             let adapter = Adapter { lost_share: 1e-4, seed, ..adapter };
             let (stamps_s, lost) = adapter.stamps(3000);
             let (_, summary) = place_with(detector(adapter, is_known), stamps_s);
+            if summary.refusal.is_some() {
+                // lines may be lost in the seconds of the search
+                assert!(!is_known, "{adapter:?}");
+                unknown += 1;
+                continue;
+            }
             assert!(summary.missing.abs_diff(lost) <= 3, "{} of {lost}: {adapter:?}", summary.missing);
         }
     }
+    assert!(unknown <= 8, "{unknown} rates unknown");
 }
 
 #[test]

@@ -3,8 +3,10 @@
 
 mod adapter;
 mod clock;
+mod dropped;
 mod link;
 mod losses;
 mod properties;
 mod rate;
 mod recordings;
+mod shapes;

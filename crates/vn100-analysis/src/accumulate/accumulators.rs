@@ -202,7 +202,7 @@ impl Accumulators {
             None => rows.counts,
         };
         let rows = RowSlice::new(counts, width, &absent);
-        if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz != rate_hz) {
+        if keep_recent && self.recent.as_ref().is_none_or(|recent| !recent.is_at(rate_hz)) {
             self.recent = Some(Recent::new(width, rate_hz));
         }
         if let Some(temperature) = &mut self.temperature {
@@ -312,7 +312,7 @@ impl Accumulators {
 
     /// The recent samples; `None` where these are at another rate.
     pub(crate) fn recent(&self, rate_hz: f64) -> Option<Recent> {
-        self.recent.as_ref().filter(|recent| recent.rate_hz == rate_hz).cloned()
+        self.recent.as_ref().filter(|recent| recent.is_at(rate_hz)).cloned()
     }
 
     pub(crate) fn findings(&self) -> StreamFindings {

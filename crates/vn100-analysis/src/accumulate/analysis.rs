@@ -12,6 +12,7 @@ use super::{
     data_record::DataRecord,
     pending_rows::PendingRows,
     rate_authority::{Rate, RateEffect},
+    row_order::RowOrder,
     row_slice::RowSlice,
 };
 use crate::{
@@ -66,6 +67,10 @@ impl Analysis {
         }
     }
 
+    fn order(&self) -> Option<&RowOrder> {
+        self.pending.as_ref()?.order.as_ref()
+    }
+
     fn arrivals(&self) -> Option<TimebaseSummary> {
         self.pending.as_ref().and_then(|pending| pending.detector.summary())
     }
@@ -115,7 +120,8 @@ impl Analysis {
         if self.pending.is_some() || is_timed {
             let new = || {
                 let detector = if is_stamped { self.record.rate.detector() } else { GapDetector::without_stamps() };
-                PendingRows::new(width, detector)
+                let order = (is_stamped && self.record.rate.is_table()).then(RowOrder::default);
+                PendingRows::new(width, detector, order)
             };
             self.pending.get_or_insert_with(new).push(batch);
         } else {
@@ -214,15 +220,13 @@ impl Analysis {
         if let (Some(pending), None) = (&mut self.pending, self.finishing) {
             let few = pending.detector.summary().and_then(|summary| summary.samples_pending());
             self.finishing = Some(Finishing { few: few.filter(|_| rate.is_open()), rate_before: rate.rate });
-            pending.detector.finish();
+            pending.finish();
         }
     }
 
     fn end_finish(&mut self) {
         let Some(Finishing { few, rate_before }) = self.finishing.take() else { return };
-        if let Some(whole) = self.pending.as_ref().and_then(|pending| pending.detector.summary()) {
-            self.record.rate.take_whole_record(&whole);
-        }
+        self.record.end(self.arrivals());
         if let Some(rows) = few {
             self.record.rate.prefer_longer_evidence(rows, rate_before);
         }

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     settings::Settings,
-    snapshot::{MissingFrom, Timing},
+    snapshot::{MissingFrom, RateChange, Timing},
 };
 
 /// The parts of a record. Each row, gap and reply is passed to all parts that it concerns.
@@ -30,6 +30,27 @@ pub(crate) struct DataRecord {
     pub(crate) replies: SensorReplies,
     pub(crate) accumulators: Accumulators,
     pub(crate) saturation: Saturation,
+    /// The longest stretch before the last change of a rate that nothing tells.
+    longest: Option<Box<Stretch>>,
+    /// The first such change.
+    pub(crate) parted: Option<RateChange>,
+}
+
+/// The samples at one rate.
+#[derive(Debug)]
+struct Stretch {
+    hz: f64,
+    arrivals: TimebaseSummary,
+    span: MeasuredSpan,
+    gaps: Gaps,
+    accumulators: Accumulators,
+    saturation: Saturation,
+}
+
+impl Stretch {
+    fn duration_s(&self) -> f64 {
+        (self.span.samples + self.gaps.missing) as f64 / self.hz
+    }
 }
 
 impl DataRecord {
@@ -41,6 +62,8 @@ impl DataRecord {
             replies: SensorReplies::default(),
             accumulators: Accumulators::default(),
             saturation: Saturation::default(),
+            longest: None,
+            parted: None,
             settings,
         }
     }
@@ -129,16 +152,58 @@ impl DataRecord {
                 self.apply(effect);
                 self.gaps.use_evidence(MissingFrom::Arrival);
             }
+            GapEvent::RateChanged { from_hz, to_hz, until } if self.rate.is_of_any_sensor() => {
+                self.part(from_hz, to_hz, *until);
+            }
             GapEvent::RateChanged { from_hz, to_hz, until } => {
                 let effect = self.rate.take_change(from_hz, to_hz, Some(*until), &self.span);
                 self.apply(effect);
             }
-            GapEvent::Refused(refusal) => {
-                let effect = self.rate.take_refusal(refusal, &self.span);
-                self.apply(effect);
-                self.gaps.refuse_arrivals(self.rate.is_excluding());
-            }
+            GapEvent::Refused(_) => self.gaps.refuse_arrivals(self.rate.is_excluding()),
         }
+    }
+
+    /// Begins a stretch at another rate; of those before it the longest is kept.
+    fn part(&mut self, from_hz: f64, to_hz: f64, arrivals: TimebaseSummary) {
+        let after_samples = self.span.samples;
+        self.parted.get_or_insert(RateChange { after_samples, from_hz, to_hz });
+        let (longest, mut span) = (self.longest.take(), self.span.clone());
+        let layout = self.accumulators.layout.clone();
+        let stretch = self.take_stretch(arrivals);
+        self.accumulators.layout = layout;
+        self.longest = Some(match longest {
+            Some(longest) if longest.duration_s() >= stretch.duration_s() => longest,
+            _ => Box::new(stretch),
+        });
+        span.rescale(from_hz, to_hz);
+        self.span = span;
+        self.rate.set_measured(to_hz);
+        self.discard();
+    }
+
+    fn take_stretch(&mut self, arrivals: TimebaseSummary) -> Stretch {
+        Stretch {
+            hz: self.rate.hz(),
+            arrivals,
+            span: self.span.clone(),
+            gaps: self.gaps.clone(),
+            accumulators: std::mem::take(&mut self.accumulators),
+            saturation: std::mem::take(&mut self.saturation),
+        }
+    }
+
+    /// The stream has ended; `arrivals` summarises it. Of a record whose rate has changed, the
+    /// longest stretch is the result.
+    pub(crate) fn end(&mut self, arrivals: Option<TimebaseSummary>) {
+        let (Some(longest), Some(arrivals)) = (self.longest.take(), arrivals) else { return };
+        let all = self.span.samples + self.span.excluded;
+        let last = self.take_stretch(arrivals);
+        let Stretch { hz, arrivals, span, gaps, accumulators, saturation } =
+            if longest.duration_s() >= last.duration_s() { *longest } else { last };
+        (self.span, self.gaps, self.accumulators, self.saturation) = (span, gaps, accumulators, saturation);
+        self.span.excluded = all - self.span.samples;
+        self.rate.set_measured(hz);
+        self.rate.measured = Some(arrivals);
     }
 
     /// Takes a reply. `now` summarises the arrival times of the present connection. The effect of a

@@ -39,7 +39,8 @@ impl MeasuredSpan {
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
-        let skipped = rows_until(samples_in(self.skip, rate_hz)).min(end);
+        // a rate that is measured changes a little meanwhile
+        let skipped = if self.has_begun() { 0 } else { rows_until(samples_in(self.skip, rate_hz)).min(end) };
         let used = (end - skipped) as u64;
         let first = self.index + skipped as u64;
         self.excluded += rows as u64 - used;

@@ -1,11 +1,11 @@
 //! Rows with stamps or counters, held until it is decided whether samples are missing before them.
 
-use std::{collections::VecDeque, time::Duration};
+use std::{collections::VecDeque, iter::Peekable, time::Duration};
 
 use imu_noise::timebase::{ClockAfterOutage, GapDetector, GapEvent, StallDetector};
-use vn100_protocol::stream::{AbsentCell, Batch, MarkKind};
+use vn100_protocol::stream::{AbsentCell, Batch, Mark, MarkKind};
 
-use super::row_slice::RowSlice;
+use super::{row_order::RowOrder, row_slice::RowSlice};
 
 /// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
@@ -13,6 +13,7 @@ const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 #[derive(Debug)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
+    pub(super) order: Option<RowOrder>,
     width: usize,
     /// Rows, frame-major; the first `resolved` of them have been taken.
     counts: Vec<i32>,
@@ -42,9 +43,11 @@ pub(crate) enum Resolved<'a> {
 }
 
 impl PendingRows {
-    pub(crate) fn new(width: usize, detector: GapDetector) -> Self {
+    /// Rows of `width` channels. Those of a table may be repeated, and out of `order`.
+    pub(crate) fn new(width: usize, detector: GapDetector, order: Option<RowOrder>) -> Self {
         Self {
             detector,
+            order,
             width,
             counts: Vec::new(),
             absent: Vec::new(),
@@ -68,28 +71,60 @@ impl PendingRows {
             cell.row = cell.row.saturating_sub(resolved);
             held
         });
-        let held = self.counts.len() / self.width;
-        self.absent.extend(batch.absent.iter().map(|cell| AbsentCell { row: held + cell.row, ..*cell }));
-        let before = self.resolved_in_all + (self.counts.len() / self.width) as u64;
-        self.marks.extend(batch.marks.iter().map(|mark| (before + mark.before_row as u64, mark.kind)));
-        self.counts.extend_from_slice(&batch.counts);
         let mut arrivals = batch.arrivals.iter().peekable();
         let mut counters = batch.counters.iter().peekable();
+        let mut marks = batch.marks.iter().peekable();
+        let mut absent = batch.absent.iter().peekable();
         let is_stamped = self.first_ns.is_some() || !batch.arrivals.is_empty();
-        for row in 0..batch.rows().len() {
+        for (row, counts) in batch.rows().enumerate() {
+            self.push_marks(&mut marks, row);
+            let held = self.held();
+            self.counts.extend_from_slice(counts);
+            while let Some(cell) = absent.next_if(|cell| cell.row == row) {
+                self.absent.push(AbsentCell { row: held, ..*cell });
+            }
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 let at = self.since_origin(arrival.at_ns);
                 self.stalls.push(at);
                 self.before_last = std::mem::replace(&mut self.last, at);
             }
-            match batch.device_ns.get(row) {
-                Some(device_ns) => self.detector.push_device_time(*device_ns, is_stamped.then_some(self.last)),
-                None => {
-                    let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
-                    self.detector.push(self.last, count);
+            let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
+            match (batch.device_ns.get(row), &mut self.order) {
+                (Some(device_ns), _) => {
+                    self.detector.push_device_time(*device_ns, is_stamped.then_some(self.last));
                 }
+                (None, Some(order)) if count.is_none() => {
+                    let at = order.place(self.last, &mut self.counts, &mut self.absent, self.width);
+                    at.into_iter().for_each(|at| self.detector.push(at, None));
+                }
+                (None, _) => self.detector.push(self.last, count),
             }
         }
+        self.push_marks(&mut marks, usize::MAX);
+    }
+
+    fn push_marks<'a>(&mut self, marks: &mut Peekable<impl Iterator<Item = &'a Mark>>, to_row: usize) {
+        let row = self.resolved_in_all + self.pending();
+        while let Some(mark) = marks.next_if(|mark| mark.before_row <= to_row) {
+            self.marks.push_back((row, mark.kind));
+        }
+    }
+
+    /// Number of rows in memory.
+    fn held(&self) -> usize {
+        self.counts.len() / self.width
+    }
+
+    /// Number of rows that have not been taken.
+    pub(crate) fn pending(&self) -> u64 {
+        (self.held() - self.resolved) as u64
+    }
+
+    /// No row follows: all are decided.
+    pub(crate) fn finish(&mut self) {
+        let rest = self.order.as_mut().map(RowOrder::finish).unwrap_or_default();
+        rest.into_iter().for_each(|at| self.detector.push(at, None));
+        self.detector.finish();
     }
 
     /// The next rows, mark or event; of rows at most this many.
@@ -186,7 +221,7 @@ mod tests {
     }
 
     fn pending(known_hz: Option<f64>) -> PendingRows {
-        PendingRows::new(WIDTH, GapDetector::new(&[40.0], known_hz))
+        PendingRows::new(WIDTH, GapDetector::new(&[40.0], known_hz), None)
     }
 
     fn held(pending: &PendingRows) -> Option<u64> {
@@ -211,18 +246,18 @@ mod tests {
     #[test]
     fn rows_are_held_until_their_rate_is_known() {
         let mut pending = pending(None);
-        pending.push(&batch(0, &(0..30).map(|row| 25 * row).collect::<Vec<_>>()));
-        assert_eq!((resolved(&mut pending), held(&pending)), (vec![], Some(30)));
-        pending.push(&batch(30, &[750, 775, 800, 900, 925]));
-        assert_eq!(resolved(&mut pending), (0..33).collect::<Vec<_>>(), "those behind the gap are in doubt");
+        pending.push(&batch(0, &(0..40).map(|row| 25 * row).collect::<Vec<_>>()));
+        assert_eq!((resolved(&mut pending), held(&pending)), (vec![], Some(40)));
+        pending.push(&batch(40, &[1000, 1025, 1050, 1150, 1175]));
+        assert_eq!(resolved(&mut pending), (0..43).collect::<Vec<_>>(), "those behind the gap are in doubt");
         assert_eq!(held(&pending), None);
-        pending.detector.finish();
-        assert_eq!(resolved(&mut pending), [-13, 33, 34]);
+        pending.finish();
+        assert_eq!(resolved(&mut pending), [-13, 43, 44]);
     }
 
     #[test]
     fn marks_come_before_their_row() {
-        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps());
+        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps(), None);
         let mark = |before_row| Mark { before_row, kind: MarkKind::Rejected };
         for first in [0, 3] {
             let mut batch = batch(first, &[0; 3]);
@@ -241,19 +276,19 @@ mod tests {
         let mut pairs = batch(0, &(0..400).map(|row| 25 * (row / 2 * 2)).collect::<Vec<_>>());
         pairs.arrivals.retain(|arrival| arrival.from_row % 2 == 0);
         bunched.push(&pairs);
-        bunched.detector.finish();
+        bunched.finish();
         assert_eq!(resolved(&mut bunched), (0..400).collect::<Vec<_>>());
         assert_eq!(bunched.detector.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
     }
 
     #[test]
     fn counters_belong_to_their_rows() {
-        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps());
+        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps(), None);
         let mut counted = batch(0, &[0; 4]);
         counted.counters = [(0, 7), (1, 8), (2, 11), (3, 12)].map(|(row, count)| RowCounter { row, count }).into();
         pending.push(&counted);
         assert_eq!(resolved(&mut pending), [0]);
-        pending.detector.finish();
+        pending.finish();
         assert_eq!(resolved(&mut pending), [1, -12, 2, 3]);
         assert_eq!((pending.detector.summary(), held(&pending)), (None, None));
     }
@@ -271,7 +306,7 @@ mod tests {
         assert_eq!(pending.certain_duration(), Duration::from_millis(800), "a stall, whose rows may come yet");
         pending.push(&batch(4, &[9500]));
         assert_eq!([pending.pending_duration(), pending.certain_duration()], [Duration::from_millis(8500); 2]);
-        pending.detector.finish();
+        pending.finish();
         assert!(!resolved(&mut pending).is_empty());
         assert_eq!(pending.pending_duration(), Duration::ZERO);
     }
@@ -289,7 +324,7 @@ mod tests {
     fn stamps_far_before_the_first_are_times() {
         let mut pending = pending(None);
         pending.push(&batch(0, &[0, -5_000, i64::MIN / 1_000_000, i64::MAX / 1_000_000]));
-        pending.detector.finish();
+        pending.finish();
         assert_eq!(resolved(&mut pending).iter().filter(|row| **row >= 0).count(), 4);
     }
 }

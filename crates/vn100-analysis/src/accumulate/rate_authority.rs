@@ -9,13 +9,6 @@ use crate::{
     snapshot::{FalseRate, FalseReport, RateChange, RateFrom},
 };
 
-/// Relative error of a measured rate that still counts as a rate of the sensor: no clock is off by
-/// that much.
-const SAME_RATE: f64 = 0.01;
-
-/// Relative difference below which rates are the same rate, one of them rounded.
-const ROUNDED_RATE: f64 = 2e-6;
-
 /// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
 /// that much.
 const CLOCK_PPM: f64 = 1000.0;
@@ -38,6 +31,8 @@ pub(crate) struct RateAuthority {
     pub(super) refused_before: Option<Refusal>,
     pub(super) false_rate: Option<FalseRate>,
     pub(super) false_report: Option<FalseReport>,
+    /// Summary of the stretch that is the result, if it is not the last one.
+    pub(super) measured: Option<TimebaseSummary>,
     /// Samples excluded at another rate before the stream returned to the rate of the record.
     pub(super) other_rate_samples: u64,
 }
@@ -97,6 +92,7 @@ impl RateAuthority {
             refused_before: None,
             false_rate: None,
             false_report: None,
+            measured: None,
             other_rate_samples: 0,
         }
     }
@@ -121,17 +117,31 @@ impl RateAuthority {
         }
     }
 
+    /// Whether the rows are those of a table, which may be of any sensor.
+    pub(crate) const fn is_table(&self) -> bool {
+        self.rates_hz.is_empty()
+    }
+
+    /// Whether nothing but arrival times tells the rate, and any rate is possible.
+    pub(crate) const fn is_of_any_sensor(&self) -> bool {
+        self.rates_hz.is_empty() && matches!(self.rate.from, RateFrom::Arrival | RateFrom::Assumed)
+    }
+
+    /// Uses a rate by arrival times.
+    pub(crate) fn set_measured(&mut self, hz: f64) {
+        self.set(hz, RateFrom::Arrival);
+    }
+
     pub(crate) const fn is_excluding(&self) -> bool {
         self.change.is_some()
     }
 
-    /// A gap detector for the stamps of a new connection. The stamps must confirm a rate that is
-    /// known.
+    /// A gap detector for the stamps of a new connection. A known rate is used from the first sample
+    /// on; one that the user did not give gives way to even arrivals at another rate.
     pub(crate) fn detector(&self) -> GapDetector {
-        let is_reported = self.rate.from == RateFrom::Device;
-        let known_hz = (!self.is_open() && !is_reported).then_some(self.rate.hz);
-        let mut detector = GapDetector::new(self.rates_hz, known_hz);
-        if is_reported {
+        let is_given = self.rate.from == RateFrom::Option;
+        let mut detector = GapDetector::new(self.rates_hz, is_given.then_some(self.rate.hz));
+        if !is_given && !self.is_open() && !self.is_excluding() {
             detector.set_reported_rate(self.rate.hz);
         }
         detector
@@ -149,6 +159,9 @@ impl RateAuthority {
             NominalRate::Known(hz) => self.rate.hz = hz,
             NominalRate::Snapped(hz) if self.rate.from == RateFrom::Device && hz != self.rate.hz => {
                 return self.contradict_report(hz, span);
+            }
+            NominalRate::Snapped(hz) if !self.is_open() && hz != self.rate.hz && span.samples > 0 => {
+                return self.take_change(self.rate.hz, hz, self.at_the_rate(None), span);
             }
             NominalRate::Snapped(hz) | NominalRate::Measured(hz) => {
                 self.set(hz, RateFrom::Arrival);
@@ -195,19 +208,6 @@ impl RateAuthority {
         }
     }
 
-    /// The stream has ended. Where no list of rates shows which rate was meant, the rate of the
-    /// record is that of all samples, instead of that of the first ones.
-    pub(crate) fn take_whole_record(&mut self, summary: &TimebaseSummary) {
-        if let (Some(NominalRate::Measured(first_hz)), Some(hz)) = (summary.nominal, summary.measured_hz)
-            && self.rate.from == RateFrom::Arrival
-            && self.rate.hz == first_hz
-            && self.change.is_none()
-            && (hz / first_hz - 1.0).abs() < SAME_RATE
-        {
-            self.rate.hz = hz;
-        }
-    }
-
     /// Takes a change of the rate; `until` summarises the samples before it. Before the first
     /// sample that counts the new rate becomes that of the record, unless the user gave one.
     pub(crate) fn take_change(
@@ -235,20 +235,6 @@ impl RateAuthority {
                 self.change = Some(DatedChange { change, until, excluded: span.excluded });
                 RateEffect::Exclude
             }
-        }
-    }
-
-    /// Takes a refusal of arrival stamps after a reconnect. Where the stamps show another rate, and
-    /// earlier stamps confirmed the known one, the rate has changed; a rate that the user gave is
-    /// kept.
-    pub(crate) fn take_refusal(&mut self, refusal: Refusal, span: &MeasuredSpan) -> RateEffect {
-        match (refusal, self.confirmed.filter(|before| self.is_at_the_rate(before))) {
-            (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) if self.rate.from != RateFrom::Option => {
-                let mut listed_hz = self.rates_hz.iter().copied();
-                let to_hz = listed_hz.find(|hz| (measured_hz / hz - 1.0).abs() < SAME_RATE).unwrap_or(measured_hz);
-                self.take_change(known_hz, to_hz, Some(before), span)
-            }
-            _ => RateEffect::None,
         }
     }
 
@@ -313,13 +299,9 @@ impl RateAuthority {
     }
 
     /// What arrival times show of the samples that count; `now` gives the summary of the present
-    /// connection. Where the rate is that of all arrival times, there is no clock offset: then the
-    /// rate of the first rows is not the nominal rate of a sensor.
+    /// connection.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-        let summary = self.change.map_or_else(now, |change| change.until)?;
-        let is_own = matches!(summary.nominal, Some(NominalRate::Measured(hz)) if hz != self.rate.hz)
-            && summary.measured_hz.is_some_and(|hz| (hz / self.rate.hz - 1.0).abs() < ROUNDED_RATE);
-        Some(TimebaseSummary { offset_ppm: summary.offset_ppm.filter(|_| !is_own), ..summary })
+        self.measured.or_else(|| self.change.map_or_else(now, |change| change.until))
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {

@@ -7,6 +7,8 @@ const MOST_SLOTS: usize = 480;
 
 const SLOT_S: f64 = 0.5;
 
+const SAME_RATE: f64 = 0.02;
+
 /// The values of one channel in one slot, in counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Slot {
@@ -40,6 +42,12 @@ impl Recent {
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
         let samples_per_slot = (SLOT_S * rate_hz).round().max(1.0) as u64;
         Self { rate_hz, samples_per_slot, end: 0, channels, rows: VecDeque::new() }
+    }
+
+    /// Whether this is the rate of the slots, or one that differs from it by less than the error of
+    /// a rate that is still measured.
+    pub(crate) fn is_at(&self, rate_hz: f64) -> bool {
+        (rate_hz / self.rate_hz - 1.0).abs() < SAME_RATE
     }
 
     /// The slots of a channel, the oldest first; at most 480. The last slot may still grow.

@@ -15,7 +15,7 @@ use crate::{
     accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Setting, Text},
     snapshot::{MissingFrom, Snapshot},
-    warning::{Warning, WarningKind},
+    warning::{Severity, Warning, WarningKind},
 };
 
 /// What the analysis knows beyond the numbers of its snapshot.
@@ -57,6 +57,13 @@ impl Advice {
         details: impl Into<Text>,
     ) {
         self.warnings.push(Warning::new(kind, channels, headline, details));
+    }
+
+    /// Sets the severity of the latest warning.
+    fn set_severity(&mut self, severity: Severity) {
+        if let Some(warning) = self.warnings.last_mut() {
+            warning.severity = severity;
+        }
     }
 
     fn on_lines(&mut self, snapshot: &Snapshot, findings: &StreamFindings) {

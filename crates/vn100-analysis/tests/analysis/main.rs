@@ -6,3 +6,4 @@ mod batches;
 mod goals;
 mod judgement;
 mod noise_shapes;
+mod tables;

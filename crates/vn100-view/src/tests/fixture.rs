@@ -98,6 +98,8 @@ fn source(mut snapshot: Snapshot) -> SourceView {
         refusal: None,
         missing: 0,
         gaps: 0,
+        unevenness: None,
+        flushed: 0,
         arrivals: Some(Arrivals {
             p50_us: 25_000,
             p99_us: 26_100,

@@ -3,7 +3,7 @@
 use std::{mem, time::Duration};
 
 use super::{
-    super::rate_estimates::RUN,
+    super::sensor_rates::RUN,
     ticks::{round_to_ticks, whole_ticks},
 };
 

@@ -2,7 +2,7 @@
 
 use super::Analysis;
 use crate::{
-    accumulate::data_record::DataRecord,
+    accumulate::{data_record::DataRecord, pending_rows::PendingRows},
     averaging_times::{AveragingTimes, MissingTime},
     snapshot::Snapshot,
     warning::advice,
@@ -20,6 +20,10 @@ impl Analysis {
             arrivals: rate.arrivals(|| self.arrivals()),
             refused_before: rate.refused_before,
             rate_change: rate.change(),
+            parted: self.record.parted,
+            repeated_rows: self.order().map_or(0, |order| order.repeated),
+            moved_rows: self.order().map_or(0, |order| order.moved),
+            pending_rows: self.pending.as_ref().map_or(0, PendingRows::pending),
             false_rate: rate.false_rate,
             false_report: rate.false_report,
             other_rate_samples: rate.other_rate_samples,

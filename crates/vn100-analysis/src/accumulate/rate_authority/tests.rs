@@ -23,6 +23,8 @@ fn summary(nominal: Option<NominalRate>, offset_ppm: Option<f64>) -> TimebaseSum
         refusal: None,
         missing: 0,
         gaps: 0,
+        unevenness: None,
+        flushed: 0,
         arrivals: None,
     }
 }
@@ -131,27 +133,6 @@ fn samples_at_another_rate_are_excluded_until_it_is_that_of_the_record() {
 }
 
 #[test]
-fn another_rate_after_a_reconnect_is_a_change_if_the_one_before_was_confirmed() {
-    let refusal = |measured_hz: f64| Refusal::OtherRate { known_hz: 40.0, measured_hz };
-    let after = |mut rate: RateAuthority, before: Option<TimebaseSummary>, refusal: Refusal| {
-        rate.end_connection(before);
-        let effect = rate.take_refusal(refusal, &span(600, 0));
-        (effect, rate.change().map(|change| change.to_hz))
-    };
-    let excluded = |to_hz| (RateEffect::Exclude, Some(to_hz));
-    let known = Some(summary(Some(NominalRate::Known(40.0)), None));
-    assert_eq!(after(by_device(40.0), known, refusal(19.85)), excluded(20.0));
-    assert_eq!(after(by_device(40.0), known, refusal(20.15)), excluded(20.0));
-    assert_eq!(after(by_device(40.0), known, refusal(19.8)), excluded(19.8), "1 % is too much");
-    assert_eq!(after(by_arrival(40.0), known, refusal(33.0)), excluded(33.0));
-    let kept = (RateEffect::None, None);
-    assert_eq!(after(by_user(40.0), known, refusal(20.0)), kept);
-    assert_eq!(after(by_device(40.0), None, refusal(20.0)), kept);
-    assert_eq!(after(by_device(40.0), Some(snapped(50.0)), refusal(20.0)), kept);
-    assert_eq!(after(by_device(40.0), known, Refusal::NoTimePasses { samples: 9 }), kept);
-}
-
-#[test]
 fn a_sensor_that_reports_another_rate_was_set_anew_if_the_stamps_confirmed_the_old_one() {
     let mut device = by_device(40.0);
     assert_eq!(device.take_device_rate(40.0, || None, &span(600, 0)), RateEffect::None);
@@ -226,50 +207,6 @@ fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
 }
 
 #[test]
-fn the_whole_record_refines_a_rate_that_its_first_samples_showed() {
-    let measured = |first_hz, all_hz| TimebaseSummary {
-        measured_hz: Some(all_hz),
-        ..summary(Some(NominalRate::Measured(first_hz)), Some(300.0))
-    };
-    let by_measured = |hz| {
-        let mut rate = RateAuthority::new(None);
-        assert_eq!(rate.take_nominal(NominalRate::Measured(hz), None, &span(0, 0)), RateEffect::None);
-        rate
-    };
-    for (all_hz, expected) in [(37.3, 37.3), (36.7, 36.7), (37.5, 37.0), (36.5, 37.0), (74.0, 37.0)] {
-        let mut rate = by_measured(37.0);
-        rate.take_whole_record(&measured(37.0, all_hz));
-        assert_eq!(rate.hz(), expected, "{all_hz} Hz after 37 Hz");
-    }
-    // the rate of the record is another one: given, or that of a list
-    for (mut rate, hz) in [(by_user(37.0), 37.0), (by_arrival(40.0), 40.0)] {
-        rate.take_whole_record(&measured(37.0, 37.1));
-        assert_eq!(rate.hz(), hz);
-    }
-}
-
-#[test]
-fn a_rate_of_the_arrivals_themselves_has_no_offset_against_them() {
-    let mut rate = by_arrival(40.0);
-    rate.rate.hz = 37.1;
-    let offset = |nominal, measured_hz| {
-        let all = TimebaseSummary { measured_hz, ..summary(Some(nominal), Some(300.0)) };
-        rate.arrivals(|| Some(all)).unwrap().offset_ppm
-    };
-    assert_eq!(offset(NominalRate::Measured(37.0), Some(37.1)), None);
-    assert_eq!(offset(NominalRate::Measured(37.0), Some(37.100_05)), None, "one of them rounded");
-    for (nominal, measured_hz) in [
-        (NominalRate::Measured(37.0), Some(37.2)),
-        (NominalRate::Measured(37.0), Some(37.0)),
-        (NominalRate::Measured(37.0), None),
-        (NominalRate::Measured(37.1), Some(37.1)),
-        (NominalRate::Snapped(37.0), Some(37.1)),
-    ] {
-        assert_eq!(offset(nominal, measured_hz), Some(300.0), "{nominal:?} {measured_hz:?}");
-    }
-}
-
-#[test]
 fn the_first_refusal_of_a_connection_that_is_over_is_kept() {
     let refused = |samples: u64| {
         Some(TimebaseSummary { refusal: Some(Refusal::NoTimePasses { samples }), ..summary(None, None) })
@@ -286,4 +223,14 @@ fn the_first_refusal_of_a_connection_that_is_over_is_kept() {
     assert_eq!(excluded.refused_before, None);
     excluded.start_over();
     assert!(!excluded.is_excluding());
+}
+
+#[test]
+fn another_rate_of_a_later_connection_is_a_change() {
+    for (mut rate, from) in [(by_arrival(40.0), RateFrom::Arrival), (by_device(40.0), RateFrom::Device)] {
+        rate.end_connection(Some(snapped(40.0)));
+        assert_eq!(rate.take_nominal(NominalRate::Known(40.0), None, &span(9, 0)), RateEffect::None);
+        assert_eq!(rate.take_nominal(NominalRate::Snapped(20.0), None, &span(9, 0)), RateEffect::Exclude, "{from:?}");
+        assert_eq!(rate.change().map(|change| (change.from_hz, change.to_hz)), Some((40.0, 20.0)));
+    }
 }

@@ -149,6 +149,8 @@ pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> T
         Refusal::TooFast { .. } if is_link => "Delayed bytes arrive like that. ",
         Refusal::TooFast { .. } => "They may have been stamped when a file was read: set the rate. ",
         Refusal::NoTimePasses { .. } if !is_link => "Set the rate. ",
+        Refusal::Uneven { .. } => "Samples are missing, or the sensor has another rate: set the rate. ",
+        Refusal::Pairs { .. } => "Measure each source alone, or set the rate. ",
         Refusal::Backwards { .. } => "Stamp with a clock that is not set meanwhile, and keep the lines in order. ",
         Refusal::OtherRate { .. } => "Averaging times use the known rate; entirely missing lines cannot be detected. ",
         Refusal::NoTimePasses { .. } => "",
@@ -163,9 +165,11 @@ pub(super) fn refused(refusal: Refusal, is_over: bool, snapshot: &Snapshot) -> T
             RateFrom::Arrival | RateFrom::Assumed => "The arrival times before showed that rate.".into(),
         },
         Refusal::OtherRate { .. } => "The arrival times before showed that rate.".into(),
-        Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
-            "Entirely missing lines cannot be detected from there on.".into()
-        }
+        Refusal::Backwards { .. }
+        | Refusal::TooFast { .. }
+        | Refusal::NoTimePasses { .. }
+        | Refusal::Pairs { .. }
+        | Refusal::Uneven { .. } => "Entirely missing lines cannot be detected from there on.".into(),
     };
     let until = if is_over { " It lasted until the link disconnected." } else { "" };
     Text::from(cause).append(effect).then(until)

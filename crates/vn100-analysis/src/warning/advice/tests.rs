@@ -4,6 +4,7 @@ use imu_noise::timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, VNYMR, stream::RejectedRow};
 
 use super::*;
+use crate::snapshot::Timing;
 
 const SUMMARY: TimebaseSummary = TimebaseSummary {
     samples: 4000,
@@ -14,6 +15,8 @@ const SUMMARY: TimebaseSummary = TimebaseSummary {
     refusal: None,
     missing: 0,
     gaps: 0,
+    unevenness: None,
+    flushed: 0,
     arrivals: None,
 };
 
@@ -23,7 +26,8 @@ fn kinds(summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
 
 fn kinds_by(missing_from: MissingFrom, summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
     let mut advice = Advice::default();
-    advice.on_arrivals(summary, rates_hz, missing_from);
+    let timing = crate::Analysis::new(crate::Settings::default()).timing();
+    advice.on_arrivals(summary, rates_hz, &Timing { missing_from, ..timing });
     advice.warnings.iter().map(|warning| warning.kind).collect()
 }
 
@@ -52,6 +56,7 @@ fn a_rate_by_times_that_lack_many_samples_is_unsure() {
         nominal: Some(NominalRate::Measured(38.81)),
         measured_hz: Some(38.73),
         missing,
+        gaps: missing / 2,
         offset_ppm,
         ..SUMMARY
     };

@@ -1,6 +1,6 @@
 //! Warnings about the rate, the times of the samples, and their number.
 
-use imu_noise::timebase::{Arrivals, NominalRate, TimebaseSummary};
+use imu_noise::timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary, Unevenness};
 use vn100_protocol::{BinaryOutput, MEASUREMENTS_PER_S, Register, RegisterContents, RegisterFields, RegisterValue};
 
 use super::{Advice, counted, link::refused, samples};
@@ -8,8 +8,8 @@ use crate::{
     accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Text},
     sensor::sensor_of,
-    snapshot::{FalseRate, FalseReport, MissingFrom, RateChange, RateFrom, Snapshot},
-    warning::WarningKind,
+    snapshot::{FalseRate, FalseReport, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
+    warning::{Severity, WarningKind},
 };
 
 /// The least number of samples. Three terms need four octaves, and with this many samples the last
@@ -26,6 +26,25 @@ impl Advice {
                 .remedy(Remedy::Skip(None))
                 .then(" excludes the first part instead.");
             self.warn(WarningKind::RateChanged, headline, details);
+        }
+        if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.parted {
+            let headline =
+                format!("sample rate changed from {from_hz:.3} to {to_hz:.3} Hz after {}", samples(after_samples));
+            let details = format!(
+                "The longest stretch at one rate is measured; the others are excluded, {} in all.",
+                samples(timing.excluded)
+            );
+            self.warn(WarningKind::RateChanged, headline, details);
+        }
+        if snapshot.repeated_rows > 0 {
+            let headline =
+                format!("{} left out: they repeat an earlier one, stamp and values", rows(snapshot.repeated_rows));
+            self.warn(WarningKind::RepeatedLines, headline, "Each is measured once.");
+            self.set_severity(Severity::Caution);
+        }
+        if snapshot.moved_rows > 0 {
+            let headline = format!("{} out of order, put at the place of their stamps", rows(snapshot.moved_rows));
+            self.warn(WarningKind::StampsBackwards, headline, "They are measured in the order of time.");
         }
         if let Some(FalseRate { samples: excluded, arrival_hz, device_hz }) = snapshot.false_rate {
             let headline = format!(
@@ -49,9 +68,13 @@ impl Advice {
         let is_over = refusal.is_none();
         if let Some(refusal) = refusal.or(snapshot.refused_before) {
             self.warn(WarningKind::StampsRefused, refusal.to_string(), refused(refusal, is_over, snapshot));
+            // averaging times by a rate that the stamps contradict are wrong
+            if matches!(refusal, Refusal::OtherRate { .. }) && timing.rate_from == RateFrom::Option {
+                self.set_severity(Severity::Problem);
+            }
         }
         if let Some(arrivals) = &snapshot.arrivals {
-            self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing.missing_from);
+            self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing);
         }
         if snapshot.restarts > 0 {
             let headline = format!("the sensor restarted {}", counted(snapshot.restarts, "time"));
@@ -140,17 +163,18 @@ impl Advice {
         }
     }
 
-    pub(super) fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], missing_from: MissingFrom) {
+    pub(super) fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], timing: &Timing) {
         // a latency timer delivers nearly every other sentence together with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
-        let has_stamps = missing_from != MissingFrom::DeviceTime;
+        let has_stamps = timing.missing_from != MissingFrom::DeviceTime;
         if has_stamps && summary.refusal.is_none() && summary.backwards > 0 {
             let headline = format!("time stamps step backwards {}", counted(summary.backwards, "time"));
             let details = "The clock was set, or lines are out of order. Time continues from there on; dropped samples at that place are \
                            not detected.";
             self.warn(WarningKind::StampsBackwards, headline, details);
         }
-        self.on_rate(summary, rates_hz);
+        self.on_rate(summary, rates_hz, timing.rate_from);
+        self.on_unevenness(summary);
         // with device times no gap depends on when its packets arrive
         let is_bunched = |arrivals: &Arrivals| has_stamps && arrivals.share_together > BUNCHED_SHARE;
         if let Some(arrivals) = summary.arrivals.filter(is_bunched) {
@@ -171,18 +195,49 @@ impl Advice {
         }
     }
 
-    fn on_rate(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
+    /// Stamps of any sensor that are not even, although its samples may be.
+    fn on_unevenness(&mut self, summary: &TimebaseSummary) {
+        if summary.flushed > 0 {
+            let headline = format!("the first {} had waited, and were stamped together", rows(summary.flushed));
+            self.warn(WarningKind::BunchedArrival, headline, "The rate is that of the rows after them.");
+        }
+        let (headline, details) = match summary.unevenness {
+            None => return,
+            Some(Unevenness::Bursts | Unevenness::Pairs) => (
+                "rows come several at a time, as read from a buffer",
+                "The rate is that of all rows; deviations take them as equally spaced.",
+            ),
+            Some(Unevenness::CoarseClock) => (
+                "stamps are those of a coarse clock, whose ticks are about as long as the steps between rows",
+                "The rate is that of all rows; single dropped rows cannot be detected.",
+            ),
+            Some(Unevenness::Irregular) => (
+                "stamps are not equally spaced",
+                "Deviations take the rows as equally spaced, at the mean rate. That is right if the stamps alone are uneven, and wrong if \
+                 the sampling is.",
+            ),
+        };
+        self.warn(WarningKind::BunchedArrival, headline, details);
+        if summary.unevenness == Some(Unevenness::Irregular) {
+            self.set_severity(Severity::Caution);
+        }
+    }
+
+    fn on_rate(&mut self, summary: &TimebaseSummary, rates_hz: &[f64], from: RateFrom) {
+        // a rate of the user that is off by more makes every averaging time wrong
+        const WRONG_PPM: f64 = 10_000.0;
         // no quartz is off by that much
         const CLOCK_PPM: f64 = 1000.0;
         // the error that bursts make in a short record
         const BUNCHING_S: f64 = 0.1;
-        // with this share of dropped samples another rate, with more or fewer of them, fits the
-        // same times
+        // with this share of dropped samples in many gaps another rate, with more or fewer of them,
+        // fits the same times
         const UNSURE_SHARE: f64 = 0.1;
+        const MANY_GAPS: u64 = 10;
         let Some(nominal) = summary.nominal else { return };
         let missing = summary.missing as f64 / (summary.samples + summary.missing).max(1) as f64;
         if let (NominalRate::Measured(_), true, None, Some(hz)) =
-            (nominal, missing > UNSURE_SHARE, summary.offset_ppm, summary.measured_hz)
+            (nominal, missing > UNSURE_SHARE && summary.gaps >= MANY_GAPS, summary.offset_ppm, summary.measured_hz)
         {
             let headline =
                 format!("rate of {hz:.2} Hz unsure: by its times {:.0} % of the samples are missing", 100.0 * missing);
@@ -204,6 +259,9 @@ impl Advice {
                     .remedy(Remedy::GiveRate(Some(hz)))
                     .then(" if the time stamps are right.");
                 self.warn(WarningKind::RateOffNominal, headline, details);
+                if ppm.abs() > WRONG_PPM && from == RateFrom::Option {
+                    self.set_severity(Severity::Problem);
+                }
             }
         }
     }
@@ -211,4 +269,8 @@ impl Advice {
 
 fn has_sensor(snapshot: &Snapshot) -> bool {
     snapshot.layout_channels().iter().any(|channel| sensor_of(channel.quantity).is_some())
+}
+
+fn rows(count: u64) -> String {
+    counted(count, "row")
 }

@@ -1,0 +1,374 @@
+//! The steps between the samples of any sensor, whose rate nothing tells: local, from a bounded
+//! number of samples before and after.
+//!
+//! Stamps need not be even: a reader may take several samples at once, a clock may be coarse, a
+//! host may be late. All that is asked of them is a lower edge that rises evenly, or single steps
+//! of which the others are multiples.
+
+use std::f64::consts::TAU;
+
+/// Samples that are examined together; the first half of them is decided, unless the rate changes.
+const WINDOW: usize = 1024;
+
+/// Samples of a block, whose mean step, or earliest sample, counts.
+const BLOCK: usize = 64;
+
+/// The relative difference of the mean steps before and after a change of the rate, and that of the
+/// blocks on one side.
+const CHANGED: f64 = 0.15;
+const SAME: f64 = 0.06;
+
+/// Relative difference of a single step, and of a sum of two.
+const NEAR: f64 = 0.2;
+const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
+const NEAR_SUM: f64 = 0.04;
+
+/// Where samples are missing, the mean step over a single one is below this: with more of them
+/// missing, stamps that come in bursts are as likely.
+const MOST_MISSING: f64 = 1.8;
+
+/// Steps above this many median ones are pauses.
+const PAUSE: f64 = 16.0;
+
+/// Rises of the edge over blocks that are farther from the usual one than so many times the median
+/// distance are gaps; and how far, in median distances, they lead away together.
+const OUTLIER: f64 = 4.0;
+const RETURNS: f64 = 1.6;
+const MOST_SPREAD: f64 = 1.5;
+
+/// The least mean resultant of stamps that are whole periods of a frequency, for a search far from
+/// the mean step, and near it.
+const LEAST_RESULTANT: f64 = 0.3;
+const SURE_RESULTANT: f64 = 0.45;
+const AS_LONG: f64 = 0.85;
+/// Samples of that search, and how many periods a mean step may have.
+const SEARCHED: usize = 256;
+const MOST_PERIODS: f64 = 5.0;
+
+/// How the stamps of an even stream are uneven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unevenness {
+    /// Several samples at once, as read from a buffer.
+    Bursts,
+    /// Stamps of a clock with long ticks.
+    CoarseClock,
+    /// Two samples together, then a pause: a buffer of two, or two sources.
+    Pairs,
+    /// By no rule: late stamps, or samples that are not equally spaced.
+    Irregular,
+}
+
+/// The steps of some samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Steps {
+    pub(super) period_s: f64,
+    /// `None` for steps that are nearly equal, or multiples of one that is.
+    pub(super) unevenness: Option<Unevenness>,
+    /// By how much the lower edge of the stamps may rise for long, although no sample is missing.
+    pub(super) jump_s: f64,
+}
+
+/// Samples whose step is known.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Stretch {
+    pub(super) stamps_s: Vec<f64>,
+    /// `None` without an even step.
+    pub(super) steps: Option<Steps>,
+    /// Whether the rate changed before them, or they are the first.
+    pub(super) begins: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct LocalSteps {
+    pub(super) pending_s: Vec<f64>,
+    begins: bool,
+    /// Whether no sample has been taken.
+    is_first: bool,
+    last: Option<Steps>,
+}
+
+impl LocalSteps {
+    pub(super) const fn new() -> Self {
+        Self { pending_s: Vec::new(), begins: true, is_first: true, last: None }
+    }
+
+    /// Adds a sample. Returns samples that are decided with it.
+    pub(super) fn push(&mut self, at_s: f64) -> Option<Stretch> {
+        self.pending_s.push(at_s);
+        (self.pending_s.len() == WINDOW).then(|| self.take(WINDOW / 2))
+    }
+
+    /// The next samples, if no other follows; `None` if all were taken.
+    pub(super) fn finish(&mut self) -> Option<Stretch> {
+        (!self.pending_s.is_empty()).then(|| self.take(WINDOW))
+    }
+
+    fn take(&mut self, most: usize) -> Stretch {
+        let (mut from, mut until) = (0, self.pending_s.len());
+        if let Some(place) = change_of_rate(&self.pending_s) {
+            let parts = self.pending_s.split_at(place);
+            let period = |part: &[f64]| Some(steps_of(part, None)?.period_s).filter(|_| part.len() >= BLOCK);
+            match (period(parts.0), period(parts.1)) {
+                // samples that waited when the recording began come faster than the sensor sends
+                (Some(before), Some(after)) if self.is_first && place <= WINDOW / 2 && before < after => from = place,
+                (Some(before), Some(after)) if !is_same(before, after) => until = place,
+                _ => {}
+            }
+        }
+        if self.is_first {
+            from = from.max(waited(&self.pending_s[..until]));
+        }
+        let steps = steps_of(&self.pending_s[from..until], self.last);
+        let taken = if until < self.pending_s.len() { until } else { most.min(until) };
+        let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
+        self.begins = taken == until && !self.pending_s.is_empty();
+        self.is_first = false;
+        self.last = if self.begins { None } else { steps };
+        stretch
+    }
+}
+
+/// The number of first samples, up to half a window, that follow each other by less than half of the
+/// usual step.
+fn waited(stamps_s: &[f64]) -> usize {
+    let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let Some(usual_s) = median(&steps_s) else { return 0 };
+    let short = steps_s.iter().take_while(|step_s| **step_s < 0.5 * usual_s).count();
+    if short <= WINDOW / 2 { short } else { 0 }
+}
+
+fn is_same(one: f64, other: f64) -> bool {
+    (one / other - 1.0).abs() <= CHANGED && (other / one - 1.0).abs() <= CHANGED
+}
+
+/// The place of a change of the mean step, which is even on both sides of it.
+fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
+    let ends: Vec<f64> = stamps_s.iter().copied().step_by(BLOCK).collect();
+    let means: Vec<f64> = ends.windows(2).map(|pair| (pair[1] - pair[0]) / BLOCK as f64).collect();
+    let is_even = |means: &[f64], mean: f64| {
+        5 * means.iter().filter(|other| (*other / mean - 1.0).abs() < SAME).count() >= 4 * means.len()
+    };
+    let parts = (1..means.len().saturating_sub(1)).filter_map(|block| {
+        let (before, after) = (median(&means[..block])?, median(&means[block..])?);
+        let is_change = !is_same(before, after) && is_even(&means[..block], before) && is_even(&means[block..], after);
+        let rest = |means: &[f64], mean: f64| means.iter().map(|other| (other - mean).abs()).sum::<f64>();
+        is_change.then(|| (rest(&means[..block], before) + rest(&means[block..], after), block, before, after))
+    });
+    let (_, block, before, after) = parts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // against a step between the two, the lag has its extreme at the change
+    let (between, sign) = (0.5 * (before + after), if after > before { -1.0 } else { 1.0 });
+    let around = (block - 1) * BLOCK..((block + 1) * BLOCK + 1).min(stamps_s.len());
+    let lag = |place: usize| sign * (stamps_s[place] - place as f64 * between);
+    let place = around.max_by(|a, b| lag(*a).total_cmp(&lag(*b)))?;
+    Some(place + 1)
+}
+
+/// The steps of these samples; `None` for less than two, or without an even step. `last` are those
+/// of the samples before.
+fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
+    let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let even = |period_s: f64| Steps { period_s, unevenness: None, jump_s: 0.0 };
+    let uneven = |(period_s, jump_s): (f64, f64)| {
+        let (unevenness, tick_s) = unevenness(&steps_s, period_s);
+        let tick_s = if unevenness == Unevenness::CoarseClock { tick_s } else { 0.0 };
+        Steps { period_s, unevenness: Some(unevenness), jump_s: jump_s.max(tick_s) }
+    };
+    if let Some(period_s) = pairs(&steps_s) {
+        return Some(Steps { period_s, unevenness: Some(Unevenness::Pairs), jump_s: 0.0 });
+    }
+    if let Some(steps) = singles(&steps_s) {
+        return Some(steps);
+    }
+    let searched_s = &stamps_s[..stamps_s.len().min(SEARCHED)];
+    let is_single = |period_s: &f64| {
+        2 * steps_s.iter().filter(|step_s| (**step_s / period_s - 1.0).abs() < 0.5).count() >= steps_s.len()
+    };
+    let known = match last {
+        Some(last) => {
+            last.unevenness.is_none().then_some((resultant(searched_s, last.period_s.recip()), last.period_s))
+        }
+        None => common_period(searched_s, MOST_MISSING).filter(|(_, period_s)| is_single(period_s)),
+    };
+    if let Some((_, period_s)) = known.filter(|(length, _)| *length >= SURE_RESULTANT) {
+        return Some(even(period_s));
+    }
+    if steps_s.len() < BLOCK {
+        let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
+        return (mean_s > 0.0).then(|| uneven((mean_s, 2.0 * mean_s)));
+    }
+    let common = || match last {
+        Some(_) => None,
+        None => common_period(searched_s, MOST_PERIODS).filter(|(length, _)| *length >= LEAST_RESULTANT),
+    };
+    edge_step(stamps_s).map(uneven).or_else(|| common().map(|(_, period_s)| even(period_s)))
+}
+
+/// The mean step of samples that come in pairs: two steps together are even, and each is not.
+fn pairs(steps_s: &[f64]) -> Option<f64> {
+    let sums_s: Vec<f64> = steps_s.windows(2).map(|pair| pair[0] + pair[1]).collect();
+    let period_s = 0.5 * median(&sums_s).filter(|sum_s| *sum_s > 0.0)?;
+    let even = sums_s.iter().filter(|sum_s| (*sum_s / (2.0 * period_s) - 1.0).abs() <= NEAR_SUM).count();
+    let single = steps_s.iter().filter(|step_s| (*step_s / period_s - 1.0).abs() <= NEAR_SUM).count();
+    // equal stamps are those of a coarse clock
+    let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
+    // steps that differ by a tick of a coarse clock are of one that is half a tick longer or shorter
+    let differences_s: Vec<f64> = steps_s.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let difference_s = median(&differences_s)?;
+    let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
+    let is_even = 20 * even >= 19 * sums_s.len() && 5 * single < steps_s.len();
+    let is_rule = is_even && 20 * equal < steps_s.len() && !is_clock;
+    is_rule.then_some(period_s)
+}
+
+/// The steps if single ones are the rule, of which the others are multiples: as many as samples
+/// that are missing make, and by no rule.
+fn singles(steps_s: &[f64]) -> Option<Steps> {
+    let median_s = median(steps_s).filter(|median_s| *median_s > 0.0)?;
+    let is_near = |step_s: &&f64| (*step_s / median_s - 1.0).abs() <= NEAR;
+    let singles = steps_s.iter().filter(is_near).count();
+    let single_s = steps_s.iter().filter(is_near).sum::<f64>() / singles as f64;
+    let periods = || steps_s.iter().map(|step_s| step_s / single_s);
+    let is_pause = |periods: f64| periods >= PAUSE;
+    let kept: Vec<f64> = match 50 * periods().filter(|periods| is_pause(*periods)).count() <= steps_s.len() {
+        true => periods().filter(|periods| !is_pause(*periods)).collect(),
+        false => periods().collect(),
+    };
+    let whole = kept.iter().filter(|periods| periods.round() >= 1.0 && (*periods - periods.round()).abs() <= NEAR);
+    let mean = kept.iter().sum::<f64>() / kept.len() as f64;
+    let is_multiple = 10 * whole.count() >= 9 * kept.len();
+    let is_rule = 2 * singles >= steps_s.len() && is_multiple;
+    if !is_rule || mean >= MOST_MISSING {
+        return None;
+    }
+    let (every, length) = even_pauses(&kept);
+    let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
+    let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
+    let short = count(&|periods| periods < 0.4);
+    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
+    // stamps that are uneven are late at times, for long
+    let uneven = |unevenness| {
+        let period_s = mean * single_s;
+        Some(Steps { period_s, unevenness: Some(unevenness), jump_s: period_s })
+    };
+    match () {
+        // a clock whose ticks are about as long as the steps skips one now and then, or repeats one
+        () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
+            uneven(Unevenness::CoarseClock)
+        }
+        () if are_ticks_more(&kept) => uneven(Unevenness::CoarseClock),
+        () if 50 * short > kept.len() => uneven(Unevenness::Irregular),
+        () if every => None,
+        () => Some(Steps { period_s: whole_s, unevenness: None, jump_s: 0.0 }),
+    }
+}
+
+/// Whether the steps that are no multiples of a single one are equal, as where a single one has some
+/// ticks of a clock and the others one more.
+fn are_ticks_more(periods: &[f64]) -> bool {
+    let others: Vec<f64> =
+        periods.iter().copied().filter(|periods| (periods - periods.round()).abs() > NEAR && *periods < 2.0).collect();
+    let Some(other) = median(&others) else { return false };
+    let equal = others.iter().filter(|periods| (*periods - other).abs() < NEAR_SUM).count();
+    others.len() >= 4 && 10 * equal >= 9 * others.len()
+}
+
+/// Whether longer steps come after equal numbers of single ones, as where a buffer is read, and the
+/// length of such a step in single ones.
+fn even_pauses(periods: &[f64]) -> (bool, f64) {
+    let long: Vec<usize> = (0..periods.len()).filter(|place| periods[*place] > 1.5).collect();
+    let between: Vec<f64> = long.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
+    let lengths: Vec<f64> = long.iter().map(|place| periods[*place]).collect();
+    let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, 0.0) };
+    let even = between.iter().filter(|steps| (*steps - middle).abs() <= f64::max(1.0, NEAR * middle)).count();
+    (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * between.len(), length)
+}
+
+/// The step by which the lower edge of the stamps rises, and by how much it varies for long; `None`
+/// if it does not rise evenly.
+fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
+    let near_s = (stamps_s.last()? - stamps_s.first()?) / (stamps_s.len() - 1) as f64;
+    let block = BLOCK.min(stamps_s.len() / 8).max(1);
+    let lag_s = |place: usize| stamps_s[place] - place as f64 * near_s;
+    let earliest = |start: usize| (start..start + block).min_by(|a, b| lag_s(*a).total_cmp(&lag_s(*b)));
+    let points: Vec<usize> = (0..stamps_s.len() / block).filter_map(|number| earliest(number * block)).collect();
+    let rises = || points.windows(2).map(|pair| (pair[1] - pair[0], stamps_s[pair[1]] - stamps_s[pair[0]]));
+    let slopes: Vec<f64> = rises().map(|(samples, rise_s)| rise_s / samples as f64).collect();
+    let slope_s = median(&slopes).filter(|slope_s| *slope_s > 0.0)?;
+    let positive: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step_s| *step_s > 0.0).collect();
+    let tick_s = median(&positive)?;
+    // a coarse clock moves the edge by a tick
+    let tick = 1.2 * tick_s / slope_s;
+    let off = |(samples, rise_s): (usize, f64)| rise_s / slope_s - samples as f64;
+    let spread = median(&rises().map(|rise| off(rise).abs()).collect::<Vec<_>>())?;
+    let even: Vec<(usize, f64)> =
+        rises().filter(|rise| off(*rise).abs() < f64::max(1.0, OUTLIER * spread).max(tick)).collect();
+    let (samples, rise_s) = even.iter().fold((0, 0.0), |sum, rise| (sum.0 + rise.0, sum.1 + rise.1));
+    // an edge that varies returns, and samples that are missing raise it for good
+    let far: f64 = even
+        .iter()
+        .scan(0.0, |sum, rise| {
+            *sum += off(*rise);
+            Some(*sum)
+        })
+        .fold(0.0, |most, sum: f64| most.max(sum.abs()));
+    let is_even = 3 * even.len() >= 2 * slopes.len()
+        && spread < MOST_SPREAD
+        && far < f64::max(1.5, RETURNS * spread).max(2.0 * tick);
+    is_even.then(|| (rise_s / samples as f64, RETURNS * spread * slope_s))
+}
+
+/// How these steps are uneven, and the usual one that is not zero.
+fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
+    let share = |count: usize, of: usize| count as f64 / of.max(1) as f64;
+    let positive: Vec<f64> = steps_s.iter().copied().filter(|step_s| *step_s > 0.0).collect();
+    let tick_s = median(&positive).unwrap_or(period_s);
+    let on_ticks = positive.iter().filter(|step_s| (*step_s / tick_s - (*step_s / tick_s).round()).abs() < 0.1).count();
+    let close = steps_s.iter().filter(|step_s| **step_s < 0.4 * period_s).count();
+    let unevenness = match () {
+        () if tick_s > 0.7 * period_s && share(on_ticks, positive.len()) > 0.9 => Unevenness::CoarseClock,
+        () if share(close, steps_s.len()) > 0.45 => Unevenness::Bursts,
+        () => Unevenness::Irregular,
+    };
+    (unevenness, tick_s)
+}
+
+/// The period, up to the mean step and above the `most`-th part of it, of which all stamps are
+/// multiples, whatever is missing and a little late; with the resultant length.
+fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
+    let span_s = stamps_s.last()? - stamps_s.first()?;
+    let mean_hz = (stamps_s.len() - 1) as f64 / span_s;
+    let step_hz = 0.25 / span_s;
+    if !mean_hz.is_normal() {
+        return None;
+    }
+    let with_length = |hz: f64| (resultant(stamps_s, hz), hz);
+    let lowest_hz = mean_hz - 8.0 * step_hz;
+    let candidates = ((most * mean_hz - lowest_hz) / step_hz) as u32;
+    let all: Vec<_> = (0..candidates).map(|index| with_length(lowest_hz + f64::from(index) * step_hz)).collect();
+    let longest = all.iter().map(|(length, _)| *length).fold(0.0, f64::max);
+    // multiples of the rate, and sums with that of the digits of the stamps, are about as good
+    let (_, near_hz) = *all.iter().find(|(length, _)| *length >= AS_LONG * longest)?;
+    let fine = (0..41).map(|index| with_length(near_hz + (f64::from(index) - 20.0) * 0.1 * step_hz));
+    let (length, hz) = fine.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((length, hz.recip()))
+}
+
+/// Length of the mean of the stamps as angles of a frequency (Mardia and Jupp, *Directional
+/// Statistics*, 2000, section 3.4.1).
+pub(super) fn resultant(stamps_s: &[f64], hz: f64) -> f64 {
+    let origin_s = stamps_s.first().copied().unwrap_or_default();
+    let (mut cosines, mut sines) = (0.0, 0.0);
+    for at_s in stamps_s {
+        let (sine, cosine) = (TAU * ((at_s - origin_s) * hz).fract()).sin_cos();
+        cosines += cosine;
+        sines += sine;
+    }
+    f64::hypot(cosines, sines) / stamps_s.len() as f64
+}
+
+/// The lower median; `None` without values.
+fn median(values: &[f64]) -> Option<f64> {
+    let mut values = values.to_vec();
+    let middle = values.len().checked_sub(1)? / 2;
+    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

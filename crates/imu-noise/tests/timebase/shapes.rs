@@ -1,0 +1,132 @@
+//! The shapes of stamps of tables and bags, whose rate nothing tells.
+
+use std::time::Duration;
+
+use imu_noise::timebase::{GapDetector, GapEvent, Refusal, TimebaseSummary};
+use proptest::prelude::*;
+
+/// Rate at the end, missing samples, the places and rates of changes, and the summary.
+fn detected(stamps_s: &[f64]) -> (Option<f64>, u64, Vec<(u64, f64)>, TimebaseSummary) {
+    let mut detector = GapDetector::new(&[], None);
+    let (mut rate_hz, mut missing, mut changes, mut placed) = (None, 0, Vec::new(), 0);
+    for stamp_s in stamps_s {
+        detector.push(Duration::from_secs_f64(1000.0 + stamp_s), None);
+    }
+    detector.finish();
+    while let Some(event) = detector.poll() {
+        match event {
+            GapEvent::Samples(samples) => placed += samples,
+            GapEvent::Missing(more) => missing += more,
+            GapEvent::Rate(rate) => rate_hz = Some(rate.hz()),
+            GapEvent::RateChanged { to_hz, .. } => {
+                changes.push((placed, to_hz));
+                rate_hz = Some(to_hz);
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(placed, stamps_s.len() as u64, "every sample comes out once");
+    (rate_hz, missing, changes, detector.summary().unwrap())
+}
+
+fn is_near(rate_hz: Option<f64>, expected_hz: f64, within: f64) -> bool {
+    rate_hz.is_some_and(|hz| (hz / expected_hz - 1.0).abs() <= within)
+}
+
+prop_compose! {
+    fn rate()(log_hz in 0.7..2.9) -> f64 { 10_f64.powf(log_hz) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn samples_that_waited_at_the_start_do_not_decide_the_rate(
+        rate_hz in rate(), waited in 20_usize..400, factor in 0.01..0.5, samples in 1500_usize..4000,
+    ) {
+        let mut at_s = 0.0;
+        let stamps_s: Vec<f64> = (0..samples).map(|place| {
+            at_s += if place < waited { factor } else { 1.0 } / rate_hz;
+            at_s
+        }).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 1e-3) && missing == 0 && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
+    fn bursts_are_no_gaps(
+        rate_hz in rate(), burst in 3_usize..12, spacing in 0.0..0.35, samples in 1500_usize..4000,
+        lost in prop::option::of(300_usize..1000),
+    ) {
+        let stamp = |place: usize| (place / burst * burst) as f64 / rate_hz + (place % burst) as f64 * spacing / rate_hz;
+        let gap = |place: &usize| lost.is_none_or(|lost| !(lost / burst * burst..(lost / burst + 4) * burst).contains(place));
+        let stamps_s: Vec<f64> = (0..samples).filter(gap).map(stamp).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        let expected = if lost.is_some() { 4 * burst as u64 } else { 0 };
+        prop_assert!(is_near(found_hz, rate_hz, 0.01) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+        prop_assert!(missing.abs_diff(expected) <= 1, "{missing} of {expected}: {summary:?}");
+        prop_assert!(summary.unevenness.is_some(), "{summary:?}");
+    }
+
+    #[test]
+    fn a_coarse_clock_drops_nothing(
+        rate_hz in 20.0..400.0, tick_s in prop::sample::select(vec![0.01, 0.0156, 0.015_625]), samples in 1500_usize..4000,
+        phase in 0.0..1.0_f64,
+    ) {
+        let stamps_s: Vec<f64> = (0..samples).map(|place| f64::floor(place as f64 / rate_hz / tick_s + phase) * tick_s).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 0.01) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+        prop_assert!(missing as usize <= samples / 100, "{missing} at {rate_hz} Hz");
+    }
+
+    #[test]
+    fn dropped_samples_leave_the_step(
+        rate_hz in rate(), dropped in 0.0..0.4, jitter in 0.0..0.1, chances in prop::collection::vec((0.0..1.0, 0.0..1.0), 1500..3000),
+    ) {
+        let all = || chances.iter().enumerate().filter(|(place, (drop, _))| *place == 0 || *drop >= dropped);
+        let stamps_s: Vec<f64> = all().map(|(place, (_, late))| (place as f64 + jitter * late) / rate_hz).collect();
+        let expected = all().next_back().map_or(0, |(place, _)| place + 1) - stamps_s.len();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 0.005) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}");
+        prop_assert!(missing.abs_diff(expected as u64) as f64 <= 3.0 + 0.01 * chances.len() as f64, "{missing} of {expected}");
+    }
+
+    #[test]
+    fn a_change_of_the_rate_is_found_at_its_place(
+        rate_hz in rate(), factor in prop_oneof![0.2..0.75, 1.35..5.0], before in 600_usize..2000, after in 600_usize..2000,
+    ) {
+        let mut at_s = 0.0;
+        let stamps_s: Vec<f64> = (0..before + after).map(|place| {
+            at_s += if place < before { 1.0 } else { 1.0 / factor } / rate_hz;
+            at_s
+        }).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz * factor, 0.005) && missing <= 1, "{found_hz:?}, {missing}, {changes:?}");
+        let [(place, _)] = changes[..] else { panic!("{changes:?}") };
+        prop_assert!(place.abs_diff(before as u64) <= 2, "{place} for {before}");
+    }
+
+    #[test]
+    fn a_clock_that_steps_is_a_gap_or_continues(rate_hz in rate(), place in 600_usize..1200, by_periods in prop_oneof![-4000.0..-40.0, 10.0..4000.0]) {
+        let stamps_s: Vec<f64> = (0..2000).map(|sample| {
+            (5000.0 + sample as f64 + if sample >= place { by_periods } else { 0.0 }) / rate_hz
+        }).collect();
+        prop_assume!(by_periods > 0.0 || by_periods / rate_hz < -0.02);
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 1e-3) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}");
+        prop_assert_eq!((missing > 0, summary.backwards), (by_periods > 0.0, u64::from(by_periods < 0.0)));
+    }
+}
+
+#[test]
+fn two_sources_are_pairs_and_days_are_too_fast() {
+    for phase in [0.1, 0.25, 0.4] {
+        let stamps_s: Vec<f64> =
+            (0..4000).map(|place| 0.01 * (f64::from(place / 2) + if place % 2 == 1 { phase } else { 0.0 })).collect();
+        let refusal = detected(&stamps_s).3.refusal;
+        assert!(matches!(refusal, Some(Refusal::Pairs { .. })), "{phase}: {refusal:?}");
+    }
+    let days: Vec<f64> = (0..1600).map(|place| f64::from(place) * 0.01 / 86_400.0).collect();
+    let refusal = detected(&days).3.refusal.unwrap();
+    assert!(refusal.to_string().contains("days of a spreadsheet"), "{refusal}");
+}

@@ -1,0 +1,80 @@
+//! Rows of a table that stand twice, or in another order than that of their stamps.
+
+use std::{collections::VecDeque, time::Duration};
+
+use vn100_protocol::stream::AbsentCell;
+
+/// The number of rows among which the order is restored.
+const WINDOW: usize = 32;
+
+/// A row that was moved leaves a hole of this many usual steps, into which it fits. The rows after
+/// a clock that was set back find none.
+const HOLE_STEPS: f64 = 1.5;
+
+/// The stamps of the latest rows, which may have to wait for an earlier one.
+#[derive(Debug, Default)]
+pub(crate) struct RowOrder {
+    latest: VecDeque<Duration>,
+    /// Rows that were left out because an earlier one has the same stamp and the same values.
+    pub(crate) repeated: u64,
+    /// Rows that were moved to their place.
+    pub(crate) moved: u64,
+}
+
+impl RowOrder {
+    /// Puts the last row of `counts` at its place, or removes it. Returns the stamps of the rows
+    /// whose place is final.
+    pub(crate) fn place(
+        &mut self,
+        at: Duration,
+        counts: &mut Vec<i32>,
+        absent: &mut Vec<AbsentCell>,
+        width: usize,
+    ) -> Vec<Duration> {
+        let last = counts.len() / width - 1;
+        let first = last - self.latest.len();
+        let row = |row: usize| &counts[row * width..(row + 1) * width];
+        let lacks = |row: usize| absent.iter().filter(move |cell| cell.row == row).map(|cell| cell.channel);
+        let same = self.latest.iter().enumerate().filter(|(_, stamp)| **stamp == at).map(|(place, _)| first + place);
+        if same.into_iter().any(|other| row(other) == row(last) && lacks(other).eq(lacks(last))) {
+            self.repeated += 1;
+            counts.truncate(last * width);
+            absent.retain(|cell| cell.row != last);
+            return Vec::new();
+        }
+        let place = self.latest.iter().rposition(|stamp| *stamp <= at).map_or(0, |before| before + 1);
+        if place < self.latest.len() && !self.is_hole(place) {
+            let rest = self.finish();
+            self.latest.push_back(at);
+            return rest;
+        }
+        if place < self.latest.len() {
+            let to = first + place;
+            counts[to * width..].rotate_right(width);
+            for cell in absent.iter_mut().filter(|cell| cell.row >= to) {
+                cell.row = if cell.row == last { to } else { cell.row + 1 };
+            }
+            absent.sort_unstable_by_key(|cell| (cell.row, cell.channel));
+            self.moved += 1;
+        }
+        self.latest.insert(place, at);
+        if self.latest.len() > WINDOW { self.latest.pop_front().into_iter().collect() } else { Vec::new() }
+    }
+
+    /// No row follows those so far: the stamps of the rest.
+    pub(crate) fn finish(&mut self) -> Vec<Duration> {
+        self.latest.drain(..).collect()
+    }
+
+    /// Whether a row is missing before this place among the latest ones.
+    fn is_hole(&self, place: usize) -> bool {
+        let steps = || {
+            self.latest.iter().zip(self.latest.iter().skip(1)).map(|(earlier, later)| later.saturating_sub(*earlier))
+        };
+        let mut all: Vec<Duration> = steps().collect();
+        let middle = all.len() / 2;
+        let Some(hole) = place.checked_sub(1).and_then(|place| steps().nth(place)) else { return false };
+        let (_, usual, _) = all.select_nth_unstable(middle);
+        hole.as_secs_f64() >= HOLE_STEPS * usual.as_secs_f64()
+    }
+}
