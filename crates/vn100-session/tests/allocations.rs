@@ -1,5 +1,5 @@
-//! Memory is allocated by the read, never by the line: counted, from the bytes of a chunk to the
-//! sums of every channel.
+//! Memory is allocated by the read, and by the stretch of 256 rows whose windows are planned at once,
+//! never by the line: counted, from the bytes of a chunk to the sums of every channel.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{io, time::Duration};
@@ -54,7 +54,8 @@ fn lines_cost_no_allocation() {
     let ten_times_the_chunks = allocations(500, 100);
     let extra_lines = 50 * 9900;
     let per_line = hundred_times_the_lines.saturating_sub(few) as f64 / f64::from(extra_lines);
-    assert!(per_line < 0.005, "{few} allocations for 5 000 lines, {hundred_times_the_lines} for 500 000");
+    // the plan of a stretch has fewer than ten
+    assert!(per_line < 10.0 / 256.0, "{few} allocations for 5 000 lines, {hundred_times_the_lines} for 500 000");
     let per_chunk = ten_times_the_chunks.saturating_sub(few) as f64 / 450.0;
     assert!(per_chunk < 12.0, "{per_chunk} allocations for each chunk");
 }

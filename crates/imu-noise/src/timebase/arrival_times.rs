@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::edge_tracker::{Decision, EdgeTracker};
-use super::gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
+use super::gap_event::{FASTEST_HZ, GapEvent, NominalRate, Refusal, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
 use super::local_steps::{LocalSteps, Stretch, Unevenness};
 use super::rate_search::{Found, RateSearch};
@@ -21,9 +21,6 @@ const SET_BACK_SAMPLES: usize = 3;
 /// base. Chosen.
 const MAX_BACKWARDS: u64 = 8;
 const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
-
-/// The fastest rate of any sensor, in Hz. Stamps that show more have another unit.
-pub(super) const FASTEST_HZ: f64 = 50_000.0;
 
 /// The relative change of a measured rate that is reported before the end.
 const REPORTED_CHANGE: f64 = 0.01;

@@ -2,9 +2,11 @@
 
 use std::fmt;
 
-use super::arrival_times::FASTEST_HZ;
 use super::interval_statistics::Arrivals;
 use super::local_steps::Unevenness;
+
+/// The fastest rate of any sensor, in Hz. Stamps that show more have another unit.
+pub(super) const FASTEST_HZ: f64 = 50_000.0;
 
 /// The next decided event of a stream. When the detector is polled has no effect but on how the
 /// samples between two other events are divided among [`Samples`](Self::Samples).
