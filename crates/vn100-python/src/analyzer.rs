@@ -178,8 +178,12 @@ impl Sums {
             refresh_hz: None,
             increment_step: None,
         });
-        let layout =
-            Layout { message: "array".into(), compensated: None, channels: channels.collect::<Vec<_>>().into(), columns: None };
+        let layout = Layout {
+            message: "array".into(),
+            compensated: None,
+            channels: channels.collect::<Vec<_>>().into(),
+            columns: None,
+        };
         let is_zero = most.iter().map(|most| self.resolution.is_none() && *most == 0.0).collect::<Vec<_>>();
         check(values, &layout, &is_zero)?;
         self.is_zero = is_zero;
