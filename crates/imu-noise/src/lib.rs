@@ -104,18 +104,15 @@ pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
 pub use infer::disturbance::Disturbance;
 pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShape};
-pub use infer::level_series::LevelSeries;
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
-    PROVED_P, Parameter, SlopeLine, Status, Term, Terms, Wanted, classical_reading, curve_minimum, least_half_width,
-    visible_random_walk, white_deficit,
+    PROVED_P, Parameter, Rival, RollOff, SlopeLine, Status, Term, Terms, Wanted, classical_reading, curve_minimum,
+    least_half_width, visible_random_walk, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
-pub use infer::roll_off::RollOff;
-pub use infer::slow_cycle::SlowCycle;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
 pub use infer::temperature::{

@@ -4,7 +4,7 @@
 //! instead and `--clean` for what is found in clean ones, `--means` for how often two means are
 //! said to differ, `--plans` for how many records of the planned length show what was wanted,
 //! `--temperature` for the temperature coefficient, `--random SEED` for cells that are drawn from
-//! ranges, for at most `--minutes` minutes.
+//! ranges, for at most `--minutes` minutes, `--channels` of each.
 //! Families: model-class, lines, correlated, filters, tails, mixtures, gaps, quantised; all of
 //! them, ten minutes and an hour, unless the arguments say otherwise.
 //!
@@ -69,6 +69,7 @@ struct Arguments {
     /// The seed of cells that are drawn, and how many.
     random: Option<u64>,
     cells: usize,
+    channels: usize,
     disturbances: bool,
     clean: bool,
     efficiency: bool,
@@ -81,7 +82,7 @@ fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
         println!("--records N, --minutes M,M, --family NAME, --cell PART, --seed S, --threads T");
         println!("--disturbances, --clean, --efficiency, --means, --plans, --temperature");
-        println!("--random SEED, --cells N, --minutes BUDGET");
+        println!("--random SEED, --cells N, --channels N, --minutes BUDGET");
         return ExitCode::from(2);
     };
     if let Some(seed) = arguments.random {
@@ -159,6 +160,7 @@ impl Arguments {
             threads,
             random: None,
             cells: 200,
+            channels: 300,
             disturbances: false,
             clean: false,
             cell: None,
@@ -173,6 +175,7 @@ impl Arguments {
                 "--bench" => {}
                 "--random" => read.random = Some(arguments.next()?.parse().ok()?),
                 "--cells" => read.cells = arguments.next()?.parse().ok()?,
+                "--channels" => read.channels = arguments.next()?.parse().ok()?,
                 "--disturbances" => read.disturbances = true,
                 "--clean" => read.clean = true,
                 "--cell" => read.cell = Some(arguments.next()?),

@@ -15,8 +15,8 @@ mod units;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, LevelSeries, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter,
-    PowerLaw, RecordShape, RollOff, SlowCycle, Term, counts_to_unit,
+    ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
+    RecordShape, Term, counts_to_unit,
 };
 use vn100_protocol::Channel;
 
@@ -153,7 +153,7 @@ impl ChannelAssessment {
             None => Disturbed::default(),
             Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
         };
-        let beside = Beside { bands: &bands, cycle: disturbed.cycle, was_moved: levels.is_none() };
+        let beside = Beside { bands: &bands, was_moved: levels.is_none() };
         let noise = noise_of(channel, results, curve, onboard, beside, snapshot, intervals.confidence(), models);
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
         let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
@@ -187,7 +187,6 @@ fn assess_octaves(
 /// What one channel shows beside its noise.
 struct Beside<'a> {
     bands: &'a [NarrowBand],
-    cycle: Option<SlowCycle>,
     was_moved: bool,
 }
 
@@ -198,21 +197,15 @@ fn noise_of(
     results: &ChannelSnapshot,
     curve: &OctaveVariances,
     onboard: Option<Onboard>,
-    Beside { bands, cycle, was_moved }: Beside<'_>,
+    Beside { bands, was_moved }: Beside<'_>,
     snapshot: &Snapshot,
     confidence: f64,
     models: &Models,
 ) -> Option<ChannelNoise> {
-    let signal = results.signal.as_ref();
-    // where the averaging is known, so is what it makes of neighbouring samples
-    let is_known = onboard.is_some_and(|onboard| onboard.window_known());
-    let shown = signal.and_then(|signal| signal.roll_off(bands)).filter(|shown| shown.is_proved || !is_known);
-    let level = signal.and_then(|signal| LevelSeries::of(signal, channel.in_unit(1.0)));
     let evidence = ChannelCurve {
         bands,
-        cycle,
-        level: level.as_ref(),
-        roll_off: slower(shown, onboard.and_then(|onboard| onboard.own_low_pass())),
+        signal: results.signal.as_ref().map(|signal| (signal, channel.in_unit(1.0))),
+        is_averaging_known: onboard.is_some_and(|onboard| onboard.window_known() && onboard.own_low_pass().is_none()),
         fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
         ..ChannelCurve::default()
     };
@@ -224,20 +217,12 @@ fn noise_of(
     Some(noise)
 }
 
-/// The one that is proved, or remembers longer.
-fn slower(shown: Option<RollOff>, own: Option<RollOff>) -> Option<RollOff> {
-    let both = shown.into_iter().chain(own);
-    let by_memory = |a: &RollOff, b: &RollOff| a.correlation_samples.total_cmp(&b.correlation_samples);
-    both.max_by(|a, b| a.is_proved.cmp(&b.is_proved).then_with(|| by_memory(a, b)))
-}
-
 /// The axes of a snapshot one by one: the parameters that its [`Assessment`] has, but for slow
 /// terms that all axes together do not prove.
 pub(crate) struct SingleAxes<'a> {
     snapshot: &'a Snapshot,
     confidence: f64,
-    /// `None` where the sensor was moved.
-    levels: Option<LevelSearch>,
+    was_moved: bool,
     curves: Vec<OctaveVariances>,
     models: Models,
     /// Those that were asked for, by their places.
@@ -246,12 +231,11 @@ pub(crate) struct SingleAxes<'a> {
 
 impl<'a> SingleAxes<'a> {
     pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
-        let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
-        let levels = Motion::of(snapshot).is_none().then(|| LevelSearch::of(signals));
+        let was_moved = Motion::of(snapshot).is_some();
         let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
-        Self { snapshot, confidence, levels, curves, models, known: Vec::new() }
+        Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
     }
 
     /// Of the channel at this place of the layout.
@@ -263,9 +247,7 @@ impl<'a> SingleAxes<'a> {
             let signal = results.signal.as_ref();
             let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
             let (confidence, models) = (self.confidence, &self.models);
-            let level = |search| disturbed::level(channel, results, curve.shape.interval_s, &bands, search);
-            let cycle = self.levels.as_ref().and_then(|search| level(search).cycle);
-            let beside = Beside { bands: &bands, cycle, was_moved: self.levels.is_none() };
+            let beside = Beside { bands: &bands, was_moved: self.was_moved };
             let noise = noise_of(channel, results, curve, onboard, beside, snapshot, confidence, models);
             self.known.push((place, noise));
         }

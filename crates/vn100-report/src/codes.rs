@@ -48,10 +48,18 @@ pub(crate) const fn code_of_withheld(why: Withheld) -> Code {
     let (name, word, meaning) = match why {
         Withheld::LevelChange => ("level-change", "level change", "a warm-up, a step or a cycle poses as them"),
         Withheld::Temperature => ("temperature", "temperature", "what follows the temperature poses as them"),
-        Withheld::MayBeCycle => (
-            "perhaps-cycle",
-            "perhaps a cycle",
-            "one to three cycles of the level explain the record as well as a random walk; only what is proved beside them is estimated",
+        Withheld::MayBeCycle => {
+            ("perhaps-cycle", "perhaps a cycle", "a cycle of the level explains the record about as well as they do")
+        }
+        Withheld::MayBeWarmUp => (
+            "perhaps-warm-up",
+            "perhaps a warm-up",
+            "a level that settles from the start on explains the record about as well as they do",
+        ),
+        Withheld::MayBeProcess => (
+            "perhaps-correlated",
+            "perhaps correlated noise",
+            "noise that is correlated over a small part of the record explains it about as well as they do",
         ),
     };
     code("withheld", name, word, meaning)

@@ -2,7 +2,6 @@
 
 use super::level_noise::{LevelFit, LevelNoise};
 use super::level_shapes::{BlockShape, is_few};
-use super::slow_cycle::SlowCycle;
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -18,11 +17,6 @@ const CYCLE_EVIDENCE: f64 = 30.0;
 /// Of one to three cycles, likewise, and of series of 94 blocks: fewer than 2 in 1000 exceed it,
 /// walks most often.
 const FEW_CYCLES_EVIDENCE: f64 = 25.0;
-
-/// With so much evidence for one to three cycles in noise without a walk, they explain the record
-/// as well as a walk does: chosen for the false walks beside such a cycle, and for the true ones
-/// that are found (the benchmark `cells`).
-const PERHAPS_FEW_CYCLES: f64 = 13.0;
 
 /// Evidence that a step of the expected size has of which nine in ten records show more than the
 /// threshold, white noise, flicker noise and mixtures simulated; of pure random walks seven.
@@ -81,10 +75,6 @@ pub enum LevelShape {
 pub struct LevelFindings {
     /// The change with the most evidence above its threshold.
     pub change: Option<LevelChange>,
-    /// The cycle that `change` is, or, if nothing was found, one of few periods that explains
-    /// the level as well as a random walk does: a walk that is fitted without it may be made by
-    /// it.
-    pub cycle: Option<SlowCycle>,
     /// The step in the middle of the record, in the unit of the channel, that nine of ten such
     /// records would show; `None` if there is too little to judge.
     pub detectable_step: Option<f64>,
@@ -121,7 +111,6 @@ impl LevelSearch {
     /// The same in the blocks of such a signal, of which something known may have been removed.
     #[must_use]
     pub fn find_in(&self, blocks: &[Block], interval_s: f64, decimals: u8) -> LevelFindings {
-        let all = blocks;
         let blocks = longest_series(blocks);
         let noise = self.noises.iter().find(|noise| noise.blocks() == blocks.len());
         let (Some(noise), Some(first)) = (noise, blocks.first()) else { return LevelFindings::default() };
@@ -135,16 +124,7 @@ impl LevelSearch {
             decimals,
         };
         let change = change(&fits, &span);
-        let cycle = match change.map(|change| change.shape) {
-            Some(LevelShape::Cycle { period_s, .. }) => Some(span.block_s / period_s),
-            Some(LevelShape::WarmUp { .. } | LevelShape::Step { .. }) => None,
-            None => perhaps_cycle(noise, &means, &fits),
-        };
-        let cycle = cycle.and_then(|frequency| {
-            let sine = noise.sine(&means, frequency)?;
-            Some(SlowCycle::new(&sine, first, blocks.len(), all, decimals))
-        });
-        LevelFindings { change, cycle, detectable_step: detectable_step(noise, &fits, &span) }
+        LevelFindings { change, detectable_step: detectable_step(noise, &fits, &span) }
     }
 }
 
@@ -192,19 +172,6 @@ fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
         BlockShape::Ramp => return None,
     };
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt(), is_ramp })
-}
-
-/// Cycles per block of a cycle of few periods that may be there instead of a walk.
-fn perhaps_cycle(noise: &LevelNoise, means: &[f64], fits: &[LevelFit]) -> Option<f64> {
-    let ramp = fits.iter().find(|fit| fit.shape == BlockShape::Ramp).map_or(0.0, |ramp| ramp.evidence);
-    let few = fits.iter().filter_map(|fit| match fit.shape {
-        BlockShape::Cycle(frequency) if is_few(frequency * means.len() as f64) => Some((frequency, fit.evidence)),
-        _ => None,
-    });
-    let (frequency, evidence) = few.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    let is_likely = evidence > PERHAPS_FEW_CYCLES.max(ramp + AS_GOOD)
-        && noise.sine_instead_of_walk(means, frequency) > PERHAPS_FEW_CYCLES;
-    is_likely.then_some(frequency)
 }
 
 /// With the noise fitted together with a step in the middle.

@@ -8,7 +8,7 @@ use core::f64::consts::{PI, TAU};
 
 use multiversion::multiversion;
 
-use super::level_shapes::{BlockShape, Levels, Shaped, Weighted, cosine_table, dot, is_few, shapes};
+use super::level_shapes::{BlockShape, Levels, Shaped, Weighted, cosine_table, dot, shapes};
 
 /// Amplitudes of flicker noise and random walk over the white noise of a block mean, in variance.
 const FLICKER: [f64; 6] = [0.0, 0.05, 0.3, 2.0, 12.0, 70.0];
@@ -16,9 +16,6 @@ const WALK: [f64; 5] = [0.0, 0.01, 0.08, 0.6, 4.0];
 
 /// Walks over flicker noise, without white noise.
 const WALK_OVER_FLICKER: [f64; 3] = [0.0, 0.05, 0.5];
-
-/// Halvings, or nearly, of the range in which the frequency of a cycle is sought.
-const REFINEMENTS: usize = 10;
 
 /// The likeliest fit of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,17 +33,6 @@ pub(super) struct LevelFit {
     /// Standard deviation of a block mean, the shape removed, by the noise at the highest
     /// frequency.
     pub(super) short_std: f64,
-}
-
-/// A sine in a series and the noise beside it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sine {
-    /// In cycles per block.
-    pub(super) frequency: f64,
-    /// Multiples of its cosine and its sine about the middle of the series.
-    pub(super) multiples: [f64; 2],
-    /// Density of the noise at this frequency: variance of a block mean if all of it were white.
-    pub(super) density: f64,
 }
 
 /// Everything that a search in series of one length has in common.
@@ -73,8 +59,6 @@ struct NoiseSpectrum {
     mean_variance: f64,
     /// Variance of the highest coefficient.
     last: f64,
-    /// A random walk is part of it.
-    walks: bool,
     /// By shape: 1 over the weighted square of its coefficients; of a cycle those of the cosine and
     /// of the sine, whose product is 0; 0 if there is none.
     over_squares: Vec<[f64; 2]>,
@@ -241,80 +225,6 @@ impl LevelNoise {
     }
 }
 
-impl LevelNoise {
-    /// The likeliest sine in these means with a frequency between those examined next to
-    /// `frequency`; `None` if a sine is all there is.
-    pub(super) fn sine(&self, means: &[f64], frequency: f64) -> Option<Sine> {
-        let series = self.coefficients(means);
-        let spacing = if is_few(frequency * self.blocks as f64) { 0.25 } else { 0.5 };
-        let reach = spacing / self.blocks as f64;
-        let at = |frequency: f64| self.sine_at(&series, frequency, |_| true);
-        // golden section
-        let part = (5_f64.sqrt() - 1.0) / 2.0;
-        let (mut low, mut high) = (frequency - reach, frequency + reach);
-        let mut inner =
-            [high - part * (high - low), low + part * (high - low)].map(|at_inner| (at_inner, at(at_inner)));
-        for _ in 0..REFINEMENTS {
-            if inner[0].1.0 < inner[1].1.0 {
-                high = inner[1].0;
-                let next = high - part * (high - low);
-                inner = [(next, at(next)), inner[0]];
-            } else {
-                low = inner[0].0;
-                let next = low + part * (high - low);
-                inner = [inner[1], (next, at(next))];
-            }
-        }
-        let (frequency, (_, place, multiples, residual)) = inner[usize::from(inner[1].1.0 < inner[0].1.0)];
-        let variance = residual / series.len() as f64;
-        // the coefficient with this frequency, or one nearby
-        let number = (2.0 * frequency * self.blocks as f64).round() as usize;
-        let weights = &self.noises.get(place)?.weights;
-        let weight =
-            weights.get(if number.is_multiple_of(2) { number / 2 - 1 } else { self.symmetric + number / 2 })?;
-        (variance > 0.0).then(|| Sine { frequency, multiples, density: variance / weight })
-    }
-
-    /// Twice the log-likelihood ratio of a sine in noise without a walk and of any noise without a
-    /// sine: whether the sine is there instead of a walk.
-    pub(super) fn sine_instead_of_walk(&self, means: &[f64], frequency: f64) -> f64 {
-        let series = self.coefficients(means);
-        let powers: Vec<f64> = series.iter().map(|y| y * y).collect();
-        let residuals = self.noises.iter().map(|noise| dot(&noise.weights, &powers) * noise.mean_variance);
-        let without = residuals.fold(f64::INFINITY, f64::min);
-        let (with, ..) = self.sine_at(&series, frequency, |noise| !noise.walks);
-        series.len() as f64 * (without / with).ln()
-    }
-
-    fn sine_at(&self, series: &[f64], frequency: f64, is_meant: impl Fn(&NoiseSpectrum) -> bool) -> Likeliest {
-        let angle = |block: usize| TAU * frequency * (block as f64 - 0.5 * (self.blocks - 1) as f64);
-        let of =
-            |part: fn(f64) -> f64| self.coefficients(&(0..self.blocks).map(|i| part(angle(i))).collect::<Vec<_>>());
-        // the cosine has the even coefficients alone, the sine the others
-        let mut shape = of(f64::cos);
-        shape[self.symmetric..].copy_from_slice(&of(f64::sin)[self.symmetric..]);
-        let squares: Vec<f64> = shape.iter().map(|x| x * x).collect();
-        let products: Vec<f64> = shape.iter().zip(series).map(|(x, y)| x * y).collect();
-        let powers: Vec<f64> = series.iter().map(|y| y * y).collect();
-        let mut best = (f64::INFINITY, 0, [0.0; 2], 0.0);
-        for (place, noise) in self.noises.iter().enumerate().filter(|(_, noise)| is_meant(noise)) {
-            let (symmetric, antisymmetric) = (0..self.symmetric, self.symmetric..series.len());
-            let mut residual = dot(&noise.weights, &powers);
-            let multiples = [symmetric, antisymmetric].map(|part| {
-                let weights = &noise.weights[part.clone()];
-                let product = dot(weights, &products[part.clone()]);
-                let multiple = product / dot(weights, &squares[part]);
-                residual -= multiple * product;
-                multiple
-            });
-            if residual * noise.mean_variance < best.0 {
-                best = (residual * noise.mean_variance, place, multiples, residual);
-            }
-        }
-        best
-    }
-}
-
 /// The residual of a shape times the mean variance in the noise that makes that smallest, the place
 /// of this noise, the multiples of the shape, and the residual.
 type Likeliest = (f64, usize, [f64; 2], f64);
@@ -349,15 +259,14 @@ fn likeliest(search: &LevelNoise, series: &[f64]) -> (f64, Vec<Likeliest>) {
 
 /// `shapes`: the squared coefficients of each; of a cycle of both.
 #[multiversion(targets("x86_64+avx2"))]
-fn noise_spectra(spectra: &[(bool, Vec<f64>)], shapes: &[[Vec<f64>; 2]]) -> Vec<NoiseSpectrum> {
-    let of = |(walks, variances): &(bool, Vec<f64>)| {
+fn noise_spectra(spectra: &[Vec<f64>], shapes: &[[Vec<f64>; 2]]) -> Vec<NoiseSpectrum> {
+    let of = |variances: &Vec<f64>| {
         let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
         let over = |squares: &Vec<f64>| if squares.is_empty() { 0.0 } else { 1.0 / dot(&weights, squares) };
         NoiseSpectrum {
             over_squares: shapes.iter().map(|[first, second]| [over(first), over(second)]).collect(),
             mean_variance: (variances.iter().map(|variance| variance.ln()).sum::<f64>() / variances.len() as f64).exp(),
             last: variances.iter().copied().fold(f64::INFINITY, f64::min),
-            walks: *walks,
             weights,
         }
     };
@@ -378,17 +287,15 @@ pub(super) fn walk_variance(k: usize, blocks: usize) -> f64 {
     (3.0 - 2.0 * square) / (12.0 * square)
 }
 
-/// Whether a random walk is part of every noise, and variances of the coefficients of these
-/// `numbers`.
-fn spectra(blocks: usize, numbers: &[usize]) -> Vec<(bool, Vec<f64>)> {
+/// Variances of the coefficients of these `numbers`, of every noise.
+fn spectra(blocks: usize, numbers: &[usize]) -> Vec<Vec<f64>> {
     let flicker: Vec<f64> = numbers.iter().map(|k| flicker_variance(*k, blocks)).collect();
     let walk: Vec<f64> = numbers.iter().map(|k| walk_variance(*k, blocks)).collect();
     let mixed = |white: f64, f: f64, w: f64| {
-        let variances = flicker.iter().zip(&walk).map(|(flicker, walk)| white + f * flicker + w * walk);
-        (w > 0.0, variances.collect())
+        flicker.iter().zip(&walk).map(|(flicker, walk)| white + f * flicker + w * walk).collect()
     };
     let with_white = FLICKER.iter().flat_map(|f| WALK.iter().map(|w| mixed(1.0, *f, *w)));
-    let without = WALK_OVER_FLICKER.iter().map(|w| mixed(0.0, 1.0, *w)).chain([(true, walk.clone())]);
+    let without = WALK_OVER_FLICKER.iter().map(|w| mixed(0.0, 1.0, *w)).chain([walk.clone()]);
     with_white.chain(without).collect()
 }
 
@@ -418,7 +325,7 @@ mod tests {
         let blocks = 20;
         let search = LevelNoise::new(blocks);
         let numbers: Vec<usize> = (2..blocks).step_by(2).chain((1..blocks).step_by(2)).collect();
-        let (_, variances) = &spectra(blocks, &numbers)[3];
+        let variances = &spectra(blocks, &numbers)[3];
         let one =
             |at: usize| search.coefficients(&(0..blocks).map(|i| f64::from(u8::from(i == at))).collect::<Vec<_>>());
         let covariance = |i: usize, j: usize| -> f64 {
@@ -482,33 +389,6 @@ mod tests {
         assert!(warm_up.shape == BlockShape::Relaxation(8.0) && (warm_up.amplitude - 20.0).abs() < 3.0, "{warm_up:?}");
         for fit in [step, cycle, warm_up] {
             assert!(fit.evidence > 40.0 && (fit.short_std - 1.0).abs() < 0.3, "{fit:?}");
-        }
-    }
-
-    #[test]
-    fn a_sine_is_found_between_those_examined_and_walks_are_none() {
-        for blocks in [48, 93] {
-            let search = LevelNoise::new(blocks);
-            for cycles in [1.1, 1.6, 2.9, 7.2] {
-                let frequency = cycles / blocks as f64;
-                let level = |i: usize| 4.0 * (TAU * frequency * i as f64 + cycles).cos();
-                let means: Vec<f64> = noise(blocks, 5).iter().zip(0..).map(|(x, i)| x + level(i)).collect();
-                let fit = best(&search.fits(&means), |shape| matches!(shape, BlockShape::Cycle(_)));
-                let BlockShape::Cycle(examined) = fit.shape else { panic!("{fit:?}") };
-                let sine = search.sine(&means, examined).unwrap();
-                assert!((sine.frequency * blocks as f64 - cycles).abs() < 0.06, "{cycles} {sine:?}");
-                assert!((sine.multiples[0].hypot(sine.multiples[1]) - 4.0).abs() < 0.5, "{cycles} {sine:?}");
-                assert!((0.4..3.0).contains(&sine.density), "{cycles} {sine:?}");
-                assert!(search.sine_instead_of_walk(&means, sine.frequency) > fit.evidence - 5.0, "{cycles}");
-            }
-            // what wanders on all scales is no sine
-            let mut walk = noise(blocks, 6);
-            (1..blocks).for_each(|i| walk[i] += walk[i - 1]);
-            let fits = search.fits(&walk);
-            for fit in fits.iter().filter(|fit| matches!(fit.shape, BlockShape::Cycle(_))) {
-                let BlockShape::Cycle(frequency) = fit.shape else { continue };
-                assert!(search.sine_instead_of_walk(&walk, frequency) <= fit.evidence + 1e-9);
-            }
         }
     }
 

@@ -1,32 +1,35 @@
 //! The level of a channel over its record, by cosine coefficients.
 
-use super::level_shapes::cosine_table;
+use super::level_shapes::{cosine_table, dot};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::signal::ChannelSignal;
 
 /// Below, a few coefficients decide, and flicker noise looks like a walk too often.
-const MIN_BLOCKS: usize = 32;
+pub(super) const MIN_BLOCKS: usize = 24;
 
-/// Least share of samples in a block, whose mean has more white noise without them, and of the
-/// record in the series.
+/// Least share of samples in a block: its mean has more white noise without them.
+const LEAST_PRESENT: f64 = 0.5;
+
+/// Least share of the record in the series.
 const LEAST_SHARE: f64 = 15.0 / 16.0;
 
 /// Cosine coefficients of the means of the blocks of a channel (DCT-II, orthonormal), in its unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LevelSeries {
+pub(super) struct LevelSeries {
     /// Length of a block in samples.
-    pub(crate) block_samples: u64,
+    pub(super) block_samples: u64,
     /// From that of half a cycle per series on, in rising frequency: one less than blocks.
-    pub(crate) coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
+    /// White noise of the means over that of blocks without a missing sample, in variance.
+    pub(super) white_factor: f64,
 }
 
 impl LevelSeries {
-    /// The level of `signal` in its longest series of blocks that have 15 of 16 samples at least,
-    /// where one count is `unit_per_count` in the unit of the channel. `None` for fewer than 32
+    /// The level of `signal` in its longest series of blocks that have half of their samples at least,
+    /// where one count is `unit_per_count` in the unit of the channel. `None` for fewer than 24
     /// blocks, a series of less than 15/16 of the record, and a record with a gap of unknown
     /// length.
-    #[must_use]
-    pub fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
+    pub(super) fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
         if signal.is_parted() {
             return None;
         }
@@ -34,7 +37,7 @@ impl LevelSeries {
     }
 
     fn of_blocks(blocks: &[Block], unit_per_count: f64) -> Option<Self> {
-        let is_full = |block: &Block| block.count as f64 >= LEAST_SHARE * block.length as f64;
+        let is_full = |block: &Block| block.count as f64 >= LEAST_PRESENT * block.length as f64;
         let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample;
         let full = blocks.split(|block| !is_full(block));
         let series = full.flat_map(|blocks| blocks.chunk_by(follows));
@@ -47,26 +50,37 @@ impl LevelSeries {
         // from the first, so that no digits are lost on a large offset
         let level = |block: &Block| (block.mean_counts - first.mean_counts) * unit_per_count;
         let levels: Vec<f64> = series.iter().map(level).collect();
-        Some(Self { block_samples: first.length, coefficients: transformed(&levels) })
-    }
-
-    /// The coefficients of a ramp.
-    pub(crate) fn ramp(&self) -> Vec<f64> {
-        transformed(&(0..=self.coefficients.len()).map(|block| block as f64).collect::<Vec<_>>())
+        let missing = series.iter().map(|block| block.length as f64 / block.count as f64);
+        let white_factor = missing.sum::<f64>() / series.len() as f64;
+        Some(Self {
+            block_samples: first.length,
+            coefficients: CosineTransform::new(levels.len()).of(&levels),
+            white_factor,
+        })
     }
 }
 
-/// All coefficients but that of the mean.
-fn transformed(levels: &[f64]) -> Vec<f64> {
-    let count = levels.len();
-    // cos(πk(2i + 1)/2n) repeats after a turn
-    let table = cosine_table(count);
-    let scale = (2.0 / count as f64).sqrt();
-    let coefficient = |k: usize| {
-        let of = |(i, level): (usize, &f64)| table[2 * k * (2 * i + 1) % table.len()] * level;
-        scale * levels.iter().enumerate().map(of).sum::<f64>()
-    };
-    (1..count).map(coefficient).collect()
+/// The cosine transform of series of one length.
+#[derive(Clone, Debug)]
+pub(super) struct CosineTransform {
+    blocks: usize,
+    /// By coefficient, from the first on without that of the mean.
+    cosines: Vec<f64>,
+}
+
+impl CosineTransform {
+    pub(super) fn new(blocks: usize) -> Self {
+        // cos(πk(2i + 1)/2n) repeats after a turn
+        let table = cosine_table(blocks);
+        let scale = (2.0 / blocks as f64).sqrt();
+        let cosine = |k: usize, i: usize| scale * table[2 * k * (2 * i + 1) % table.len()];
+        let cosines = (1..blocks).flat_map(|k| (0..blocks).map(move |i| (k, i))).map(|(k, i)| cosine(k, i)).collect();
+        Self { blocks, cosines }
+    }
+
+    pub(super) fn of(&self, levels: &[f64]) -> Vec<f64> {
+        self.cosines.chunks_exact(self.blocks).map(|cosines| dot(cosines, levels)).collect()
+    }
 }
 
 #[cfg(test)]
@@ -106,34 +120,27 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_has_the_coefficients_of_its_blocks() {
-        let levels: Vec<f64> = (0..39).map(|i| 3.0 * f64::from(i)).collect();
-        let series = LevelSeries::of_blocks(&blocks(&levels, 8), 1.0).unwrap();
-        assert!(series.coefficients.iter().zip(series.ramp()).all(|(value, ramp)| near(*value, 3.0 * ramp)));
-    }
-
-    #[test]
-    fn a_series_of_nearly_full_blocks_over_nearly_the_whole_record_counts() {
+    fn a_series_of_half_full_blocks_over_nearly_the_whole_record_counts() {
         let levels: Vec<f64> = (0..80).map(|i| f64::from(i % 5)).collect();
         let blocks = |count: usize| blocks(&levels[..count], 32);
         let found = |blocks: &[Block]| LevelSeries::of_blocks(blocks, 1.0).map(|series| series.coefficients.len());
         assert_eq!(found(&blocks(80)), Some(79));
         // losses, and a last block that is not full yet
         let mut lossy = blocks(80);
-        lossy[40].count = 30;
+        lossy[40].count = 16;
         lossy[79].count = 3;
         assert_eq!(found(&lossy), Some(78));
-        lossy[40].count = 29;
+        lossy[40].count = 15;
         assert_eq!(found(&lossy), None);
         lossy[40].count = 32;
-        lossy[3].count = 29;
+        lossy[3].count = 15;
         assert_eq!(found(&lossy), Some(74));
-        lossy[4].count = 29;
+        lossy[4].count = 15;
         assert_eq!(found(&lossy), None);
         let mut broken = blocks(80);
         broken.drain(2..4);
         assert_eq!(found(&broken), Some(75));
-        assert_eq!((found(&blocks(31)), found(&blocks(32)), found(&[])), (None, Some(31), None));
+        assert_eq!((found(&blocks(23)), found(&blocks(24)), found(&[])), (None, Some(23), None));
     }
 
     #[test]

@@ -105,31 +105,6 @@ pub(crate) fn expected_variance(octave: &Octave, deviation: Deviation, phase: im
     octave.expected(variance(deviation, octave.m), |m| variance(Deviation::Allan, m))
 }
 
-/// Covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag`
-/// samples later.
-#[cfg(test)]
-pub(crate) fn difference_covariance(
-    deviation: Deviation,
-    m_a: f64,
-    m_b: f64,
-    lag: f64,
-    phase: impl Fn(f64) -> f64,
-) -> f64 {
-    difference_pairs(deviation, m_a, m_b).iter().map(|(apart, weight)| weight * phase(lag + apart)).sum()
-}
-
-/// The covariance of two differences at averaging factors `m_a` and `m_b`, the first starting `lag`
-/// samples later, is the sum of these weights times the covariances of the phase at `lag` and so
-/// much more.
-pub(crate) fn difference_pairs(deviation: Deviation, m_a: f64, m_b: f64) -> Vec<(f64, f64)> {
-    let weights: &[f64] = match deviation {
-        Deviation::Allan => &[1.0, -2.0, 1.0],
-        Deviation::Hadamard => &[1.0, -3.0, 3.0, -1.0],
-    };
-    let pair = |k: usize, l: usize| (k as f64 * m_a - l as f64 * m_b, weights[k] * weights[l]);
-    (0..weights.len()).flat_map(|k| (0..weights.len()).map(move |l| pair(k, l))).collect()
-}
-
 /// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by
 /// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, shifted by one half).
 fn digamma_half(n: f64) -> f64 {

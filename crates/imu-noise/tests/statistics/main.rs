@@ -2,12 +2,10 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]
 
 mod channel;
-mod coverage;
 #[path = "../synthetic/disturbed.rs"]
 mod disturbed;
 mod gaps;
 mod histogram;
-mod level;
 mod noise_changes;
 mod noise_model;
 mod normality;
@@ -17,8 +15,6 @@ mod octaves_properties;
 mod oracle;
 mod record_length;
 mod recordings;
-#[path = "../synthetic/score.rs"]
-mod score;
 mod signal;
 mod spectrum;
 mod stationarity;

@@ -31,8 +31,8 @@ fn white_noise_is_read_beside_a_vibration_line() {
         let slope = channel.slope_counts().map(|slope| counts_to_unit(slope, decimals) / shape.interval_s);
         let signal = signal(&counts);
         let bands = signal.narrow_bands(counts_to_unit(1.0, decimals));
-        let roll_off = signal.roll_off(&bands);
-        let curve = ChannelCurve { bands: &bands, roll_off, ..ChannelCurve::new(&variances, slope) };
+        let signal_and_unit = Some((&signal, counts_to_unit(1.0, decimals)));
+        let curve = ChannelCurve { bands: &bands, signal: signal_and_unit, ..ChannelCurve::new(&variances, slope) };
         let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&curve, 0.95);
         let found = fit.parameter(Term::White).unwrap();
         let quality: FitQuality = fit.quality.unwrap();

@@ -81,22 +81,8 @@ fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
             let change = found.change.unwrap();
             let LevelShape::Cycle { period_s, amplitude } = change.shape else { panic!("{cycles} {phase} {change:?}") };
             assert!((duration_s / period_s - cycles).abs() < 0.3 && (amplitude - 0.4).abs() < 0.1, "{change:?}");
-            let refined = found.cycle.unwrap();
-            assert!((refined.frequency() * SAMPLES as f64 - cycles).abs() < 0.06, "{cycles} {phase} {refined:?}");
-            assert!((refined.amplitude() - 0.4).abs() < 0.03, "{refined:?}");
         }
     }
-}
-
-#[test]
-fn a_weak_cycle_of_few_periods_may_be_there_and_is_no_change() {
-    let found = |amplitude: f64| {
-        let cycle = |i: usize| amplitude * (std::f64::consts::TAU * 1.5 * i as f64 / SAMPLES as f64).cos();
-        let signal = signal(&record(cycle), &[]);
-        let found = LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 2);
-        (found.change.is_some(), found.cycle.is_some())
-    };
-    assert_eq!([0.0, 0.06, 0.4].map(found), [(false, false), (false, true), (true, true)]);
 }
 
 #[test]

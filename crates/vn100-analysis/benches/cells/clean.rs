@@ -83,7 +83,6 @@ fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSe
         disturbances: signal.disturbances(interval_s),
         noise: signal.noise_changes(&histogram, interval_s),
         level_change: level.change,
-        cycle: level.cycle,
         detectable_step: level.detectable_step,
     }
 }

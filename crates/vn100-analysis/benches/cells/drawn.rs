@@ -33,9 +33,9 @@ use super::{
 };
 use crate::{Arguments, figures, in_parallel};
 
-/// Channels of a cell, and of one that is measured again as it may be wrong.
-const CHANNELS: usize = 300;
-const CHANNELS_AGAIN: usize = 3000;
+/// Of a cell that may be wrong so many times the channels are measured, unless these are few.
+const AGAIN: usize = 10;
+const FEWEST_TO_DOUBT: usize = 300;
 
 const MOST_SAMPLES: f64 = 2e6;
 const LEAST_SAMPLES: f64 = 100.0;
@@ -113,7 +113,7 @@ pub(crate) fn measure(arguments: &Arguments, seed: u64) {
     let begin = Instant::now();
     let budget_s = arguments.minutes.first().map_or(f64::INFINITY, |minutes| 60.0 * *minutes as f64);
     let cells: Vec<Drawn> = (0..arguments.cells).map(|number| Drawn::new(seed, number)).collect();
-    println!("### {} cells drawn with seed {seed}, {CHANNELS} channels each\n", cells.len());
+    println!("### {} cells drawn with seed {seed}, {} channels each\n", cells.len(), arguments.channels);
     println!(
         "| cell | samples | N held % | 99 % limits | estimated % | rms % | bound % | B estimated % | of these held % | bound % | \
          K estimated % | of these held % | bound % | false B, K, R % |"
@@ -125,9 +125,9 @@ pub(crate) fn measure(arguments: &Arguments, seed: u64) {
             println!("\nThe time is over after {number} cells.");
             break;
         }
-        let mut score = drawn.score(arguments, seed, number, CHANNELS);
-        if score.white.limits().1 < LEAST_HELD {
-            score = drawn.score(arguments, seed, number, CHANNELS_AGAIN);
+        let mut score = drawn.score(arguments, seed, number, arguments.channels);
+        if arguments.channels >= FEWEST_TO_DOUBT && score.white.limits().1 < LEAST_HELD {
+            score = drawn.score(arguments, seed, number, AGAIN * arguments.channels);
         }
         score.print(drawn);
         scored.push((drawn, score));

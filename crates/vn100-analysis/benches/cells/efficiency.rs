@@ -2,9 +2,8 @@
 //!
 //! The likelihood is Whittle's (1953), of the coefficients of the cosine transform of the record,
 //! which is exact for white noise and a random walk whose level is free: k = 1, 2, ..., n - 1 have
-//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them, and a cycle of
-//! the level in the channels in which the fit to the octaves has one. The same Gauss-Markov
-//! processes as there join them by the same rule.
+//! the variances N²/τ₀ + B²/s + K²τ₀/s², s = 2 sin(πk/2n). A ramp is fitted with them, and the
+//! Gauss-Markov processes of the fit join them where the likelihood rises enough.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -338,15 +337,9 @@ impl Likelihood {
         let interval_s = 1.0 / cell.rate_hz;
         let scales = [interval_s.sqrt(), 1.0, interval_s.sqrt().recip()];
         let channels = record::scored().zip(&record.series).map(|((place, _), series)| {
-            let mut record = Coefficients { each: self.coefficients(series), shapes: vec![self.ramp.clone()] };
+            let record = Coefficients { each: self.coefficients(series), shapes: vec![self.ramp.clone()] };
             let true_terms = self.fit(&record, Free { terms: has, processes: false }, &[]);
             let channel = &assessed.assessment.channels[place];
-            if let Some(cycle) = channel.disturbed.cycle {
-                let wave = |part: fn(f64) -> f64| -> Vec<f64> {
-                    (0..self.samples).map(|i| part(2.0 * PI * cycle.frequency() * i as f64)).collect()
-                };
-                record.shapes.extend([f64::cos, f64::sin].map(|part| self.coefficients(&wave(part))));
-            }
             let fit_with = |terms, processes, starts: &[&Fitted]| self.fit(&record, Free { terms, processes }, starts);
             let without_processes = fit_with([true; 3], false, &[]);
             let with_processes = fit_with([true; 3], true, &[&without_processes]);

@@ -1,7 +1,7 @@
 //! What disturbs a channel.
 
 use imu_noise::{
-    Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges, SlowCycle, SpectralLine,
+    Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges, SpectralLine,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -21,9 +21,6 @@ pub struct Disturbed {
     pub noise: NoiseChanges,
     /// A warm-up, a step or a cycle of the level.
     pub level_change: Option<LevelChange>,
-    /// The cycle that this is, or, where nothing was found, that explains the level as well as a
-    /// random walk does: a term of its own in the fit of the noise.
-    pub cycle: Option<SlowCycle>,
     /// The step in the middle of the record, in the unit of the channel, that nine of ten such
     /// records would show; `None` for a record of few blocks.
     pub detectable_step: Option<f64>,
@@ -46,7 +43,7 @@ impl Disturbed {
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
         let cycles: Vec<SpectralLine> = lines.extract_if(.., |line| line.frequency_hz < SLOWEST_VIBRATION_HZ).collect();
         let is_attitude = channel.quantity.is_attitude();
-        let LevelFindings { change, cycle, detectable_step } = level(channel, results, interval_s, bands, search);
+        let LevelFindings { change, detectable_step } = level(channel, results, interval_s, bands, search);
         let change = change.or_else(|| strongest(&cycles).filter(|_| !is_attitude));
         Self {
             lines,
@@ -56,7 +53,6 @@ impl Disturbed {
                 false => signal.noise_changes(&results.histogram, interval_s),
             },
             level_change: change,
-            cycle,
             detectable_step,
         }
     }
@@ -70,11 +66,6 @@ impl Disturbed {
     pub(super) fn level_poses_as_noise(&self) -> bool {
         self.level_change.is_some_and(|change| !change.is_ramp)
     }
-
-    /// A cycle of which the record holds few periods may be there instead of a walk.
-    pub(super) fn may_have_cycle(&self) -> bool {
-        self.level_change.is_none() && self.cycle.is_some()
-    }
 }
 
 fn is_ambient(channel: &Channel) -> bool {
@@ -82,7 +73,7 @@ fn is_ambient(channel: &Channel) -> bool {
 }
 
 /// What the level of a channel shows that is neither ambient nor a line, in its own unit.
-pub(super) fn level(
+fn level(
     channel: &Channel,
     results: &ChannelSnapshot,
     interval_s: f64,
@@ -95,7 +86,7 @@ pub(super) fn level(
     };
     let blocks = signal.blocks();
     let block = blocks.first().map_or(1, |block| block.length);
-    let LevelFindings { change, cycle, detectable_step } = search.find_in(&blocks, interval_s, channel.decimals);
+    let LevelFindings { change, detectable_step } = search.find_in(&blocks, interval_s, channel.decimals);
     let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();
@@ -111,14 +102,7 @@ pub(super) fn level(
         LevelShape::WarmUp { .. } => !is_attitude,
         LevelShape::Cycle { period_s, amplitude } => is_cycle(interval_s / period_s, amplitude),
     });
-    let cycle = cycle.map(|cycle| cycle.scaled(channel.scale));
-    LevelFindings {
-        change,
-        // the fit has a term for each band already
-        cycle: cycle
-            .filter(|cycle| is_cycle(cycle.frequency(), cycle.amplitude()) && line_near(cycle.frequency()).is_none()),
-        detectable_step: detectable_step.map(|step| step * channel.scale.abs()),
-    }
+    LevelFindings { change, detectable_step: detectable_step.map(|step| step * channel.scale.abs()) }
 }
 
 fn scaled(shape: LevelShape, scale: f64) -> LevelShape {

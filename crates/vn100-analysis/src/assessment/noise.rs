@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::hypothesis_tests::holm;
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
+    RecordShape, Rival, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -45,10 +45,6 @@ pub struct ChannelNoise {
     /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
     /// would be fitted to: they are no more than bounded.
     pub level_changes: bool,
-    /// One to three cycles of the level explain it as well as a random walk does: they are part of
-    /// the fit, so that bias instability, random walk and ramp are estimated where they are there
-    /// beside such a cycle too, else bounded.
-    pub may_be_cycle: bool,
     /// How the bias follows the temperature of the sensor; `None` where the record does not have
     /// it, and for magnetometers.
     pub temperature: Option<AxisTemperature>,
@@ -107,14 +103,18 @@ pub enum Withheld {
     LevelChange,
     /// What follows the temperature poses as them.
     Temperature,
-    /// One to three cycles may be in the level, and explain the record as well as a random walk
-    /// does: only what is proved beside them is estimated.
+    /// One cycle of the level explains the record about as well.
     MayBeCycle,
+    /// A level that relaxes from the start of the record on explains it about as well.
+    MayBeWarmUp,
+    /// Correlated noise that forgets within a small part of the record explains it about as well.
+    MayBeProcess,
 }
 
 impl Withheld {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::LevelChange, Self::Temperature, Self::MayBeCycle];
+    pub const ALL: [Self; 5] =
+        [Self::LevelChange, Self::Temperature, Self::MayBeCycle, Self::MayBeWarmUp, Self::MayBeProcess];
 }
 
 impl ChannelNoise {
@@ -124,7 +124,11 @@ impl ChannelNoise {
         match () {
             () if self.level_changes => Some(Withheld::LevelChange),
             () if self.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) => Some(Withheld::Temperature),
-            () => self.may_be_cycle.then_some(Withheld::MayBeCycle),
+            () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
+                Rival::Cycle => Withheld::MayBeCycle,
+                Rival::WarmUp => Withheld::MayBeWarmUp,
+                Rival::Process => Withheld::MayBeProcess,
+            }),
         }
     }
 
@@ -182,7 +186,6 @@ impl ChannelNoise {
             white_budget,
             rounded_away: &[],
             level_changes: false,
-            may_be_cycle: false,
             temperature: None,
         })
     }
@@ -268,7 +271,6 @@ pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
     for ChannelAssessment { noise, disturbed, .. } in channels {
         let Some(noise) = noise else { continue };
         noise.level_changes = disturbed.level_poses_as_noise();
-        noise.may_be_cycle = disturbed.may_have_cycle();
         if noise.level_changes {
             noise.bound_slow_terms();
         }
@@ -326,12 +328,13 @@ fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times. A
-/// low pass takes from the shortest ones, which the fit excludes, and removes no bias.
+/// low pass takes from the shortest ones, and removes no bias.
 fn falls_below_white(curve: &OctaveVariances, short: &NoiseFit, window: Option<BoxcarWindow>) -> bool {
     const BEYOND_DOUBT: f64 = 3.7;
     let white = short.parameter(Term::White).and_then(|white| white.value);
-    let first_s = short.quality.map_or(0.0, |quality| quality.tau_min_s);
-    let low_pass = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < 0.99 * first_s).count();
+    // after ten times what the filter remembers
+    let shortest = short.roll_off.map_or(0.0, |found| 10.0 * found.correlation_samples);
+    let low_pass = curve.octaves.iter().take_while(|octave| (octave.m as f64) < shortest).count();
     let (octaves, variances) = (&curve.octaves[low_pass..], &curve.variances[low_pass..]);
     let deficit = |white| white_deficit(octaves, variances, &curve.shape, white, window);
     white.is_some_and(|white| deficit(white) > BEYOND_DOUBT)
@@ -454,7 +457,7 @@ mod tests {
             assert!((alone / Term::White.variance(1.0, octave.m, &shape).sqrt() - 1.0).abs() < 0.01);
             longest = found / alone;
         }
-        assert!((1.05..1.5).contains(&longest), "{longest} times the white noise");
+        assert!((1.05..4.0).contains(&longest), "{longest} times the white noise");
         let last = octaves.last().unwrap().m;
         assert!(fit.deviation(last).is_none() && fit.deviation(3).is_none());
     }

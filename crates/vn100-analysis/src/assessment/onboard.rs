@@ -101,7 +101,7 @@ impl Onboard {
         let between = window.decimation.max(1.0) - length;
         let is_modelled = length >= LONG && between < 0.0;
         (between < MEMORY && !is_modelled && length < NEGLIGIBLE)
-            .then_some(RollOff { correlation_samples: 1.0 + CORRELATION_S * rate_hz, is_proved: true })
+            .then_some(RollOff { correlation_samples: 1.0 + CORRELATION_S * rate_hz })
     }
 
     /// For a channel of a sensor of this make that is averaged on board.

@@ -183,7 +183,7 @@ mod tests {
             let m = sum.m as f64;
             let published = (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
             let found = point.relative.unwrap().edf;
-            assert!((found / published - 1.0).abs() < 0.05, "m = {m}: {found}, not {published}");
+            assert!((found / published - 1.0).abs() < 0.1, "m = {m}: {found}, not {published}");
         }
         let mut accumulator = ChannelAccumulator::new(Estimator::Full, Deviation::Allan);
         accumulator.push(&[1, 2, 3]);

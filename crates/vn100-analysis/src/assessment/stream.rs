@@ -57,12 +57,13 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
                        not. Record its uncompensated output to measure bias instability, random walk and ramp.";
         warnings.push(Warning::new(WarningKind::CompensatedStream, tracked, headline, details));
     }
-    let filtered = names(&|_, _, assessed| filtered_from_s(assessed).is_some());
+    let filtered = names(&|_, _, assessed| correlated_over(assessed).is_some());
     if !filtered.is_empty() {
-        let from_s = assessed.iter().filter_map(filtered_from_s).fold(0.0, f64::max);
-        let headline = format!("low-pass filter on {}: N fitted from {from_s:.3} s", filtered.join(" "));
+        let samples = assessed.iter().filter_map(correlated_over).fold(0.0, f64::max);
+        let headline =
+            format!("low-pass filter on {}: white noise correlated over {samples:.1} samples", filtered.join(" "));
         let details = "The spectrum falls towards high frequencies as noise of a sensor does not: a low pass slower than the output, of \
-                       unknown transfer function. Shorter averaging times are excluded from the fit.";
+                       unknown transfer function. N is the density at low frequencies, as the fit of the whole spectrum gives it.";
         warnings.push(Warning::new(WarningKind::LowPass, filtered, headline, details));
     }
     let unsure = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.may_be_filtered));
@@ -105,13 +106,13 @@ fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
     })
 }
 
-/// From where on averaging times show the sensor behind a filter that is not its own.
-fn filtered_from_s(assessed: &ChannelAssessment) -> Option<f64> {
+/// The correlation time in samples of a filter that is not the sensor's own.
+fn correlated_over(assessed: &ChannelAssessment) -> Option<f64> {
     let fit = &assessed.noise.as_ref()?.fit;
     let own = assessed.onboard.and_then(|onboard| onboard.own_low_pass());
     let unknown =
         fit.roll_off.filter(|found| own.is_none_or(|own| found.correlation_samples > own.correlation_samples));
-    unknown.and(fit.quality).map(|quality| quality.tau_min_s)
+    unknown.map(|found| found.correlation_samples)
 }
 
 fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Option<Warning> {

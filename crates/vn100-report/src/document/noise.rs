@@ -26,7 +26,8 @@ pub(crate) struct NoiseDocument {
     /// Where the record is too short for a random walk: the smallest a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
     /// Why bias instability, random walk and ramp are no more than bounded: `level-change`,
-    /// `temperature`, or, what is not proved beside a cycle that may be there, `perhaps-cycle`.
+    /// `temperature`, or what explains the record about as well, `perhaps-cycle`,
+    /// `perhaps-warm-up`, `perhaps-correlated`.
     withheld: Option<&'static str>,
     /// Of a record that has the temperature of the sensor.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -221,12 +221,12 @@ const fn words(kind: WarningKind) -> Words {
         ),
         Kind::LowPass => (
             "A low-pass filter slower than the output removes the high frequencies.",
-            "The shortest averaging times show the filter, and N is fitted from longer ones.",
+            "Short averaging times show the filter; N is the density at low frequencies, known less well.",
             "Nothing, if the filter is intended. Otherwise widen its bandwidth.",
             &[],
         ),
         Kind::PossibleFilter => (
-            "The spectrum may be that of a filter slower than the output; the interval of N covers the fits with and without one.",
+            "The spectrum may be that of a filter slower than the output; the interval of N holds with and without one.",
             "By chance white noise can look filtered in some channels; a weak filter changes N by a few percent.",
             "Measure for longer, or give the averaging window of a VN-100.",
             &[],

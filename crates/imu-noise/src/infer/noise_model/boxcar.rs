@@ -1,7 +1,7 @@
 //! White noise as a stream carries it: averaged on board over a window that may be longer than the
 //! interval between outputs, or filtered out at long averaging times.
 
-use crate::accumulate::record::{Octave, RecordShape};
+use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
 use crate::infer::power_law::{PowerLaw, expected_variance};
@@ -21,7 +21,7 @@ pub struct BoxcarWindow {
 impl BoxcarWindow {
     /// Autocovariance of averaged white noise at distances of 0, 1, 2, ... outputs, scaled so that
     /// over both signs they sum to 1: N is that at long averaging times.
-    fn autocovariance(self) -> Vec<f64> {
+    pub(super) fn autocovariance(self) -> Vec<f64> {
         let shared: Vec<f64> = self.shared().collect();
         let sum = 2.0 * shared.iter().sum::<f64>() - shared[0];
         shared.iter().map(|shared| shared / sum).collect()
@@ -56,26 +56,32 @@ impl BoxcarWindow {
     }
 }
 
-pub(super) struct StreamedWhite {
+struct StreamedWhite {
     /// At distances of 0, 1, 2, ... outputs.
     autocovariance: Vec<f64>,
 }
 
 impl StreamedWhite {
-    pub(super) fn new(window: Option<BoxcarWindow>) -> Self {
+    fn new(window: Option<BoxcarWindow>) -> Self {
         Self { autocovariance: window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance) }
     }
 
-    pub(super) fn length(&self) -> u64 {
+    fn length(&self) -> u64 {
         self.autocovariance.len() as u64
     }
 
-    pub(super) fn phase_covariance(&self, lag: f64) -> f64 {
+    fn phase_covariance(&self, lag: f64) -> f64 {
         let phase = |lag| PowerLaw::White.phase_covariance(lag);
         let neighbours = self.autocovariance.iter().enumerate().skip(1);
         let sides = neighbours.map(|(apart, weight)| weight * (phase(lag - apart as f64) + phase(lag + apart as f64)));
         self.autocovariance[0] * phase(lag) + sides.sum::<f64>()
     }
+}
+
+/// What an octave shows of white noise, averaged so, of density 1 at long averaging times.
+pub(super) fn white_variance(octave: &Octave, deviation: Deviation, window: Option<BoxcarWindow>) -> f64 {
+    let averaged = StreamedWhite::new(window);
+    expected_variance(octave, deviation, |lag| averaged.phase_covariance(lag))
 }
 
 /// Octaves with fewer degrees of freedom are too uncertain to count.
@@ -108,8 +114,7 @@ pub fn white_deficit(
         .filter(|(octave, _)| octave.m >= averaged.length())
         .filter_map(|(octave, variance)| {
             let edf = edf(octave, shape, PowerLaw::White).filter(|edf| *edf >= LEAST_EDF)?;
-            let of_one = expected_variance(octave, shape.deviation, |lag| averaged.phase_covariance(lag));
-            let expected = white * white / shape.interval_s * of_one;
+            let expected = white * white / shape.interval_s * white_variance(octave, shape.deviation, window);
             let below = 1.0 - chi_squared::probability_above(variance / expected * edf, edf)?;
             // far out the deviate would be infinite
             Some(chi_squared::normal_quantile(below.clamp(1e-15, 1.0 - 1e-15)))
@@ -131,7 +136,7 @@ pub fn white_deficit(
 mod tests {
     use super::*;
     use crate::accumulate::octaves::Octaves;
-    use crate::accumulate::record::{Deviation, Estimator};
+    use crate::accumulate::record::Estimator;
 
     #[test]
     fn factors_are_those_of_the_theory() {

@@ -1,9 +1,7 @@
 //! What the fit takes of one channel.
 
-use crate::infer::level_series::LevelSeries;
+use crate::accumulate::signal::ChannelSignal;
 use crate::infer::narrow_bands::NarrowBand;
-use crate::infer::roll_off::RollOff;
-use crate::infer::slow_cycle::SlowCycle;
 
 /// The statistics of one channel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -14,16 +12,13 @@ pub struct ChannelCurve<'a> {
     /// Slope of the regression line, in the unit of the channel per second; without it, a ramp is
     /// not observable and is not in the model.
     pub slope_unit_s: Option<f64>,
+    /// Spectrum and blocks of the same record, and one count in the unit of the channel. Without
+    /// them the octaves alone decide, which do not tell a short filter from white noise.
+    pub signal: Option<(&'a ChannelSignal, f64)>,
     /// Lines of its spectrum, in the unit of the channel.
     pub bands: &'a [NarrowBand],
-    /// A cycle of its level, of few periods or many.
-    pub cycle: Option<SlowCycle>,
-    /// A filter slower than the output, where the spectrum shows one or may show one, and its
-    /// transfer is unknown.
-    pub roll_off: Option<RollOff>,
-    /// The level over the same record, in the unit of the channel: it decides whether there is a
-    /// random walk.
-    pub level: Option<&'a LevelSeries>,
+    /// The averaging on board is known, and nothing else is known to filter.
+    pub is_averaging_known: bool,
     /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
     /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
     /// octave less certain.
@@ -31,9 +26,9 @@ pub struct ChannelCurve<'a> {
 }
 
 impl<'a> ChannelCurve<'a> {
-    /// A channel without lines, cycle and filter, whose level is not known.
+    /// A channel without lines, of which the octaves alone are known.
     #[must_use]
     pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, bands: &[], cycle: None, roll_off: None, level: None, fourth_cumulant: 0.0 }
+        Self { variances, slope_unit_s, signal: None, bands: &[], is_averaging_known: false, fourth_cumulant: 0.0 }
     }
 }

@@ -1,338 +1,430 @@
-//! The fit of one channel: with and without Gauss-Markov processes, with and without a filter.
-
-use std::ops::Range;
+//! From the structures of one channel to what is said of it.
 
 use super::{
-    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Status, Term,
-    level_likelihood::{LevelLikelihood, ShortOctaves},
-    model::Model,
-    parameter::{PRESENT, ramp},
-    regression::{Regression, Solution},
+    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
+    density::variance_of_process,
+    noise_fit::RollOff,
+    parameter::ramp,
+    search::{Candidate, Found, Search, WHITE},
+    spectral_rows::ChannelData,
+    thresholds::{BANDS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED, WIDER},
 };
-use crate::accumulate::record::Octave;
+use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
-use crate::infer::least_squares::dot;
-use crate::infer::level_series::LevelSeries;
-use crate::infer::roll_off::RollOff;
 
-/// Fits with a smaller probability are not believed.
-const LEAST_P: f64 = 0.01;
+/// By how many orders of a short filter an octave must be longer to bound N.
+const BEYOND_MEMORY: f64 = 10.0;
 
-/// By how much χ² must fall with Gauss-Markov processes where the model holds without them: chosen
-/// for the coverage of N beside weak processes (the benchmark `cells`).
-const PROCESS: f64 = 8.0;
+/// No filter is looked for that remembers more samples than a part of this.
+const BEYOND_ANY_FILTER: f64 = 256.0;
 
-/// By so much it falls where such processes can neither be said to be there nor to be absent: the
-/// interval of N covers both.
-const PERHAPS_A_PROCESS: f64 = 3.0;
+/// An octave with fewer degrees of freedom bounds nothing.
+const LEAST_EDF_OF_BOUND: f64 = 10.0;
 
-/// Below, such processes may have taken what is flicker noise or a walk, and left too much to the
-/// white noise: intervals and bounds of all three cover the fit without them.
-const A_PROCESS_BEYOND_DOUBT: f64 = 16.0;
+/// B is taken for processes where these explain the record better by so much, beyond their penalty.
+const PROCESSES_INSTEAD: f64 = 2.0;
 
-/// The only terms beside which the level decides on K.
-const WALKING: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
+/// Blocks in which the noise of the slope is looked at where the level is not known.
+const VIRTUAL_BLOCKS: usize = 64;
 
-/// One channel, its models, and the octaves that may follow them.
-pub(super) struct ChannelFit<'a> {
-    noise_model: &'a NoiseModel,
-    /// The octaves, then the squared slope if it is known.
-    values: Vec<f64>,
-    /// Of the regression line, per sample.
-    slope: Option<f64>,
-    /// How many octaves may have a part in the fit, in falling order: the first that follows a
-    /// model counts.
-    ends: &'a [usize],
-    /// Octaves that could have a part in the fit, and all that are known.
-    known: (usize, usize),
-    /// The terms with the lines and the cycle of the channel.
-    model: Model,
-    /// The same behind its filter of unknown transfer, and the first octave that averages over what
-    /// that remembers.
-    behind_filter: Option<(Model, usize)>,
-    /// That filter, proved or possible.
-    roll_off: Option<RollOff>,
-    /// Expected value of each octave for white noise of parameter 1.
-    white: Vec<f64>,
-    level: Option<&'a LevelSeries>,
+impl NoiseModel {
+    /// Fits the model to one channel.
+    ///
+    /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of
+    /// the level, and of the octaves what neither holds. Components are white noise behind any
+    /// filter that forgets within twelve samples (behind a longer one the density of its pass band
+    /// alone is fitted), flicker noise, a random walk, Gauss-Markov processes with correlation times
+    /// of 20 samples times powers of four up to a sixteenth of the record, and lines; the mean may
+    /// have a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with
+    /// every structure that the record does not decide against.
+    ///
+    /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than
+    /// 1.96 standard deviations (a ramp by 2.25) beside every warm-up, cycle and process; else it is
+    /// bounded from above, and [`NoiseFit::rival`] says what explains as much. Limits are where the
+    /// likelihood has fallen by what the level `confidence` (0 < p < 1) allows, all other parameters
+    /// fitted anew; the bound is the upper end of the two-sided interval, so that the level holds
+    /// whichever comes out. Where density and octaves deviate from the model more than by chance,
+    /// limits are wider by as much; beyond six times the expected squares the model is rejected, and
+    /// N is bounded by the curve. It is bounded by the fit where lines cover more than half of the
+    /// frequencies. N lies below what the octaves longer than any possible filter leave.
+    #[must_use]
+    pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
+        self.fit_octaves(curve, self.octaves(), confidence)
+    }
+
+    /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone:
+    /// for streams whose long averaging times show something else, such as a filter that takes slow
+    /// changes out.
+    #[must_use]
+    pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
+        let octaves = self.places.partition_point(|place| *place < octaves);
+        let mut fit = self.fit_octaves(&ChannelCurve { slope_unit_s: None, ..*curve }, octaves, confidence);
+        fit.parameters[Term::RateRamp as usize] = None;
+        fit
+    }
+
+    fn octaves(&self) -> usize {
+        self.places.len()
+    }
+
+    fn fit_octaves(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
+        let data = self.grid.as_ref().and_then(|grid| ChannelData::new(grid, curve, &self.places, octaves));
+        let found = data.zip(chi_squared::normal_two_sided(confidence)).and_then(|(data, z)| {
+            let is_part = octaves < self.octaves();
+            ReadOut::new(self, &data, curve, z, is_part).map(|read_out| read_out.fit(confidence))
+        });
+        found.unwrap_or_else(|| self.without_values(Status::NotObservable))
+    }
+
+    pub(super) fn without_values(&self, status: Status) -> NoiseFit {
+        let parameter = |term| self.terms.contains(term).then_some(Parameter::without_value(status));
+        NoiseFit::of_parameters(Term::ALL.map(parameter))
+    }
+}
+
+pub(super) struct ReadOut<'a> {
+    model: &'a NoiseModel,
+    data: &'a ChannelData<'a>,
+    search: Option<Search<'a>>,
+    slope_unit_s: Option<f64>,
+    /// Relative variance of the power of white noise of heavy tails beyond that of normal noise.
+    tails: f64,
     lacks_free_band: bool,
-    confidence: f64,
+    z: f64,
 }
 
-/// A solution that follows its model.
-struct Accepted<'a> {
-    model: &'a Model,
-    range: Range<usize>,
-    solution: Solution,
-    quality: FitQuality,
-}
-
-impl<'a> ChannelFit<'a> {
+impl<'a> ReadOut<'a> {
     /// `None` if the channel does not show more than it has parameters.
     pub(super) fn new(
-        noise_model: &'a NoiseModel,
-        ends: &'a [usize],
-        octaves: usize,
-        curve: &ChannelCurve<'a>,
-        confidence: f64,
+        model: &'a NoiseModel,
+        data: &'a ChannelData<'a>,
+        curve: &ChannelCurve<'_>,
+        z: f64,
+        is_part: bool,
     ) -> Option<Self> {
-        let fitted = *ends.first()?;
-        let mut values: Vec<f64> =
-            noise_model.octaves.iter().filter_map(|(i, _)| curve.variances.get(*i).copied()).collect();
-        let usable =
-            values.len() == noise_model.octaves.len() && values.iter().all(|value| value.is_finite() && *value > 0.0);
-        let slope = curve.slope_unit_s.map(|slope| slope * noise_model.shape.interval_s);
-        let (terms, slope) = match (&noise_model.with_ramp, slope) {
-            (Some(model), Some(slope)) => (Some(model), Some(slope)),
-            _ => (noise_model.without_ramp.as_ref(), None),
-        };
-        values.extend(slope.map(|slope| slope * slope));
-        let terms = terms.filter(|_| usable)?;
-        if fitted + usize::from(slope.is_some()) <= terms.terms() {
+        let has_ramp = curve.slope_unit_s.is_some() && model.terms.contains(Term::RateRamp);
+        let level = data.level.as_ref().filter(|_| !is_part);
+        let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
+        let ramp = usize::from(model.terms.contains(Term::RateRamp));
+        let parameters = model.terms() - ramp + usize::from(has_ramp);
+        let shown = data.octaves_in_use() + usize::from(has_ramp) + if data.has_segments() { 8 } else { 0 };
+        if shown <= parameters {
             return None;
         }
-        let most = fitted.saturating_sub(terms.terms() + 1 + usize::from(curve.cycle.is_some()));
-        let mut lines = noise_model.lines(curve.bands, most);
-        lines.extend(curve.cycle.map(|cycle| noise_model.cycle(&cycle)));
-        let tails = curve.fourth_cumulant.max(0.0) / noise_model.shape.samples as f64;
-        let model = terms.beside(lines).with_tails(tails);
-        let roll_off = curve.roll_off.filter(|roll_off| roll_off.is_proved || noise_model.may_be_filtered());
-        let behind_filter = roll_off.and_then(|roll_off| noise_model.filtered(&model, fitted, roll_off));
-        let is_proved = roll_off.is_some_and(|roll_off| roll_off.is_proved);
-        if is_proved && behind_filter.is_none() && noise_model.window.is_none() {
-            return None;
-        }
-        let white = behind_filter.as_ref().map_or(terms, |(behind_filter, _)| behind_filter).white().to_vec();
+        let search = Search::new(data, &model.layout, shapes, has_ramp, z);
+        let tails = curve.fourth_cumulant.max(0.0) / (data.scale * data.scale) / model.shape.samples as f64;
+        let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         Some(Self {
-            noise_model,
-            values,
-            slope,
-            ends,
-            known: (fitted, octaves),
             model,
-            behind_filter,
-            roll_off,
-            white,
-            level: curve.level,
-            lacks_free_band: curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5,
-            confidence,
+            data,
+            search,
+            slope_unit_s: curve.slope_unit_s.filter(|_| has_ramp),
+            tails,
+            lacks_free_band,
+            z,
         })
     }
 
-    pub(super) fn noise_fit(&self) -> NoiseFit {
-        let proved = self.roll_off.filter(|roll_off| roll_off.is_proved);
-        // a known window explains its own roll-off
-        let is_explained = proved.is_none() || self.noise_model.window.is_some();
-        let whole = is_explained.then(|| self.following(&self.model, 0)).flatten();
-        let is_settled = whole.is_some() && proved.is_some();
-        let behind_filter = self.behind_filter.as_ref().filter(|_| !is_settled);
-        let behind_filter = behind_filter.and_then(|(model, first)| self.following(model, *first));
-        let fit = match (whole, behind_filter) {
-            // a filter that only may be there
-            (Some(mut whole), Some(behind_filter)) => {
-                whole.cover(&behind_filter);
-                Some(whole)
-            }
-            (whole, behind_filter) => whole.or_else(|| {
-                let may_be_filtered = proved.is_none();
-                Some(NoiseFit { roll_off: proved, may_be_filtered, ..behind_filter? })
-            }),
+    /// Of a record that shows what is expected, for plans: a short filter is not looked for.
+    pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
+        let has_ramp = model.terms.contains(Term::RateRamp);
+        let shapes = data.level.as_ref().map(|level| model.shapes(level.coefficients.len() + 1));
+        let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
+        let slope_unit_s = has_ramp.then_some(0.0);
+        Some(Self { model, data, search: Some(search), slope_unit_s, tails: 0.0, lacks_free_band: false, z })
+    }
+
+    /// Standard deviations by which the absence of a slow term is excluded.
+    pub(super) fn evidence(&self, term: Term) -> Option<f64> {
+        let layout = &self.model.layout;
+        let column = match term {
+            Term::BiasInstability => layout.flicker,
+            Term::RateRandomWalk => layout.walk,
+            _ => None,
         };
-        fit.unwrap_or_else(|| self.rejected())
+        Some(self.search.as_ref()?.slow(column?, term == Term::RateRandomWalk).evidence)
     }
 
-    /// The fit of `model` to the first range that follows it, from octave `first` on.
-    fn following(&self, model: &Model, first: usize) -> Option<NoiseFit> {
-        let shortest = self.noise_model.octaves[first].1.m as f64;
-        let with_processes = model.beside(self.noise_model.gauss_markov_processes(shortest));
-        let ranges = || self.ends.iter().map(|end| first..*end);
-        let found = ranges().find_map(|range| self.with_or_without(model, &with_processes, &range));
-        found.or_else(|| {
-            ranges().find_map(|range| {
-                let with = self.solve(&with_processes, &range).filter(|with| with.quality.p >= LEAST_P)?;
-                self.read_out(with).map(NoiseFit::with_proved_processes)
-            })
-        })
+    /// Of the square of a component, in the likeliest structure without processes.
+    pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
+        let search = self.search.as_ref()?;
+        let candidate = search.candidates.iter().find(|candidate| !candidate.has_processes)?;
+        let structure = search.structure(candidate.band, candidate.order, false, &[]);
+        let covariance = search.rows(candidate.band).covariance(&structure, &candidate.scored);
+        let relative = covariance(column, column) / candidate.scored.parameters[column].powi(2);
+        relative.is_finite().then_some(relative)
     }
 
-    /// If `model` holds: the fit with Gauss-Markov processes, or the one without them, whichever
-    /// the record shows, with intervals that cover both where it does not decide.
-    fn with_or_without(&self, model: &Model, with_processes: &Model, range: &Range<usize>) -> Option<NoiseFit> {
-        let without = self.solve(model, range).filter(|without| without.quality.p >= LEAST_P)?;
-        // χ² cannot fall by more than all of it
-        let possible = without.quality.chi2 > PERHAPS_A_PROCESS;
-        let with = possible.then(|| self.solve(with_processes, range)).flatten();
-        let fall = with.as_ref().map_or(0.0, |with| without.quality.chi2 - with.quality.chi2);
-        let with = with.filter(|_| fall > PERHAPS_A_PROCESS).and_then(|with| self.read_out(with));
-        if fall > A_PROCESS_BEYOND_DOUBT {
-            return with.map(NoiseFit::with_proved_processes);
-        }
-        let without = self.read_out(without);
-        let (mut fit, other, terms) = match fall > PROCESS {
-            true => (with?, without, &[Term::White, Term::BiasInstability, Term::RateRandomWalk][..]),
-            false => (without?, with, &[Term::White][..]),
-        };
-        if let Some(other) = other {
-            terms.iter().for_each(|term| fit.widen(*term, &other));
-        }
-        Some(fit)
-    }
-
-    fn solve<'m>(&self, model: &'m Model, range: &Range<usize>) -> Option<Accepted<'m>> {
-        let regression = Regression::new(model, &self.values, range.clone());
-        let solution = regression.fit()?;
-        let positive = solution.parameters.iter().filter(|parameter| **parameter > 0.0).count();
-        let dof = regression.statistics().checked_sub(positive).filter(|dof| *dof > 0)?;
-        let p = chi_squared::probability_above(solution.chi2, dof as f64)?;
-        let tau_s = |i: usize| self.noise_model.octaves[i].1.m as f64 * self.noise_model.shape.interval_s;
-        let (tau_min_s, tau_max_s) = (tau_s(range.start), tau_s(range.end - 1));
-        let quality = FitQuality { tau_min_s, tau_max_s, chi2: solution.chi2, dof, p };
-        Some(Accepted { model, range: range.clone(), solution, quality })
-    }
-
-    /// `None` where N lies above what the curve itself leaves.
-    fn read_out(&self, accepted: Accepted<'_>) -> Option<NoiseFit> {
-        let doubtless = self.white_ceiling(self.roll_off, 0.01);
-        let mut fit = self.parameters(&accepted);
-        let white = fit.parameter(Term::White).and_then(|white| white.lower);
-        let scale = Term::White.per_second(self.noise_model.shape.interval_s);
-        if white.is_some_and(|lower| (lower / scale).powi(2) > doubtless) {
-            return None;
-        }
-        fit.lacks_free_band = self.lacks_free_band;
-        if self.lacks_free_band {
-            fit.not_proved(Term::White);
-        }
-        Some(fit)
+    pub(super) fn fit(&self, confidence: f64) -> NoiseFit {
+        let believed = self.search.as_ref().filter(|search| search.dispersion < REJECTED);
+        let fit = believed.and_then(|search| self.parameters(search, confidence));
+        fit.unwrap_or_else(|| self.rejected(confidence))
     }
 
     /// No model holds: N is bounded by the curve.
-    fn rejected(&self) -> NoiseFit {
-        let without_values = self.noise_model.without_values(Status::ModelRejected);
+    fn rejected(&self, confidence: f64) -> NoiseFit {
+        let without_values = self.model.without_values(Status::ModelRejected);
         let mut rejected = NoiseFit { lacks_free_band: self.lacks_free_band, ..without_values };
         // a filter may be why
-        let roll_off = self.roll_off.or(self.noise_model.may_be_filtered().then_some(RollOff::POSSIBLE));
-        let ceiling = self.white_ceiling(roll_off, 1.0 - self.confidence);
+        let ceiling = self.white_ceiling(BEYOND_ANY_FILTER, 1.0 - confidence);
         if let Some(white) = &mut rejected.parameters[Term::White as usize]
             && ceiling.is_finite()
         {
-            *white = Parameter::bounded(ceiling.sqrt() * Term::White.per_second(self.noise_model.shape.interval_s));
+            *white = self
+                .amplitude(Term::White, Found { value: 0.0, lower: 0.0, upper: ceiling, evidence: 0.0, rival: None });
         }
         rejected
     }
 
-    fn parameters(&self, accepted: &Accepted<'_>) -> NoiseFit {
-        let Accepted { model, range, solution, quality } = accepted;
-        let regression = Regression::new(model, &self.values, range.clone());
-        let interval_s = self.noise_model.shape.interval_s;
-        let mut fit = self.noise_model.without_values(Status::NotObservable);
-        fit.quality = Some(*quality);
-        fit.processes = model
-            .gauss_markov_times()
-            .zip(&solution.parameters[model.terms()..])
-            .filter_map(|(time, square)| Some((time?, square)).filter(|(_, square)| **square > 0.0))
-            .map(|(time, square)| GaussMarkovProcess { correlation_time_s: time * interval_s, sigma: square.sqrt() })
-            .collect();
-        // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
-        let mut upper_bounds = solution.parameters.clone();
-        let mut shown = solution.parameters.clone();
-        let mut deviations = vec![0.0; upper_bounds.len()];
-        for (i, deviation) in deviations.iter_mut().enumerate().skip(model.terms()) {
-            *deviation = solution.standard_deviation(i).unwrap_or_default();
-        }
-        for (i, &term) in self.noise_model.noise.iter().enumerate() {
-            let mut parameter = Parameter::of(&regression, solution, i, self.confidence);
-            let by_octaves = parameter.status;
-            if term == Term::RateRandomWalk
-                && let Some((decided, squares)) = self.walk_of_level(accepted, parameter)
+    /// `None` if N lies above what the curve itself leaves.
+    fn parameters(&self, search: &Search<'_>, confidence: f64) -> Option<NoiseFit> {
+        let model = self.model;
+        let best = search.best();
+        let mut fit = model.without_values(Status::NotObservable);
+        fit.lacks_free_band = self.lacks_free_band;
+        let white = self.white(search, confidence)?;
+        fit.parameters[Term::White as usize] = Some(match self.lacks_free_band {
+            true => self.amplitude(Term::White, white).not_proved(),
+            false => self.amplitude(Term::White, white),
+        });
+        let slow = [
+            (Term::Quantization, model.layout.quantization, false),
+            (Term::BiasInstability, model.layout.flicker, false),
+            (Term::RateRandomWalk, model.layout.walk, true),
+        ];
+        let mut upper = best.scored.parameters.clone();
+        for (term, column, is_beside_processes) in slow {
+            let Some(column) = column else { continue };
+            let mut found = search.slow(column, is_beside_processes);
+            if term == Term::BiasInstability
+                && search.rise_by_processes() > PROCESSES_INSTEAD
+                && found.evidence > PRESENT
             {
-                parameter = decided;
-                if let Some(squares) = squares {
-                    shown[..squares.len()].copy_from_slice(&squares);
-                }
+                found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
             }
-            if by_octaves == Status::Bounded || parameter.status == Status::Bounded {
-                upper_bounds[i] = parameter.upper.map_or(upper_bounds[i], |upper| upper * upper);
-            } else {
-                deviations[i] = solution.standard_deviation(i).unwrap_or_default();
-            }
-            fit.parameters[term as usize] = Some(parameter.scaled(term.per_second(interval_s)));
-            for (j, &other) in self.noise_model.noise[..i].iter().enumerate() {
-                if solution.parameters[i] > 0.0 && solution.parameters[j] > 0.0 {
-                    fit.correlations.extend(solution.correlation(i, j).map(|correlation| (other, term, correlation)));
-                }
-            }
+            upper[column] = found.upper;
+            fit.rivals[term as usize] = found.rival;
+            fit.parameters[term as usize] = Some(self.amplitude(term, found));
         }
-        if let Some(slope) = self.slope {
-            let per_parameter = model.slope_variances();
-            let variance = dot(&per_parameter, &upper_bounds);
-            let error: f64 = per_parameter.iter().zip(&deviations).map(|(c, deviation)| (c * deviation).powi(2)).sum();
-            let parameter = ramp(slope, variance.sqrt(), 2.0 * variance * variance / error, self.confidence);
-            fit.parameters[Term::RateRamp as usize] = Some(parameter.scaled(Term::RateRamp.per_second(interval_s)));
+        if let Some(slope_unit_s) = self.slope_unit_s {
+            let (parameter, rival) = self.ramp(search, slope_unit_s, &upper);
+            fit.parameters[Term::RateRamp as usize] = Some(parameter);
+            fit.rivals[Term::RateRamp as usize] = rival;
         }
-        let expected = |i: usize| (self.noise_model.octaves[i].1.m, model.expected(&shown, i));
-        fit.expected = range.clone().filter(|i| *i < self.noise_model.octaves.len()).map(expected).collect();
-        let edf = model.edf(&shown, &upper_bounds, &self.noise_model.least_edf);
-        // octaves too long to be fitted may follow the model all the same
-        let (fitted, octaves) = self.known;
-        let end = if range.end == fitted { octaves } else { range.end };
-        fit.edf =
-            self.noise_model.octaves[..end].iter().map(|(_, octave)| octave.m).zip(edf).skip(range.start).collect();
-        fit
+        fit.is_process_proved = best.has_processes && search.rise_by_processes() > PROVED;
+        if fit.is_process_proved {
+            fit.processes = self.processes(&best.scored.parameters);
+        }
+        self.add_filter(search, &white, &mut fit);
+        self.add_curve(search, &mut fit);
+        self.add_correlations(search, &mut fit);
+        Some(fit)
     }
 
-    /// K, decided by the level, and the squares of white noise, flicker noise and the walk where it
-    /// finds a walk that the octaves do not. `None` if the level is not known or does not
-    /// decide: without a slope the record may have a gap of unknown length.
-    fn walk_of_level(&self, accepted: &Accepted<'_>, by_octaves: Parameter) -> Option<(Parameter, Option<[f64; 3]>)> {
-        let Accepted { model, range, solution, .. } = accepted;
-        let is_alone = model.basis.len() == model.terms() && self.noise_model.noise == WALKING;
-        let level = self.level.filter(|_| is_alone && self.slope.is_some())?;
-        let bound = by_octaves.upper?;
-        let is_short = |octave: &Octave| 2 * octave.m <= level.block_samples;
-        let octaves = &self.noise_model.octaves[range.clone()];
-        let short = octaves.iter().take_while(|(_, octave)| is_short(octave)).count();
-        let (residuals, mut columns) = solution.rows();
-        let [Some(white), Some(flicker), Some(walk)] = core::array::from_fn(|_| columns.next()) else { return None };
-        let octaves = ShortOctaves {
-            residuals: &residuals[..short],
-            by_term: [white, flicker, walk].map(|column| &column[..short]),
-            at: *solution.parameters.first_chunk()?,
+    fn white(&self, search: &Search<'_>, confidence: f64) -> Option<Found> {
+        let mut white = search.white();
+        if white.value <= 0.0 {
+            white.upper = white.upper.min(self.white_ceiling(BEYOND_ANY_FILTER, 1.0 - confidence));
+            return Some(Found { value: 0.0, lower: 0.0, ..white });
+        }
+        // heavy tails make the power of all frequencies together less certain
+        let beyond = self.z * (self.tails / white.value.powi(2)).sqrt();
+        let wider = |end: f64| (end / white.value).ln().abs().hypot(beyond);
+        (white.lower, white.upper) =
+            (white.value * (-wider(white.lower)).exp(), white.value * wider(white.upper).exp());
+        let memory = search.candidates.iter().filter(|of| of.score > search.best().score - 0.5 * self.z * self.z);
+        // what is beyond a band may remember as long as two of its cosines
+        let memory_of = |of: &Candidate| match of.band {
+            0 => of.order as f64,
+            band => 0.5 * of.order.max(2) as f64 / BANDS[band],
         };
-        let likelihood = LevelLikelihood::new(level, octaves);
-        let walk = likelihood.walk()?;
-        let p = Some(walk.p());
-        match by_octaves.status {
-            _ if walk.evidence <= PRESENT => {
-                // where neither shows a walk, the octaves show how far from one they are
-                let p = by_octaves.p.map(|p| p.max(walk.p()));
-                Some((Parameter { p, ..by_octaves.not_proved() }, None))
-            }
-            Status::Estimated => Some((Parameter { p, ..by_octaves }, None)),
-            _ => {
-                let z = chi_squared::normal_two_sided(self.confidence)?;
-                let (lower, best, upper) = likelihood.interval(&walk, z)?;
-                let found = Parameter::estimated(best.sqrt(), lower.sqrt(), bound.max(upper.sqrt()));
-                Some((Parameter { p, ..found }, Some(walk.squares)))
-            }
+        let memory = memory.map(memory_of).fold(0.0, f64::max);
+        let shortest = (BEYOND_MEMORY * memory).clamp(1.0, BEYOND_ANY_FILTER);
+        if white.lower > self.white_ceiling(shortest, 0.01) {
+            return None;
         }
+        // so rarely wrong that the interval keeps its level
+        let ceiling = self.white_ceiling(shortest, 0.2 * (1.0 - confidence));
+        white.upper = white.upper.min(ceiling.max(white.lower));
+        white.value = white.value.min(white.upper);
+        Some(white)
     }
 
-    /// What the squared N is above with the probability `risk` at most, per sample: a variance is
-    /// that of the white noise and whatever adds, so that its upper end bounds N². The upper ends
-    /// of all octaves hold together (Bonferroni), with the degrees of freedom of a random walk,
-    /// which has fewest. Behind an unknown filter those octaves count that average over ten times
-    /// its correlation, less the most that the filter can take from them.
-    fn white_ceiling(&self, roll_off: Option<RollOff>, risk: f64) -> f64 {
-        let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples.max(1.0));
-        let values = &self.values[..self.known.1];
-        let octaves = self.noise_model.octaves.iter().zip(&self.noise_model.least_edf).zip(values).zip(&self.white);
-        let counted: Vec<(f64, f64)> = octaves
-            .filter(|((((_, octave), edf), _), _)| octave.m as f64 >= shortest && **edf >= 10.0)
-            .map(|(((_, edf), value), white)| (value / white, *edf))
-            .collect();
+    /// The square that N² is above with the probability `risk` at most: a variance is that of the
+    /// white noise and whatever adds, so that its upper end bounds N². The upper ends of all octaves
+    /// hold together (Bonferroni), with the degrees of freedom of a random walk, which has fewest.
+    fn white_ceiling(&self, shortest: f64, risk: f64) -> f64 {
+        let counted = self
+            .data
+            .octaves()
+            .filter(|(octave, _, walk_edf)| octave.m as f64 >= shortest && *walk_edf >= LEAST_EDF_OF_BOUND);
+        let of = |(octave, value, walk_edf): (&Octave, f64, f64)| {
+            let square = value / self.model.white_variance(octave);
+            // heavy tails make each less certain
+            (square, 2.0 / (2.0 / walk_edf + self.tails / (square * square)))
+        };
+        let counted: Vec<(f64, f64)> = counted.map(of).collect();
         let each = risk / counted.len() as f64;
         let bound = |(value, edf): &(f64, f64)| Some(value * edf / chi_squared::quantile(each, *edf)?);
         counted.iter().filter_map(bound).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The amplitude of a term from what is known of its square.
+    fn amplitude(&self, term: Term, found: Found) -> Parameter {
+        let of = |square: f64| (square * self.data.scale).sqrt();
+        if !(of(found.upper).is_finite() && found.upper > 0.0) {
+            return Parameter::without_value(Status::NotObservable);
+        }
+        let is_there = found.evidence > PRESENT && (term != Term::White || found.lower > 0.0) || {
+            // N is there where its interval excludes zero, at any level
+            term == Term::White && found.lower > 0.0
+        };
+        let parameter = match is_there {
+            true => Parameter::estimated(of(found.value), of(found.lower), of(found.upper)),
+            false => Parameter::bounded(of(found.upper)),
+        };
+        let p = (term != Term::White).then(|| chi_squared::normal_above(found.evidence));
+        Parameter { p, ..parameter }.scaled(term.per_second(self.model.shape.interval_s))
+    }
+
+    fn ramp(&self, search: &Search<'_>, slope_unit_s: f64, upper: &[f64]) -> (Parameter, Option<Rival>) {
+        let interval_s = self.model.shape.interval_s;
+        let of_level = self.data.level.as_ref().zip(search.slope());
+        let Some((level, found)) = of_level else {
+            let samples = self.model.shape.samples as f64;
+            let shapes = self.model.shapes(VIRTUAL_BLOCKS);
+            let length = samples / VIRTUAL_BLOCKS as f64;
+            let square: f64 = shapes.ramp.iter().map(|ramp| ramp * ramp).sum();
+            let variance = (1..).zip(&shapes.ramp).map(|(k, ramp)| {
+                let components = self.model.layout.components.iter().zip(upper);
+                let of_level =
+                    components.map(|(component, parameter)| parameter * component.of_level(k, VIRTUAL_BLOCKS, length));
+                (ramp / square).powi(2) * of_level.sum::<f64>()
+            });
+            let deviation = (variance.sum::<f64>() * self.data.scale).sqrt() / (length * interval_s);
+            let parameter = match deviation.is_finite() {
+                true => ramp(slope_unit_s, deviation, self.z),
+                false => Parameter::without_value(Status::NotObservable),
+            };
+            return (parameter, None);
+        };
+        let per_block = self.data.scale.sqrt() / (level.block_samples as f64 * interval_s);
+        let parameter = match found.evidence > RAMP_PRESENT {
+            true => Parameter::estimated(found.value, found.lower, found.upper),
+            false => Parameter::bounded(found.lower.abs().max(found.upper.abs())),
+        };
+        let p = Some(2.0 * chi_squared::normal_above(found.evidence));
+        (Parameter { p, ..parameter }.scaled(per_block), found.rival)
+    }
+
+    fn processes(&self, parameters: &[f64]) -> Vec<GaussMarkovProcess> {
+        let interval_s = self.model.shape.interval_s;
+        let of = |column: usize| {
+            let time = self.model.layout.components[column].process_time()?;
+            let variance = parameters[column] * self.data.scale * variance_of_process(time);
+            let process = GaussMarkovProcess { correlation_time_s: time * interval_s, sigma: variance.sqrt() };
+            (variance > 0.0).then_some(process)
+        };
+        self.model.layout.processes.clone().filter_map(of).collect()
+    }
+
+    fn add_filter(&self, search: &Search<'_>, white: &Found, fit: &mut NoiseFit) {
+        let best = search.best();
+        let score = |is_meant: bool| {
+            let meant = search.candidates.iter().filter(|of| (of.order == 0 && of.band == 0) == is_meant);
+            meant.map(|of| of.score).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let is_proved = score(false) - score(true) > PROVED;
+        if is_proved && best.order > 0 {
+            let cosines: f64 = best.scored.parameters[self.model.layout.cosines.clone()].iter().sum();
+            let white = best.scored.parameters[WHITE];
+            let correlation_samples = match best.band {
+                0 => white / (white + cosines).max(1e-3 * white),
+                band => 0.5 / BANDS[band],
+            };
+            fit.roll_off = (correlation_samples > 1.0).then_some(RollOff { correlation_samples });
+        } else {
+            let (lower, upper) = search.limits_of_white(|of| of.order == 0 && of.band == 0);
+            fit.may_be_filtered = (white.upper / white.lower).sqrt().ln() > WIDER * (upper / lower).sqrt().ln();
+        }
+        let interval_s = self.model.shape.interval_s;
+        let (chi2, dof) = (search.chi2, search.dof);
+        let longest =
+            self.data.octaves().filter(|(.., walk_edf)| *walk_edf >= LEAST_EDF).map(|(octave, ..)| octave.m).last();
+        fit.quality = chi_squared::probability_above(chi2, dof as f64).map(|p| FitQuality {
+            tau_min_s: interval_s * (0.5 / BANDS[best.band]),
+            tau_max_s: interval_s * longest.unwrap_or(1) as f64,
+            chi2,
+            dof,
+            p,
+        });
+    }
+
+    /// What the likeliest structure expects of each octave, and the degrees of freedom of each in
+    /// its mixture of noises.
+    fn add_curve(&self, search: &Search<'_>, fit: &mut NoiseFit) {
+        let best = search.best();
+        let components = &self.model.layout.components;
+        let ramp = search.ramp_column().map_or_else(
+            || {
+                best.scored
+                    .multiples
+                    .first()
+                    .zip(self.data.level.as_ref())
+                    .filter(|_| self.slope_unit_s.is_some())
+                    .map_or(0.0, |(multiple, level)| (multiple / level.block_samples as f64).powi(2))
+            },
+            |column| best.scored.parameters[column],
+        );
+        for (place, (octave, _, walk_edf)) in self.data.octaves().enumerate() {
+            let parameters = &best.scored.parameters;
+            let (of_components, lines) = parameters.split_at(components.len());
+            let m = octave.m as f64;
+            let ramp = match self.model.shape.deviation {
+                Deviation::Allan => ramp * m * m / 2.0,
+                Deviation::Hadamard => 0.0,
+            };
+            if m < 0.5 / BANDS[best.band] {
+                // shorter ones show what is beyond the band that is fitted
+                continue;
+            }
+            let is_shown = |column: &usize| best.band == 0 || !self.model.layout.cosines.contains(column);
+            let columns = self.data.grid.columns(place).iter().zip(of_components).enumerate();
+            let shown =
+                columns.filter(|(column, _)| is_shown(column)).map(|(_, (column, parameter))| column * parameter);
+            let shown = shown.sum::<f64>() + self.data.lines_of(place, lines) + ramp;
+            if walk_edf >= LEAST_EDF {
+                fit.expected.push((octave.m, shown * self.data.scale));
+            }
+            let mixed = self.model.mixed_edf(place, of_components);
+            fit.edf.extend(mixed.map(|edf| (octave.m, edf)));
+        }
+    }
+
+    fn add_correlations(&self, search: &Search<'_>, fit: &mut NoiseFit) {
+        let best = search.best();
+        let structure = search.structure(best.band, best.order, best.has_processes, &[]);
+        let covariance = search.rows(best.band).covariance(&structure, &best.scored);
+        let layout = &self.model.layout;
+        let terms = [
+            (Term::Quantization, layout.quantization),
+            (Term::White, Some(WHITE)),
+            (Term::BiasInstability, layout.flicker),
+            (Term::RateRandomWalk, layout.walk),
+        ];
+        let there: Vec<(Term, usize)> = terms
+            .into_iter()
+            .filter_map(|(term, column)| Some((term, column?)))
+            .filter(|(_, column)| best.scored.parameters[*column] > 0.0)
+            .collect();
+        for (i, (term, column)) in there.iter().enumerate() {
+            for (other, other_column) in &there[..i] {
+                let variances = covariance(*column, *column) * covariance(*other_column, *other_column);
+                let correlation = covariance(*column, *other_column) / variances.sqrt();
+                if correlation.is_finite() {
+                    fit.correlations.push((*other, *term, correlation.clamp(-1.0, 1.0)));
+                }
+            }
+        }
     }
 }

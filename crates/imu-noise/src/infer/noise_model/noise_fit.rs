@@ -1,7 +1,6 @@
 //! What the fit of one channel says: parameters, quality, and what stands beside them.
 
-use super::{Parameter, Status, Term};
-use crate::infer::roll_off::RollOff;
+use super::{Parameter, Rival, Status, Term};
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,11 +17,13 @@ pub struct NoiseFit {
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
     pub lacks_free_band: bool,
-    /// The low pass of unknown transfer behind which the terms were fitted, where one is proved.
+    /// A low pass slower than the output, beyond doubt.
     pub roll_off: Option<RollOff>,
-    /// A filter of unknown transfer is possible but not proved, and matters: it makes the interval
-    /// of N more than 1.5 times as wide, or a bound, or the model holds only behind it.
+    /// A short filter is possible but not proved, and makes the interval of N more than 1.5 times as
+    /// wide.
     pub may_be_filtered: bool,
+    /// What explains the record about as well as B, K and R, which are bounded for it, by term.
+    pub(super) rivals: [Option<Rival>; Term::ALL.len()],
     /// Averaging factor and edf of each octave from the shortest in use on.
     pub(super) edf: Vec<(u64, f64)>,
     /// Averaging factor and expected variance of each octave in use, in the unit squared.
@@ -33,16 +34,25 @@ pub struct NoiseFit {
 /// Goodness of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitQuality {
-    /// In seconds. Octaves below do not follow the model, as with vibration.
+    /// In seconds: the sampling interval, or, behind a filter that leaves a part of the frequencies,
+    /// half a period of the highest one in use.
     pub tau_min_s: f64,
     /// Longest averaging time in use, in seconds.
     pub tau_max_s: f64,
-    /// Sum of squared independent residuals.
+    /// Sum of the squared deviations of the density and the octaves from the fitted ones.
     pub chi2: f64,
-    /// Octaves in use, one more for the slope of the record, less positive parameters.
+    /// Densities and octaves in use, less parameters.
     pub dof: usize,
     /// Probability of a larger sum if the model is right.
     pub p: f64,
+}
+
+/// A low pass slower than the output: white noise is correlated from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollOff {
+    /// Density of the white noise at low frequencies over its mean density: the correlation time in
+    /// samples, both signs counted; above 1.
+    pub correlation_samples: f64,
 }
 
 /// First-order Gauss-Markov noise.
@@ -65,6 +75,7 @@ impl NoiseFit {
             lacks_free_band: false,
             roll_off: None,
             may_be_filtered: false,
+            rivals: [None; Term::ALL.len()],
             edf: Vec::new(),
             expected: Vec::new(),
             correlations: Vec::new(),
@@ -86,9 +97,10 @@ impl NoiseFit {
         Some((white * white + self.processes.iter().map(of).sum::<f64>()).sqrt())
     }
 
-    pub(super) fn with_proved_processes(mut self) -> Self {
-        self.is_process_proved = !self.processes.is_empty();
-        self
+    /// What explains the record about as well as `term`, where it is bounded for that.
+    #[must_use]
+    pub fn rival(&self, term: Term) -> Option<Rival> {
+        self.rivals[term as usize]
     }
 
     /// The fit where `term` is known to be no more than bounded, as other channels of the record
@@ -105,37 +117,6 @@ impl NoiseFit {
         let parameters = self.parameters.map(|known| known.map(|_| Parameter::without_value(status)));
         let edf = std::mem::take(&mut self.edf);
         *self = Self { edf, ..Self::of_parameters(parameters) };
-    }
-
-    /// Lets the interval of `term` cover that of another fit that explains the record as well.
-    pub(super) fn widen(&mut self, term: Term, other: &Self) {
-        let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else { return };
-        if ours.status == Status::Estimated {
-            ours.lower = ours.lower.zip(theirs.lower).map(|(ours, theirs)| ours.min(theirs)).or(ours.lower);
-        }
-        ours.upper = ours.upper.zip(theirs.upper).map(|(ours, theirs)| ours.max(theirs)).or(ours.upper);
-    }
-
-    /// Lets intervals and bounds cover those of another fit that may be the right one: a term that
-    /// only one of them shows is no more than bounded.
-    pub(super) fn cover(&mut self, other: &Self) {
-        let width = |fit: &Self| fit.parameter(Term::White)?.relative_half_width();
-        let before = width(self);
-        for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
-            self.widen(term, other);
-            let Some((ours, theirs)) = self.parameters[term as usize].as_mut().zip(other.parameter(term)) else {
-                continue;
-            };
-            if [ours.status, theirs.status].contains(&Status::NotObservable) {
-                *ours = Parameter::without_value(Status::NotObservable);
-                continue;
-            }
-            ours.p = ours.p.zip(theirs.p).map(|(ours, theirs)| ours.max(theirs));
-            if theirs.status != Status::Estimated {
-                *ours = ours.not_proved();
-            }
-        }
-        self.may_be_filtered = before.is_some_and(|before| width(self).is_none_or(|after| after > 1.5 * before));
     }
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
@@ -158,42 +139,5 @@ impl NoiseFit {
     pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
         let found = self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*p, *q) == (b, a));
         found.map(|(.., correlation)| *correlation)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fit_covers_another_that_may_be_the_right_one() {
-        let fit = |parameters: [Option<Parameter>; 3]| {
-            let [white, flicker, walk] = parameters;
-            NoiseFit::of_parameters(Term::ALL.map(|term| match term {
-                Term::White => white,
-                Term::BiasInstability => flicker,
-                Term::RateRandomWalk => walk,
-                Term::Quantization | Term::RateRamp => None,
-            }))
-        };
-        let estimated = |value: f64, half: f64| Some(Parameter::estimated(value, value - half, value + half));
-        let nothing = Some(Parameter::without_value(Status::NotObservable));
-        let mut ours = fit([estimated(1.0, 0.1), estimated(0.5, 0.1), nothing]);
-        ours.cover(&fit([estimated(1.2, 0.2), Some(Parameter::bounded(0.7)), Some(Parameter::bounded(1.0))]));
-        assert_eq!(ours.parameter(Term::White), Some(Parameter::estimated(1.0, 0.9, 1.4)));
-        assert_eq!(ours.parameter(Term::BiasInstability), Some(Parameter::bounded(0.7)));
-        assert_eq!(ours.parameter(Term::RateRandomWalk), nothing);
-        assert!(ours.may_be_filtered);
-        // about as wide as before
-        let mut ours = fit([estimated(1.0, 0.1), None, None]);
-        ours.cover(&fit([estimated(1.01, 0.1), nothing, nothing]));
-        assert!(!ours.may_be_filtered && ours.parameter(Term::BiasInstability).is_none());
-        // N itself is not known behind the filter
-        let mut ours = fit([estimated(1.0, 0.1), estimated(0.5, 0.1), Some(Parameter::bounded(1.0))]);
-        ours.cover(&fit([Some(Parameter::bounded(1.5)), nothing, nothing]));
-        assert_eq!(ours.parameter(Term::White), Some(Parameter::bounded(1.5)));
-        assert_eq!(ours.parameter(Term::BiasInstability), nothing);
-        assert_eq!(ours.parameter(Term::RateRandomWalk), nothing);
-        assert!(ours.may_be_filtered);
     }
 }

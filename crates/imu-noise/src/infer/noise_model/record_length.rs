@@ -3,9 +3,11 @@
 
 use super::{
     NoiseModel, Parameter, Status, Term, Terms,
-    model::Model,
-    parameter::{PRESENT, PROVED_P},
-    regression::Regression,
+    channel_fit::ReadOut,
+    parameter::PROVED_P,
+    search::WHITE,
+    spectral_rows::ChannelData,
+    thresholds::{PLANNED_BIAS, PLANNED_WALK, PRESENT},
 };
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
 use crate::infer::chi_squared;
@@ -13,52 +15,41 @@ use crate::infer::chi_squared;
 /// Of the squared amplitude of an unlucky record.
 const UNLUCKY: f64 = 0.02;
 
-/// χ² with one degree of freedom exceeds this in one of ten.
-const UNLUCKY_SLOPE: f64 = 2.706;
-
 impl NoiseModel {
     /// Whether about nine of ten records with these parameters estimate `term`. The squared
     /// amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky
-    /// record shows the quantile of χ² at 2 % instead, and a slope that only one in ten exceeds,
-    /// taken for a ramp. If that record finds the term, 83 to 91 % of simulated ones do: the
-    /// quantile is chosen for that, as octaves of slow noise are far from independent.
+    /// record shows the quantile of χ² at 2 % instead. If that record finds the term, 83 to 91 % of
+    /// simulated ones do: the quantile is chosen for that, as slow noise is far from independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
-        self.evidence(truth, term).is_some_and(|evidence| evidence > PRESENT)
+        self.evidence(truth, term).is_some_and(|evidence| evidence > margin(term) * PRESENT)
     }
 
     /// By how many standard deviations the unlucky record excludes that `term` is zero.
     fn evidence(&self, truth: &[(Term, f64)], term: Term) -> Option<f64> {
-        let (place, statistics) = self.statistics_at(truth, term, UNLUCKY)?;
-        let regression = Regression::new(self.expecting_model()?, &statistics, 0..self.fitted);
-        Some(Parameter::evidence(&regression, &regression.fit()?, place))
+        let z = chi_squared::normal_two_sided(0.95)?;
+        let data = self.unlucky(truth, term, UNLUCKY, z)?;
+        ReadOut::expecting(self, &data, z)?.evidence(term)
     }
 
     /// What the record says of `term` whose squared amplitude comes out at this quantile.
     fn parameter_at(&self, truth: &[(Term, f64)], term: Term, quantile: f64, confidence: f64) -> Option<Parameter> {
-        let (place, statistics) = self.statistics_at(truth, term, quantile)?;
-        let regression = Regression::new(self.expecting_model()?, &statistics, 0..self.fitted);
-        let parameter = Parameter::of(&regression, &regression.fit()?, place, confidence);
-        Some(parameter.scaled(term.per_second(self.shape.interval_s)))
+        let z = chi_squared::normal_two_sided(confidence)?;
+        let data = self.unlucky(truth, term, quantile, z)?;
+        ReadOut::expecting(self, &data, z)?.fit(confidence).parameter(term)
     }
 
-    /// The place of `term`, and what the record shows in which its squared amplitude comes out at
-    /// this quantile, and whose slope only one in ten exceeds.
-    fn statistics_at(&self, truth: &[(Term, f64)], term: Term, quantile: f64) -> Option<(usize, Vec<f64>)> {
-        let mut parameters = self.parameters(truth);
-        let place = self.noise.iter().position(|noise| *noise == term)?;
-        let model = self.expecting_model()?;
-        let expected = |parameters: &[f64]| -> Vec<f64> {
-            (0..model.statistics()).map(|i| model.expected(parameters, i)).collect()
-        };
-        let statistics = expected(&parameters);
-        // the fit to what is expected are the parameters themselves
-        let fitted = Regression::new(model, &statistics, 0..self.fitted).evaluate(parameters.clone())?;
-        let edf = 2.0 * (parameters[place] / fitted.standard_deviation(place)?).powi(2);
-        parameters[place] *= chi_squared::quantile(quantile, edf)? / edf;
-        let mut statistics = expected(&parameters);
-        statistics[model.octaves..].iter_mut().for_each(|slope| *slope *= UNLUCKY_SLOPE);
-        Some((place, statistics))
+    /// What the record shows in which the squared amplitude of `term` comes out at this quantile, and
+    /// everything else as is expected.
+    fn unlucky(&self, truth: &[(Term, f64)], term: Term, quantile: f64, z: f64) -> Option<ChannelData<'_>> {
+        let grid = self.grid.as_ref()?;
+        let mut squares = self.squares(truth);
+        let place = self.column(term)?;
+        let expected = ChannelData::expecting(grid, &self.layout.components, &squares);
+        let read_out = ReadOut::expecting(self, &expected, z)?;
+        let edf = 2.0 / read_out.relative_variance(place)?;
+        squares[place] *= chi_squared::quantile(quantile, edf)? / edf;
+        Some(ChannelData::expecting(grid, &self.layout.components, &squares))
     }
 
     /// The smallest value of `term`, in its unit, that [is found](Self::is_found) in the noise of
@@ -71,11 +62,14 @@ impl NoiseModel {
         let above = |value: f64| {
             let truth: Vec<_> =
                 others.iter().copied().filter(|(named, _)| *named != term).chain([(term, value)]).collect();
-            self.evidence(&truth, term).map_or(-PRESENT, |evidence| evidence - PRESENT)
+            self.evidence(&truth, term).map_or(-PRESENT, |evidence| evidence - margin(term) * PRESENT)
         };
         // as high as the others at the longest averaging time, which is of the right order
-        let (model, longest) = self.expecting_model().zip(self.fitted.checked_sub(1))?;
-        let [hidden, one] = [others, &[(term, 1.0)]].map(|truth| model.expected(&self.parameters(truth), longest));
+        let longest = self.places.len().checked_sub(1)?;
+        let columns = self.grid.as_ref()?.columns(longest);
+        self.column(term)?;
+        let [hidden, one] = [others, &[(term, 1.0)]]
+            .map(|truth| columns.iter().zip(self.squares(truth)).map(|(column, square)| column * square).sum::<f64>());
         let start = Some((hidden / one).sqrt()).filter(|start| start.is_finite() && *start > 0.0)?;
         let with = |value| (value, above(value));
         let doubled = core::iter::successors(Some(start), |value| Some(2.0 * value));
@@ -101,18 +95,34 @@ impl NoiseModel {
         Some(found.0)
     }
 
-    fn expecting_model(&self) -> Option<&Model> {
-        self.with_ramp.as_ref().or(self.without_ramp.as_ref())
+    fn column(&self, term: Term) -> Option<usize> {
+        match term {
+            Term::White => Some(WHITE),
+            Term::BiasInstability => self.layout.flicker,
+            Term::RateRandomWalk => self.layout.walk,
+            Term::Quantization => self.layout.quantization,
+            Term::RateRamp => None,
+        }
     }
 
-    /// In units of one sample.
-    fn parameters(&self, truth: &[(Term, f64)]) -> Vec<f64> {
-        let ramp = self.with_ramp.is_some().then_some(Term::RateRamp);
-        let parameter = |term: Term| {
-            let named = truth.iter().find(|(named, _)| *named == term);
-            named.map_or(0.0, |(_, value)| (value / term.per_second(self.shape.interval_s)).powi(2))
-        };
-        self.noise.iter().copied().chain(ramp).map(parameter).collect()
+    /// By component, in units of one sample.
+    fn squares(&self, truth: &[(Term, f64)]) -> Vec<f64> {
+        let mut squares = vec![0.0; self.layout.components.len()];
+        for (term, value) in truth {
+            if let Some(column) = self.column(*term) {
+                squares[column] = (value / term.per_second(self.shape.interval_s)).powi(2);
+            }
+        }
+        squares
+    }
+}
+
+/// By how much the expected evidence shall exceed the one needed.
+const fn margin(term: Term) -> f64 {
+    match term {
+        Term::BiasInstability => PLANNED_BIAS,
+        Term::RateRandomWalk => PLANNED_WALK,
+        Term::Quantization | Term::White | Term::RateRamp => 1.0,
     }
 }
 
@@ -130,7 +140,7 @@ const OF_MISSED: [f64; 2] = [0.02, 0.6];
 const WIDER: f64 = 1.15;
 
 /// That of N by this times the root of itself: the shorter a record, the more they differ.
-const WIDER_WHITE: f64 = 0.8;
+const WIDER_WHITE: f64 = 2.0;
 
 /// What a record shall show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -200,7 +210,11 @@ impl Wanted<'_> {
         let [low, high] = OF_MISSED.map(|part| part * self.missed);
         let quantile = if matches!(self.aim, Aim::Below(_)) { 1.0 - high } else { low };
         let Some(parameter) = model.parameter_at(self.truth, self.term, quantile, confidence) else { return false };
-        let is_proved = self.term == Term::White || parameter.p.is_some_and(|p| p * self.tests as f64 <= PROVED_P);
+        // the evidence that all tests of a record ask for
+        let needed = chi_squared::normal_quantile(1.0 - (PROVED_P / self.tests as f64).min(0.5)).max(PRESENT);
+        let evidence = parameter.p.map(|p| chi_squared::normal_quantile(1.0 - p.clamp(1e-300, 1.0 - 1e-16)));
+        let is_proved =
+            self.term == Term::White || evidence.is_some_and(|evidence| evidence > margin(self.term) * needed);
         let is_found = parameter.status == Status::Estimated && is_proved;
         match self.aim {
             Aim::Found => is_found,

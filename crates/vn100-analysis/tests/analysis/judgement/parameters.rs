@@ -24,5 +24,5 @@ fn rare_large_values_widen_the_interval_of_white_noise() {
     };
     let (normal, heavy) = (width(|_, _| 0.0), width(rare));
     // by the root of 1 + half the excess kurtosis of 7.7
-    assert!((heavy / normal / 2.2 - 1.0).abs() < 0.15, "{heavy}, {normal} of normal noise");
+    assert!((heavy / normal / 2.2 - 1.0).abs() < 0.25, "{heavy}, {normal} of normal noise");
 }

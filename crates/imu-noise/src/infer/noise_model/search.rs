@@ -1,0 +1,616 @@
+//! The structures that explain a record about as well, and what they say of each parameter together.
+//!
+//! One penalised log-likelihood compares all of them: orders of the short filter and the band that it
+//! is fitted in, with and without Gauss-Markov processes, with a warm-up or a cycle of the mean. A
+//! limit of a parameter is where the best of all structures has fallen by what the level of
+//! confidence allows; a term is there if the best structure without it is that much worse.
+
+use core::cell::OnceCell;
+use core::ops::Range;
+use std::sync::Arc;
+
+use super::{
+    density::Component,
+    scoring::{Rows, Scored, Structure},
+    shapes::{FoundShape, MeanShapes},
+    spectral_rows::ChannelData,
+    thresholds::{
+        BANDS, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FIRST_ORDERS, FURTHER_ORDER, LEAST_RISE,
+        MOST_DEFINITE, ORDER, ORDERS, OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
+        ROW_BEYOND,
+    },
+};
+use crate::infer::chi_squared;
+
+/// Steps towards a limit, and how near to it, relative.
+const STEPS: usize = 7;
+const NEAR: f64 = 0.02;
+
+/// A worse order is followed by no better one, in log-likelihood.
+const HOPELESS: f64 = 5.0;
+
+/// Structures of a smaller weight are left out.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Processes are longer than the memory of the filter by so much.
+const BEYOND_FILTER: f64 = 4.0;
+
+/// Of a square: at zero itself the model may lack what keeps the other terms apart.
+const AS_GOOD_AS_ZERO: f64 = 1e-3;
+
+/// Standard deviations of a logarithm that is not known.
+const VAGUE: f64 = 30.0;
+
+/// Halvings of the range in which a quantile is sought.
+const BISECTIONS: usize = 50;
+
+/// Places of the components in the columns of a model.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pub(super) components: Vec<Component>,
+    pub(super) flicker: Option<usize>,
+    pub(super) walk: Option<usize>,
+    pub(super) quantization: Option<usize>,
+    pub(super) processes: Range<usize>,
+    pub(super) cosines: Range<usize>,
+}
+
+/// White noise is the first component.
+pub(super) const WHITE: usize = 0;
+
+/// One structure, fitted.
+pub(super) struct Candidate {
+    pub(super) band: usize,
+    pub(super) order: usize,
+    pub(super) has_processes: bool,
+    /// Penalised.
+    pub(super) score: f64,
+    pub(super) scored: Scored,
+}
+
+/// What else explains the record about as well as a term does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rival {
+    /// A level that relaxes from the start of the record on.
+    WarmUp,
+    /// One cycle of the level.
+    Cycle,
+    /// Noise with a correlation time that is short beside the record.
+    Process,
+}
+
+/// What the record says of one parameter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub(super) value: f64,
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    /// Standard deviations by which zero is excluded.
+    pub(super) evidence: f64,
+    /// Why it is not there, though it would be if nothing else were possible.
+    pub(super) rival: Option<Rival>,
+}
+
+pub(super) struct Search<'a> {
+    data: &'a ChannelData<'a>,
+    layout: &'a Layout,
+    shapes: Option<Arc<MeanShapes>>,
+    /// The mean may have a ramp.
+    has_ramp: bool,
+    /// Standard deviations of the limits.
+    z: f64,
+    /// By band, with the penalty of the rows beyond it.
+    views: Vec<OnceCell<(Rows, f64)>>,
+    pub(super) candidates: Vec<Candidate>,
+    /// Coefficients of shapes of the mean that are there beyond doubt.
+    definite: Vec<Vec<f64>>,
+    /// By how much squared deviations exceed the expected ones, 1 at least, and these.
+    pub(super) dispersion: f64,
+    pub(super) chi2: f64,
+    pub(super) dof: usize,
+}
+
+/// A shape of the mean with its penalty.
+#[derive(Clone)]
+struct Nuisance {
+    coefficients: Vec<Vec<f64>>,
+    penalty: f64,
+    rival: Option<Rival>,
+}
+
+impl<'a> Search<'a> {
+    /// `None` where no structure explains the record.
+    pub(super) fn new(
+        data: &'a ChannelData<'a>,
+        layout: &'a Layout,
+        shapes: Option<Arc<MeanShapes>>,
+        has_ramp: bool,
+        z: f64,
+    ) -> Option<Self> {
+        let views = BANDS.iter().map(|_| OnceCell::new()).collect();
+        let (candidates, dispersion) = (Vec::new(), 1.0);
+        let definite = Vec::new();
+        let mut search =
+            Self { data, layout, shapes, has_ramp, z, views, candidates, definite, dispersion, chi2: 0.0, dof: 1 };
+        search.find_definite_shapes();
+        search.scan_orders(0);
+        search.judge();
+        let expected = search.dof as f64 + OVERDISPERSED * (2.0 * search.dof as f64).sqrt();
+        if data.has_segments() && !layout.cosines.is_empty() && search.chi2 > expected {
+            (1..BANDS.len()).for_each(|band| search.scan_orders(band));
+        }
+        search.add_processes();
+        search.judge();
+        search.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+        (!search.candidates.is_empty()).then_some(search)
+    }
+
+    pub(super) fn best(&self) -> &Candidate {
+        &self.candidates[0]
+    }
+
+    fn view(&self, band: usize) -> &(Rows, f64) {
+        self.views[band].get_or_init(|| {
+            let components: Vec<Component> = self.layout.components.iter().map(|of| of.in_band(BANDS[band])).collect();
+            let (rows, beyond) = self.data.rows(&components, BANDS[band], self.has_ramp && self.shapes.is_none());
+            (rows, ROW_BEYOND * beyond as f64)
+        })
+    }
+
+    pub(super) fn rows(&self, band: usize) -> &Rows {
+        &self.view(band).0
+    }
+
+    /// The column of a ramp that the octaves alone show.
+    pub(super) fn ramp_column(&self) -> Option<usize> {
+        let is_alone = self.has_ramp && self.shapes.is_none();
+        is_alone.then_some(self.layout.components.len() + self.data.lines())
+    }
+
+    fn ramp(&self) -> Option<&[f64]> {
+        self.shapes.as_deref().filter(|_| self.has_ramp).map(|shapes| shapes.ramp.as_slice())
+    }
+
+    pub(super) fn structure<'s>(
+        &'s self,
+        band: usize,
+        order: usize,
+        has_processes: bool,
+        more: &'s [Vec<f64>],
+    ) -> Structure<'s> {
+        let Layout { flicker, walk, quantization, processes, cosines, components } = self.layout;
+        let lines = components.len()..components.len() + self.data.lines();
+        let mut columns = vec![WHITE];
+        // a few processes are as good as flicker noise: they stand in its place
+        columns.extend(flicker.filter(|_| !has_processes));
+        columns.extend([*walk, *quantization].into_iter().flatten());
+        columns.extend(lines);
+        columns.extend(self.ramp_column());
+        if has_processes {
+            // shorter ones are part of the filter
+            let shortest = BEYOND_FILTER * 0.5 * order as f64 / BANDS[band];
+            let is_longer = |column: &usize| components[*column].process_time().is_some_and(|time| time >= shortest);
+            columns.extend(processes.clone().filter(is_longer));
+        }
+        let shapes = self.known_shapes().into_iter().chain(more.iter().map(Vec::as_slice)).collect();
+        Structure {
+            components: columns,
+            cosines: cosines.start..cosines.start + order,
+            shapes,
+            is_restricted: self.ramp().is_some(),
+            ..Structure::default()
+        }
+    }
+
+    /// Shapes that no noise explains, beside whatever it is.
+    fn find_definite_shapes(&mut self) {
+        let Some(shapes) = self.shapes.clone() else { return };
+        for _ in 0..MOST_DEFINITE {
+            let rows = self.rows(0);
+            let Some(fitted) = rows.fit(&self.structure(0, 0, true, &[]), None) else { return };
+            let variances = &fitted.expected[rows.first_level..];
+            let known = self.known_shapes();
+            let find = |is_cycle| shapes.likeliest(&rows.level, variances, &known, is_cycle, DEFINITE);
+            let found = [false, true].into_iter().filter_map(find).max_by(|a, b| a.rise.total_cmp(&b.rise));
+            let Some(found) = found.filter(|found| found.rise > DEFINITE) else { return };
+            self.definite.extend(found.coefficients);
+        }
+    }
+
+    /// The ramp, and the shapes that are there beyond doubt.
+    fn known_shapes(&self) -> Vec<&[f64]> {
+        self.ramp().into_iter().chain(self.definite.iter().map(Vec::as_slice)).collect()
+    }
+
+    fn scan_orders(&mut self, band: usize) {
+        let mut best = f64::NEG_INFINITY;
+        let mut near: Option<Vec<f64>> = None;
+        let orders: &[usize] = if self.layout.cosines.is_empty() { &[0] } else { &ORDERS };
+        for &order in orders {
+            let Some(candidate) = self.candidate(band, order, false, near.as_deref()) else { continue };
+            best = best.max(candidate.score);
+            let is_hopeless = candidate.score < best - HOPELESS;
+            near = Some(candidate.scored.parameters.clone());
+            self.candidates.push(candidate);
+            if is_hopeless {
+                break;
+            }
+        }
+    }
+
+    fn candidate(&self, band: usize, order: usize, has_processes: bool, near: Option<&[f64]>) -> Option<Candidate> {
+        let (rows, beyond) = self.view(band);
+        if rows.power.len() < order + 2 {
+            return None;
+        }
+        let scored = rows.fit(&self.structure(band, order, has_processes, &[]), near)?;
+        let is_filtered = order > 0 || band > 0;
+        let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
+        let penalty = unexpected + penalty_of_order(order) + if has_processes { PROCESSES } else { 0.0 } + beyond;
+        Some(Candidate { band, order, has_processes, score: scored.log_likelihood - penalty, scored })
+    }
+
+    /// With processes, the orders that are near to the best one.
+    fn add_processes(&mut self) {
+        if self.layout.processes.is_empty() {
+            return;
+        }
+        let best = self.candidates.iter().map(|candidate| candidate.score).fold(f64::NEG_INFINITY, f64::max);
+        // processes may take the place of cosines
+        let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || candidate.order == 0;
+        let first_band = self.candidates.iter().max_by(|a, b| a.score.total_cmp(&b.score)).map_or(0, |best| best.band);
+        let near: Vec<_> = self.candidates.iter().filter(is_near).filter(|near| near.band == first_band).collect();
+        let added: Vec<Candidate> = near
+            .into_iter()
+            .filter_map(|near| self.candidate(near.band, near.order, true, Some(&near.scored.parameters)))
+            .collect();
+        self.candidates.extend(added);
+    }
+
+    /// How well the likeliest structure explains the rows of density and octaves.
+    fn judge(&mut self) {
+        let Some(best) = self.candidates.iter().max_by(|a, b| a.score.total_cmp(&b.score)) else { return };
+        let rows = self.rows(best.band);
+        let squared = |row: usize| {
+            let off = best.scored.powers[row] / best.scored.expected[row] - 1.0;
+            rows.alone[row] * off * off
+        };
+        let is_counted = |row: &usize| *row < rows.first_level;
+        let chi2: f64 = (0..rows.power.len()).filter(is_counted).map(squared).sum();
+        let positive = best.scored.parameters.iter().filter(|parameter| **parameter != 0.0).count();
+        let dof = rows.first_level.saturating_sub(positive).max(1);
+        let limit = dof as f64 + OVERDISPERSED * (2.0 * dof as f64).sqrt();
+        let dispersion = if chi2 > limit { chi2 / dof as f64 } else { 1.0 };
+        (self.chi2, self.dof, self.dispersion) = (chi2, dof, dispersion);
+    }
+
+    /// Half the square of the standard deviations of a limit.
+    fn drop(&self) -> f64 {
+        0.5 * self.z * self.z * self.dispersion
+    }
+
+    /// N²: its value and its limits are those of all structures, each with the weight of its
+    /// likelihood.
+    pub(super) fn white(&self) -> Found {
+        let of_value = |candidate: &Candidate| {
+            let is_filtered = candidate.order > 0 || candidate.band > 0;
+            let penalties = [(is_filtered, FILTER_IN_VALUE), (candidate.has_processes, PROCESSES_IN_VALUE)];
+            candidate.score - penalties.iter().filter(|(is_in, _)| *is_in).map(|(_, penalty)| penalty).sum::<f64>()
+        };
+        let most = self.candidates.iter().map(of_value).fold(f64::NEG_INFINITY, f64::max);
+        let weighted = self.candidates.iter().map(|candidate| {
+            let weight = (of_value(candidate) - most).exp();
+            (weight, weight * candidate.scored.parameters[WHITE])
+        });
+        let (weight, sum) = weighted.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+        let value = sum / weight;
+        let (lower, upper) = self.limits_of_white(|_| true);
+        // a part so small of the value is as good as zero
+        let lower = if lower < AS_GOOD_AS_ZERO * value { 0.0 } else { lower };
+        let evidence = if lower > 0.0 { f64::INFINITY } else { 0.0 };
+        Found { value, lower: lower.min(value), upper: upper.max(value), evidence, rival: None }
+    }
+
+    /// Over those structures that are meant: the quantiles of their mixture, each normal in the
+    /// logarithm on either side of its likeliest value.
+    pub(super) fn limits_of_white(&self, is_meant: impl Fn(&Candidate) -> bool) -> (f64, f64) {
+        let meant: Vec<&Candidate> = self.candidates.iter().filter(|candidate| is_meant(candidate)).collect();
+        let Some(best) = meant.first().map(|best| best.score) else { return (0.0, f64::INFINITY) };
+        let target = (2.0 * self.drop()).sqrt();
+        let parts: Vec<Part> = meant
+            .into_iter()
+            .map(|candidate| (((candidate.score - best) / self.dispersion).exp(), candidate))
+            .filter(|(weight, _)| *weight > NEGLIGIBLE)
+            .map(|(weight, candidate)| {
+                let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, &[]);
+                let profile = Profile::of_component(self.rows(candidate.band), structure, &candidate.scored, WHITE);
+                let value = candidate.scored.parameters[WHITE];
+                if value <= 0.0 {
+                    let logarithm = profile.upper(self.drop()).ln() - target;
+                    return Part { weight, logarithm, below: VAGUE, above: 1.0 };
+                }
+                let by_covariance = profile.deviation / value;
+                // where it matters, by the likelihood itself
+                let is_exact = weight > 0.05 || !by_covariance.is_finite();
+                let (below, above) = match is_exact {
+                    true => ((value / profile.lower(self.drop())).ln(), (profile.upper(self.drop()) / value).ln()),
+                    false => (target * by_covariance, target * by_covariance),
+                };
+                let deviation = |distance: f64| (distance / target).min(VAGUE);
+                Part { weight, logarithm: value.ln(), below: deviation(below), above: deviation(above) }
+            })
+            .filter(|part| part.logarithm.is_finite())
+            .collect();
+        if parts.is_empty() {
+            return (0.0, f64::INFINITY);
+        }
+        let total: f64 = parts.iter().map(|part| part.weight).sum();
+        let risk = chi_squared::normal_above(self.z);
+        let end = |sign: f64| {
+            let outside = |at: f64| parts.iter().map(|part| part.weight * part.outside(at, sign)).sum::<f64>() / total;
+            let ends = parts.iter().map(|part| part.end(sign, self.z * 3.0));
+            let (mut low, mut high) =
+                ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end), high.max(end)));
+            low = low.min(parts.iter().map(|part| part.logarithm).fold(f64::INFINITY, f64::min));
+            high = high.max(parts.iter().map(|part| part.logarithm).fold(f64::NEG_INFINITY, f64::max));
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                if (outside(middle) > risk) == (sign > 0.0) { low = middle } else { high = middle }
+            }
+            (0.5 * (low + high)).exp()
+        };
+        (end(-1.0), end(1.0))
+    }
+
+    /// B² or K².
+    pub(super) fn slow(&self, column: usize, is_beside_processes: bool) -> Found {
+        let best = self.best();
+        let alone = self.of_band(best, false);
+        let with_processes = self.of_band(best, true);
+        let base = alone.unwrap_or(best);
+        let rows = self.rows(base.band);
+        let structure = self.structure(base.band, base.order, base.has_processes, &[]);
+        let without = self.held(rows, &structure, column, &base.scored);
+        let rise =
+            without.as_ref().map_or(f64::INFINITY, |without| base.scored.log_likelihood - without.log_likelihood);
+        let is_there = 2.0 * rise / self.dispersion > PRESENT * PRESENT;
+        // a shape of the mean instead of the term matters where the term would be there without it
+        let nuisances = match (is_there, &without) {
+            (true, Some(without)) => self.nuisances(rows, &without.expected),
+            _ => Vec::new(),
+        };
+        let mut explained = Vec::new();
+        let mut bare: Option<(f64, Option<Rival>)> = None;
+        for candidate in alone.into_iter().chain(with_processes.filter(|_| is_beside_processes)) {
+            let penalty = candidate.scored.log_likelihood - candidate.score;
+            let process = candidate.has_processes.then_some(Rival::Process);
+            let mut add_bare = |more: &[Vec<f64>], penalty: f64, rival: Option<Rival>| {
+                let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, more);
+                let Some(without) = self.held(rows, &structure, column, &candidate.scored) else { return };
+                let score = without.log_likelihood - penalty;
+                if bare.is_none_or(|(best, _)| score > best) {
+                    bare = Some((score, rival));
+                }
+            };
+            add_bare(&[], penalty, process);
+            for nuisance in &nuisances {
+                add_bare(&nuisance.coefficients, penalty + nuisance.penalty, nuisance.rival.or(process));
+            }
+            let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, &[]);
+            explained.push((candidate.score, structure, &candidate.scored));
+        }
+        explained.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
+        let Some((most, _, likeliest)) = explained.first() else {
+            return Found { value: 0.0, lower: 0.0, upper: f64::INFINITY, evidence: 0.0, rival: None };
+        };
+        let evidence =
+            bare.map_or(f64::INFINITY, |(score, _)| (2.0 * (most - score).max(0.0) / self.dispersion).sqrt());
+        let rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
+        let value = likeliest.parameters[column];
+        let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
+        for (score, structure, with) in &explained {
+            let drop = self.drop() - (most - score);
+            if drop <= 0.0 {
+                break;
+            }
+            let profile = Profile::of_component(rows, structure.clone(), with, column);
+            if evidence > PRESENT {
+                lower = lower.min(profile.lower(drop));
+            }
+            let value = with.parameters[column];
+            if value + 0.7 * (2.0 * drop).sqrt() * profile.deviation > upper || value == 0.0 && upper == 0.0 {
+                upper = upper.max(profile.upper(drop));
+            }
+        }
+        Found { value, lower: if lower.is_finite() { lower } else { 0.0 }, upper, evidence, rival }
+    }
+
+    /// The slope of the level, in its own unit per block; `None` if that is not in the model.
+    pub(super) fn slope(&self) -> Option<Found> {
+        let ramp = self.ramp()?;
+        let best = self.best();
+        let rows = self.rows(best.band);
+        let fit = |shapes: Vec<&[f64]>, held: Option<f64>| {
+            let structure = Structure {
+                shapes,
+                held_shape: held,
+                is_restricted: false,
+                ..self.structure(best.band, best.order, best.has_processes, &[])
+            };
+            rows.fit(&structure, Some(&best.scored.parameters))
+        };
+        let definite: Vec<&[f64]> = self.definite.iter().map(Vec::as_slice).collect();
+        let (with, without) = (&best.scored, fit(definite.clone(), None)?);
+        let rise = with.unrestricted() - without.log_likelihood;
+        let is_there = 2.0 * rise > RAMP_PRESENT * RAMP_PRESENT;
+        let (mut most, mut bare, mut rival) = (with.unrestricted(), without.log_likelihood, None);
+        if is_there {
+            for is_cycle in [false, true] {
+                let (penalty, name) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
+                let find = |known: &[&[f64]]| {
+                    let variances = &without.expected[rows.first_level..];
+                    self.shapes.as_deref()?.likeliest(&rows.level, variances, known, is_cycle, LEAST_RISE)
+                };
+                if let Some(found) = find(&definite)
+                    && let Some(fitted) = fit(
+                        found.coefficients.iter().map(Vec::as_slice).chain(definite.iter().copied()).collect(),
+                        None,
+                    )
+                    && fitted.log_likelihood - penalty + RELAXATION.min(1.0) > bare
+                {
+                    // a warm-up as slow as the record has as many parameters as a line, but for its bend
+                    (bare, rival) = (fitted.log_likelihood - penalty + 1.0, Some(name));
+                }
+                if let Some(found) = find(&self.known_shapes()) {
+                    let shapes = self.known_shapes().into_iter().chain(found.coefficients.iter().map(Vec::as_slice));
+                    let shapes = shapes.collect();
+                    if let Some(fitted) = fit(shapes, None) {
+                        most = most.max(fitted.log_likelihood - penalty);
+                    }
+                }
+            }
+        }
+        let evidence = (2.0 * (most - bare).max(0.0)).sqrt();
+        let value = with.multiples.first().copied()?;
+        let information: f64 =
+            ramp.iter().zip(&with.expected[rows.first_level..]).map(|(ramp, expected)| ramp * ramp / expected).sum();
+        let limit = |sign: f64| {
+            let distance = |distance: f64| {
+                let held = fit(self.known_shapes(), Some(value + sign * distance));
+                held.map_or(f64::INFINITY, |held| with.unrestricted() - held.log_likelihood)
+            };
+            value + sign * crossing(self.drop(), 1.0 / information.sqrt(), distance)
+        };
+        let is_present = evidence > RAMP_PRESENT;
+        Some(Found {
+            value,
+            lower: limit(-1.0),
+            upper: limit(1.0),
+            evidence,
+            rival: rival.filter(|_| is_there && !is_present),
+        })
+    }
+
+    /// The likeliest structure of the band and order of the best one.
+    fn of_band(&self, best: &Candidate, has_processes: bool) -> Option<&Candidate> {
+        self.candidates.iter().find(|other| other.band == best.band && other.has_processes == has_processes)
+    }
+
+    /// Whether processes explain the record better than the terms alone, beyond the penalty.
+    pub(super) fn rise_by_processes(&self) -> f64 {
+        let best = self.best();
+        let score = |has_processes| self.of_band(best, has_processes).map_or(f64::NEG_INFINITY, |of| of.score);
+        score(true) - score(false)
+    }
+
+    fn held(&self, rows: &Rows, structure: &Structure<'_>, column: usize, near: &Scored) -> Option<Scored> {
+        rows.fit(&Structure { held: Some((column, 0.0)), ..structure.clone() }, Some(&near.parameters))
+    }
+
+    /// The likeliest warm-up and the likeliest cycle beside a ramp in noise of these variances.
+    fn nuisances(&self, rows: &Rows, expected: &[f64]) -> Vec<Nuisance> {
+        let Some(shapes) = self.shapes.as_deref() else { return Vec::new() };
+        let known = self.known_shapes();
+        let find = |is_cycle| {
+            let FoundShape { coefficients, rise, .. } =
+                shapes.likeliest(&rows.level, &expected[rows.first_level..], &known, is_cycle, LEAST_RISE)?;
+            let (penalty, rival) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
+            (rise > LEAST_RISE).then_some(Nuisance { coefficients, penalty, rival: Some(rival) })
+        };
+        [false, true].into_iter().filter_map(find).collect()
+    }
+}
+
+/// What one structure says of the logarithm of a component.
+struct Part {
+    weight: f64,
+    logarithm: f64,
+    /// Standard deviations on either side.
+    below: f64,
+    above: f64,
+}
+
+impl Part {
+    /// Probability of what lies beyond, above or below.
+    fn outside(&self, at: f64, sign: f64) -> f64 {
+        let off = at - self.logarithm;
+        chi_squared::normal_above(sign * off / if off > 0.0 { self.above } else { self.below })
+    }
+
+    fn end(&self, sign: f64, z: f64) -> f64 {
+        self.logarithm + sign * z * if sign > 0.0 { self.above } else { self.below }
+    }
+}
+
+/// The likelihood along one component.
+struct Profile<'a, 's> {
+    rows: &'a Rows,
+    structure: Structure<'s>,
+    best: &'a Scored,
+    column: usize,
+    /// Standard deviation of the component.
+    deviation: f64,
+}
+
+impl<'a, 's> Profile<'a, 's> {
+    fn of_component(rows: &'a Rows, structure: Structure<'s>, best: &'a Scored, column: usize) -> Self {
+        let variance = match best.parameters[column] > 0.0 {
+            true => rows.covariance(&structure, best)(column, column),
+            // at zero the component alone
+            false => {
+                let information = (0..rows.power.len())
+                    .map(|row| rows.weight[row] * (rows.x[row * rows.columns + column] / best.expected[row]).powi(2));
+                1.0 / information.sum::<f64>()
+            }
+        };
+        Self { rows, structure, best, column, deviation: variance.sqrt() }
+    }
+
+    fn fall(&self, value: f64) -> f64 {
+        let structure = Structure { held: Some((self.column, value)), ..self.structure.clone() };
+        let found = self.rows.fit(&structure, Some(&self.best.parameters));
+        found.map_or(f64::INFINITY, |found| self.best.log_likelihood - found.log_likelihood)
+    }
+
+    fn upper(&self, drop: f64) -> f64 {
+        let best = self.best.parameters[self.column];
+        best + crossing(drop, self.deviation, |distance| self.fall(best + distance))
+    }
+
+    fn lower(&self, drop: f64) -> f64 {
+        let best = self.best.parameters[self.column];
+        if best <= 0.0 || self.fall(0.0) <= drop {
+            return 0.0;
+        }
+        best * (-crossing(drop, self.deviation / best, |distance| self.fall(best * (-distance).exp()))).exp()
+    }
+}
+
+fn penalty_of_order(order: usize) -> f64 {
+    let first = order.min(FIRST_ORDERS);
+    ORDER * first as f64 + FURTHER_ORDER * (order - first) as f64
+}
+
+/// The distance at which the log-likelihood has fallen by `drop`, whose root rises about evenly.
+fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
+    let target = (2.0 * drop).sqrt();
+    let mut distance = target * deviation;
+    if !distance.is_finite() {
+        return f64::INFINITY;
+    }
+    let (mut low, mut high) = (0.0, f64::INFINITY);
+    for _ in 0..STEPS {
+        let reached = (2.0 * fall(distance).max(0.0)).sqrt();
+        if (reached / target - 1.0).abs() < NEAR {
+            break;
+        }
+        if reached < target {
+            low = distance
+        } else {
+            high = distance
+        }
+        let next = distance * (target / reached).clamp(0.3, 3.0);
+        distance = if next > low && next < high { next } else { 0.5 * (low + high.min(2.0 * low + distance)) };
+    }
+    distance
+}

@@ -1,0 +1,93 @@
+//! All thresholds of the fit, with the reason of each.
+//!
+//! Penalties and distances are of the log-likelihood; the benchmark `cells` is the sheet that they
+//! were chosen by.
+
+/// A term is there if the log-likelihood falls by more than half the square of this without it:
+/// noise without the term shows as much in 2.5 % of records.
+pub(super) const PRESENT: f64 = 1.96;
+
+/// A ramp is there beyond so many: few coefficients of a walk look like one, as Student's t has it.
+pub(super) const RAMP_PRESENT: f64 = 2.25;
+
+/// For each of the first cosines of a short filter, and for each further one: each weighs as its
+/// likelihood with this off. In white noise the interval of N is a fifth wider than if there could be
+/// no filter; behind one that the record hardly shows it holds in 88 %. A filter that has a few
+/// cosines has more, and N too low without them.
+pub(super) const ORDER: f64 = 2.5;
+pub(super) const FURTHER_ORDER: f64 = 1.0;
+pub(super) const FIRST_ORDERS: usize = 3;
+
+/// More for any filter where the averaging on board is known: one beside it must be seen.
+pub(super) const BESIDE_KNOWN_AVERAGING: f64 = 5.0;
+
+/// More for any filter and for processes in the value of N, so that its error in white noise exceeds
+/// that of the best estimate by less than 5 %.
+pub(super) const FILTER_IN_VALUE: f64 = 4.0;
+pub(super) const PROCESSES_IN_VALUE: f64 = 4.0;
+
+/// For a level of its own of one row of the density beyond the band of the white noise, as for a
+/// cosine.
+pub(super) const ROW_BEYOND: f64 = 1.25;
+
+/// For Gauss-Markov processes, whatever their number: one and its correlation time are two
+/// parameters.
+pub(super) const PROCESSES: f64 = 3.0;
+
+/// For a warm-up, which has an amplitude and a time constant, and for a cycle, which has a phase too:
+/// in noise alone the likeliest of all of them raises the log-likelihood by as much.
+pub(super) const RELAXATION: f64 = 3.0;
+pub(super) const CYCLE: f64 = 5.0;
+
+/// A shape by which the log-likelihood rises so much is there, whatever the noise.
+pub(super) const DEFINITE: f64 = 15.0;
+pub(super) const MOST_DEFINITE: usize = 3;
+
+/// A shape of the level with a rise of the log-likelihood below this is not examined further.
+pub(super) const LEAST_RISE: f64 = 2.0;
+
+/// A filter is there, and so are processes, if the log-likelihood rises by so much with them: a
+/// record of white noise shows that in fewer than 1 of 1000.
+pub(super) const PROVED: f64 = 10.0;
+
+/// Rows of the density deviate from the fitted one by so many standard deviations of their
+/// sum of squares until the intervals are widened by it.
+pub(super) const OVERDISPERSED: f64 = 3.0;
+
+/// Beyond this ratio of the squared deviations to the expected ones no model is believed.
+pub(super) const REJECTED: f64 = 6.0;
+
+/// An interval of N that a possible filter makes wider than this times that without one is said to
+/// be so.
+pub(super) const WIDER: f64 = 1.5;
+
+/// Octaves with fewer degrees of freedom in a random walk have no part: two that share all samples
+/// show next to nothing.
+pub(super) const LEAST_EDF: f64 = 2.0;
+
+/// Least share of an octave that is not in the segments: the rest of others is not worth the error of
+/// the difference.
+pub(super) const LEAST_REST: f64 = 0.1;
+
+/// Orders of the short filter, in cosines.
+pub(super) const ORDERS: [usize; 11] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 40];
+
+/// Ends of the band in which the white noise is fitted, in cycles per sample: beyond, a filter
+/// leaves too little for a few cosines.
+pub(super) const BANDS: [f64; 5] = [0.5, 0.25, 0.125, 0.0625, 0.03125];
+
+/// Shortest correlation time of a Gauss-Markov process in samples, and from one to the next:
+/// shorter ones are part of the short filter.
+pub(super) const SHORTEST_PROCESS: f64 = 10.0;
+pub(super) const PROCESSES_APART: f64 = 4.0;
+
+/// Of the record: longer processes are a random walk over this record.
+pub(super) const LONGEST_PROCESS: f64 = 1.0 / 32.0;
+
+/// Lines with a power of their own in the octaves.
+pub(super) const MOST_LINES: usize = 5;
+
+/// Records are planned so long that the expected evidence for a slow term exceeds what is needed by
+/// this factor: processes and cycles take a part of it (the benchmark `cells`, plans).
+pub(super) const PLANNED_BIAS: f64 = 1.15;
+pub(super) const PLANNED_WALK: f64 = 1.4;
