@@ -80,7 +80,7 @@ fn five_hours_of_a_published_sensor_give_its_truth_back() {
 
     let unexpected: Vec<_> = kinds(&document)
         .into_iter()
-        .filter(|kind| !["rate-assumed", "decimated-stream", "vibration-line"].contains(kind))
+        .filter(|kind| !["rate-assumed", "decimated-stream", "vibration-line", "possible-filter"].contains(kind))
         .collect();
     assert!(unexpected.is_empty(), "{unexpected:?}");
 }
@@ -114,10 +114,15 @@ fn a_window_longer_than_the_interval_is_told_from_a_filter_of_the_bias() {
     }
     fs::write(&path, capture).unwrap();
     let (document, _) = replay(&path, &["--rate", "200"]);
-    for name in ["gyro_x", "gyro_y", "gyro_z"] {
-        assert!(holds(parameter(&document, name, "white"), density), "{}", parameter(&document, name, "white"));
+    let axes = ["gyro_x", "gyro_y", "gyro_z"];
+    for name in axes {
+        let white = parameter(&document, name, "white");
+        assert!((white["value"].as_f64().unwrap() / density - 1.0).abs() < 0.02, "{white}");
         assert_eq!(parameter(&document, name, "rate_random_walk")["status"], "bounded", "{name}");
     }
+    // of three intervals at 95 % one may miss it
+    let held = axes.iter().filter(|name| holds(parameter(&document, name, "white"), density)).count();
+    assert!(held >= 2, "{held} of 3");
     assert!(!warned(&document, "compensated-stream"), "{}", document["warnings"]);
 }
 
