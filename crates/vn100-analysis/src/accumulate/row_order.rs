@@ -22,15 +22,33 @@ pub(crate) struct RowOrder {
 }
 
 impl RowOrder {
-    /// Puts the last row of `counts` at its place, or removes it. Returns the stamps of the rows
-    /// whose place is final.
+    /// Puts the last row of `counts` at its place, or removes it. Gives the stamps of the rows whose
+    /// place is final to `take`.
     pub(crate) fn place(
         &mut self,
         at: Duration,
         counts: &mut Vec<i32>,
         absent: &mut Vec<AbsentCell>,
         width: usize,
-    ) -> Vec<Duration> {
+        take: impl FnMut(Duration),
+    ) {
+        if self.latest.back().is_some_and(|latest| *latest >= at) {
+            return self.place_earlier(at, counts, absent, width, take);
+        }
+        self.latest.push_back(at);
+        self.give_oldest(take);
+    }
+
+    /// The same for a row that is no later than one before it.
+    #[cold]
+    fn place_earlier(
+        &mut self,
+        at: Duration,
+        counts: &mut Vec<i32>,
+        absent: &mut Vec<AbsentCell>,
+        width: usize,
+        take: impl FnMut(Duration),
+    ) {
         let last = counts.len() / width - 1;
         let first = last - self.latest.len();
         let row = |row: usize| &counts[row * width..(row + 1) * width];
@@ -40,13 +58,13 @@ impl RowOrder {
             self.repeated += 1;
             counts.truncate(last * width);
             absent.retain(|cell| cell.row != last);
-            return Vec::new();
+            return;
         }
         let place = self.latest.iter().rposition(|stamp| *stamp <= at).map_or(0, |before| before + 1);
         if place < self.latest.len() && !self.is_hole(place) {
-            let rest = self.finish();
+            self.latest.drain(..).for_each(take);
             self.latest.push_back(at);
-            return rest;
+            return;
         }
         if place < self.latest.len() {
             let to = first + place;
@@ -58,12 +76,17 @@ impl RowOrder {
             self.moved += 1;
         }
         self.latest.insert(place, at);
-        if self.latest.len() > WINDOW { self.latest.pop_front().into_iter().collect() } else { Vec::new() }
+        self.give_oldest(take);
+    }
+
+    fn give_oldest(&mut self, take: impl FnMut(Duration)) {
+        let oldest = if self.latest.len() > WINDOW { self.latest.pop_front() } else { None };
+        oldest.into_iter().for_each(take);
     }
 
     /// No row follows those so far: the stamps of the rest.
-    pub(crate) fn finish(&mut self) -> Vec<Duration> {
-        self.latest.drain(..).collect()
+    pub(crate) fn finish(&mut self) -> impl Iterator<Item = Duration> {
+        self.latest.drain(..)
     }
 
     /// Whether a row is missing before this place among the latest ones.
