@@ -40,6 +40,7 @@ mod source;
 mod telnet;
 mod timing_sidecar;
 mod unpack;
+mod zstd_reader;
 
 pub use bag::{BagError, BagForm, TopicSummary};
 pub use capture::{Capture, OpenError};

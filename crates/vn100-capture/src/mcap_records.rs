@@ -9,7 +9,11 @@ use std::{
     ops::Range,
 };
 
+use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 use mcap::records::{Footer, Record, op};
+use ruzstd::decoding::FrameDecoder as ZstdDecoder;
+
+use crate::zstd_reader::ZstdReader;
 
 /// Longest record that is read, and longest chunk, packed or not. Ours hold one read of a port;
 /// others may hold images.
@@ -283,8 +287,8 @@ fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<boo
     let there = packed.unwrap_or(rest);
     let unpacked: Box<dyn Read + '_> = match compression {
         b"" => Box::new(there),
-        b"lz4" => Box::new(lz4::Decoder::new(there)?),
-        b"zstd" => Box::new(zstd::Decoder::with_buffer(there)?),
+        b"lz4" => Box::new(Lz4Decoder::new(there)),
+        b"zstd" => Box::new(ZstdReader::new(there, ZstdDecoder::new())),
         other => {
             let name = String::from_utf8_lossy(other);
             return Err(damaged(&format!("a chunk is packed by {name:.40?}; lz4 and zstd are known")));

@@ -9,10 +9,11 @@ use std::{
 use bzip2::read::MultiBzDecoder;
 use encoding_rs_io::DecodeReaderBytes;
 use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
-use liblzma::{read::XzDecoder, stream::Stream};
+use lzma_rust2::XzReader;
+use ruzstd::decoding::FrameDecoder;
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::captures_below::is_message;
+use crate::{captures_below::is_message, zstd_reader::ZstdReader};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -22,7 +23,7 @@ const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
 const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 
 /// What xz data may need to be unpacked: the largest dictionary that `xz` makes takes 65 MiB.
-const XZ_MEMORY_BYTES: u64 = 72 << 20;
+const XZ_MEMORY_KIB: u32 = 72 << 10;
 
 /// Of more files in an archive the contents are not compared.
 const MOST_EXAMINED: usize = 64;
@@ -138,13 +139,9 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
     let whole = Cursor::new(magic).chain(reader);
     let unpacked: Box<dyn Read + Send> = match packings {
         [true, ..] => Box::new(Gunzip::new(whole)),
-        [_, true, ..] => Box::new(zstd::Decoder::new(whole)?),
+        [_, true, ..] => Box::new(ZstdReader::new(BufReader::new(whole), FrameDecoder::new())),
         [_, _, true, _] => Box::new(MultiBzDecoder::new(whole)),
-        [_, _, _, true] => {
-            let concatenated = liblzma::stream::CONCATENATED;
-            let stream = Stream::new_stream_decoder(XZ_MEMORY_BYTES, concatenated).map_err(io::Error::from)?;
-            Box::new(XzDecoder::new_stream(whole, stream))
-        }
+        [_, _, _, true] => Box::new(XzReader::new_mem_limit(BufReader::new(whole), true, XZ_MEMORY_KIB)),
         _ => Box::new(whole),
     };
     Ok(as_utf8(unpacked)?)

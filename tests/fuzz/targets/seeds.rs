@@ -3,6 +3,7 @@
 
 use std::{fs, io::Write, path::Path};
 
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
@@ -102,10 +103,10 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gzip.write_all(&clean()).unwrap();
     seeds.push(gzip.finish().unwrap());
-    seeds.push(zstd::encode_all(&clean()[..], 1).unwrap());
+    seeds.push(compress_to_vec(&clean()[..], CompressionLevel::Fastest));
     seeds.push(recording[..recording.len() / 2].to_vec());
     seeds.push(in_chunk(&recording, "", |records| records.to_vec()));
-    seeds.push(in_chunk(&recording, "zstd", |records| zstd::encode_all(records, 1).unwrap()));
+    seeds.push(in_chunk(&recording, "zstd", |records| compress_to_vec(records, CompressionLevel::Fastest)));
     seeds.push(recording);
     (0..).zip(seeds).map(|(index, seed)| [&[index, 200], &seed[..]].concat()).collect()
 }

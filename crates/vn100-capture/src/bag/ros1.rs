@@ -9,6 +9,7 @@ use std::{
 };
 
 use bzip2::bufread::BzDecoder;
+use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 
 use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 
@@ -33,7 +34,7 @@ mod op {
 }
 
 /// The messages of a bag, in the order they were written. Memory is bounded by its longest message.
-pub(super) struct Ros1Bag<R> {
+pub(super) struct Ros1Bag<R: Read> {
     bytes: Bytes<R>,
     /// The place of the topic of each connection.
     connections: BTreeMap<u32, usize>,
@@ -45,11 +46,11 @@ pub(super) struct Ros1Bag<R> {
 }
 
 /// Where the next record is read.
-enum Bytes<R> {
+enum Bytes<R: Read> {
     File(BufReader<R>),
     Plain(Take<BufReader<R>>),
     Bz2(BufReader<BzDecoder<Take<BufReader<R>>>>),
-    Lz4(BufReader<lz4::Decoder<Take<BufReader<R>>>>),
+    Lz4(BufReader<Lz4Decoder<Take<BufReader<R>>>>),
     /// After an error nothing can be read.
     Lost,
 }
@@ -102,7 +103,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         self.bytes = match &*compression {
             b"none" => Bytes::Plain(packed),
             b"bz2" => Bytes::Bz2(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
-            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, lz4::Decoder::new(packed).map_err(cut)?)),
+            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, Lz4Decoder::new(packed))),
             other => {
                 let name = String::from_utf8_lossy(other);
                 return Err(damaged(&format!("a chunk is packed by {name:?}; none, bz2 and lz4 are known")));
@@ -116,11 +117,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let mut packed = match mem::replace(&mut self.bytes, Bytes::Lost) {
             Bytes::Plain(packed) => packed,
             Bytes::Bz2(unpacked) => unpacked.into_inner().into_inner(),
-            Bytes::Lz4(unpacked) => {
-                let (packed, outcome) = unpacked.into_inner().finish();
-                outcome.map_err(cut)?;
-                packed
-            }
+            Bytes::Lz4(unpacked) => unpacked.into_inner().into_inner(),
             Bytes::File(_) | Bytes::Lost => return Err(damaged("a chunk that did not begin")),
         };
         io::copy(&mut packed, &mut io::sink())?;

@@ -8,6 +8,7 @@ use std::{
 
 use bytes::Bytes;
 use proptest::prelude::*;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{
     BagError, Capture, CaptureOptions, Event, Format, OpenError, RecordingEnd, RecordingError, RecordingReader,
@@ -271,11 +272,11 @@ fn compressed(file: &[u8], name: &str) -> Vec<u8> {
                 let (sums, records) = (&data[..28], &data[28 + UNCOMPRESSED.len() + 8..]);
                 let records = match name {
                     "lz4" => {
-                        let mut encoder = lz4::EncoderBuilder::new().build(Vec::new()).unwrap();
+                        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
                         encoder.write_all(records).unwrap();
-                        encoder.finish().0
+                        encoder.finish().unwrap()
                     }
-                    _ => zstd::encode_all(records, 0).unwrap(),
+                    _ => compress_to_vec(records, CompressionLevel::Fastest),
                 };
                 let name = [&(name.len() as u32).to_le_bytes()[..], name.as_bytes()].concat();
                 [sums, &name, &(records.len() as u64).to_le_bytes(), &records].concat()

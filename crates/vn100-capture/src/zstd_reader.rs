@@ -1,0 +1,143 @@
+//! zstd data, unpacked while it is read, within a limit of memory.
+
+use std::{
+    borrow::BorrowMut,
+    io::{self, BufRead, ErrorKind, Read},
+};
+
+use ruzstd::decoding::{
+    BlockDecodingStrategy, FrameDecoder,
+    errors::{FrameDecoderError, ReadFrameHeaderError},
+};
+
+/// Unpacks the frames of zstd data one after the other. A frame whose window is larger than 128 MiB
+/// is refused.
+pub(crate) struct ZstdReader<R, D> {
+    packed: R,
+    /// May be kept for other data: making one takes far longer than unpacking a message.
+    decoder: D,
+    is_in_frame: bool,
+}
+
+impl<R: BufRead, D: BorrowMut<FrameDecoder>> ZstdReader<R, D> {
+    pub(crate) fn new(packed: R, decoder: D) -> Self {
+        Self { packed, decoder, is_in_frame: false }
+    }
+
+    /// Reads the head of the next frame; `false` if there is none.
+    fn begin_frame(&mut self) -> io::Result<bool> {
+        while !self.packed.fill_buf()?.is_empty() {
+            match self.decoder.borrow_mut().reset(&mut self.packed) {
+                Ok(()) => {
+                    self.is_in_frame = true;
+                    return Ok(true);
+                }
+                Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame { length, .. })) => {
+                    let skipped = io::copy(&mut self.packed.by_ref().take(length.into()), &mut io::sink())?;
+                    if skipped < length.into() {
+                        return Err(ErrorKind::UnexpectedEof.into());
+                    }
+                }
+                Err(error) => return Err(damaged(error)),
+            }
+        }
+        Ok(false)
+    }
+
+    /// Compares the checksum of a frame that has one.
+    fn end_frame(&mut self) -> io::Result<()> {
+        self.is_in_frame = false;
+        let decoder = self.decoder.borrow_mut();
+        match (decoder.get_checksum_from_data(), decoder.get_calculated_checksum()) {
+            (Some(stated), Some(found)) if stated != found => {
+                Err(damaged(format!("its checksum is {found:#010x} and not {stated:#010x}")))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl<R: BufRead, D: BorrowMut<FrameDecoder>> Read for ZstdReader<R, D> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if buffer.is_empty() {
+            return Ok(0);
+        }
+        while self.is_in_frame || self.begin_frame()? {
+            let decoder = self.decoder.borrow_mut();
+            while decoder.can_collect() == 0 && !decoder.is_finished() {
+                decoder.decode_blocks(&mut self.packed, BlockDecodingStrategy::UptoBlocks(1)).map_err(damaged)?;
+            }
+            let n = decoder.read(buffer)?;
+            if n > 0 {
+                return Ok(n);
+            }
+            self.end_frame()?;
+        }
+        Ok(0)
+    }
+}
+
+fn damaged(error: impl ToString) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("the zstd data is damaged: {}", error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+    use super::*;
+
+    fn unpacked(packed: &[u8]) -> (Vec<u8>, bool) {
+        let mut unpacked = Vec::new();
+        let outcome = ZstdReader::new(packed, FrameDecoder::new()).read_to_end(&mut unpacked);
+        (unpacked, outcome.is_ok())
+    }
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        compress_to_vec(bytes, CompressionLevel::Fastest)
+    }
+
+    /// A frame for other programs, of these bytes.
+    fn skippable(bytes: &[u8]) -> Vec<u8> {
+        [&0x184d_2a53_u32.to_le_bytes(), &(bytes.len() as u32).to_le_bytes(), bytes].concat()
+    }
+
+    #[test]
+    fn frames_follow_each_other_and_those_of_others_are_skipped() {
+        let bytes = [packed(b"one "), skippable(b"no matter"), packed(b""), packed(b"two"), skippable(b"")].concat();
+        assert_eq!(unpacked(&bytes), (b"one two".to_vec(), true));
+        assert_eq!(unpacked(b""), (vec![], true));
+    }
+
+    #[test]
+    fn a_checksum_that_does_not_hold_is_an_error() {
+        // `printf abc | zstd`
+        let mut bytes = *b"\x28\xb5\x2f\xfd\x24\x03\x19\0\0abc\x99\x09\x77\xad";
+        assert_eq!(unpacked(&bytes), (b"abc".to_vec(), true));
+        bytes[10] ^= 1;
+        assert!(!unpacked(&bytes).1);
+    }
+
+    #[test]
+    fn a_large_window_is_refused_before_it_takes_memory() {
+        // a window of 2^41 bytes
+        assert!(!unpacked(b"\x28\xb5\x2f\xfd\0\xf8\x19\0\0abc").1);
+    }
+
+    proptest! {
+        #[test]
+        fn a_cut_is_an_error_and_what_lies_before_is_kept(text in "[a-d]{1,3000}", cut in 1_usize..4000) {
+            let whole = packed(text.as_bytes());
+            prop_assert_eq!(unpacked(&whole), (text.clone().into_bytes(), true));
+            let (found, is_whole) = unpacked(&whole[..whole.len().saturating_sub(cut).max(1)]);
+            prop_assert!(!is_whole && text.as_bytes().starts_with(&found));
+        }
+
+        #[test]
+        fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200), magic in any::<bool>()) {
+            let head: &[u8] = if magic { b"\x28\xb5\x2f\xfd" } else { b"" };
+            _ = ZstdReader::new(&*[head, &bytes].concat(), FrameDecoder::new()).take(1 << 20).read_to_end(&mut Vec::new());
+        }
+    }
+}
