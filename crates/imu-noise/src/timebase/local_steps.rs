@@ -287,7 +287,12 @@ fn even_pauses(periods: &[f64]) -> (bool, f64) {
 /// if it does not rise evenly.
 fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let near_s = (stamps_s.last()? - stamps_s.first()?) / (stamps_s.len() - 1) as f64;
-    let block = BLOCK.min(stamps_s.len() / 8).max(1);
+    // at least as many as have one stamp, for the first of them to be among each block
+    let equal = stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max()?;
+    let block = BLOCK.max(equal).min(stamps_s.len() / 8).max(1);
+    if equal > block {
+        return None;
+    }
     let lag_s = |place: usize| stamps_s[place] - place as f64 * near_s;
     let earliest = |start: usize| (start..start + block).min_by(|a, b| lag_s(*a).total_cmp(&lag_s(*b)));
     let points: Vec<usize> = (0..stamps_s.len() / block).filter_map(|number| earliest(number * block)).collect();

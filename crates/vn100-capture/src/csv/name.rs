@@ -86,14 +86,13 @@ impl Meaning {
         if let Some(meaning) = single(&words, stated.as_deref()) {
             return Some(meaning);
         }
-        let axis = match index {
-            Some(axis) => axis,
-            None => take_axis(&mut words)?,
-        };
+        let named = index.or_else(|| take_axis(&mut words));
+        // a number may be that of an axis, or of a sensor
+        let axis = named.or_else(|| take_number_of_axis(&mut words))?;
         let (sensor, is_sure) = match sensor_word(&words) {
-            Some(sensor) => (sensor, true),
+            Some(sensor) => (sensor, named.is_some()),
             None if words.is_empty() => (sensor_of_bare_axis(stated.as_deref(), file)?, true),
-            None => (sensor_letter(&words)?, false),
+            None => (sensor_letter(&words).or_else(|| sensor_of_unit(stated.as_deref()?))?, false),
         };
         let channel = by_name(&format!("{sensor}_{axis}"))?;
         let quantity = known(channel).quantity;
@@ -206,6 +205,14 @@ fn take_axis(words: &mut Vec<String>) -> Option<char> {
     words[place].pop()
 }
 
+/// The number of an axis from 1, as MATLAB writes it after the name of a matrix: `AngularVelocity_1`.
+fn take_number_of_axis(words: &mut Vec<String>) -> Option<char> {
+    let axes = [("1", 'x'), ("2", 'y'), ("3", 'z')];
+    let (_, axis) = axes.into_iter().find(|(number, _)| words.last().is_some_and(|last| last == number))?;
+    words.pop();
+    Some(axis)
+}
+
 fn sensor_word(words: &[String]) -> Option<&'static str> {
     let pairs = words.windows(2).map(<[String]>::concat);
     let single = words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
@@ -223,17 +230,20 @@ fn sensor_letter(words: &[String]) -> Option<&'static str> {
 
 /// What `x`, `y` and `z` alone are, by their unit, or by the name of the file.
 fn sensor_of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static str> {
-    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
     let file = file.unwrap_or_default().to_lowercase();
-    let by_file =
-        ["gyro", "accel", "magnet"].iter().position(|word| file.contains(word)).map(|place| of_sensors[place]);
+    let words = [("gyro", "gyro"), ("accel", "accel"), ("mag", "magnet")];
+    let by_file = words.into_iter().find(|(_, word)| file.contains(word)).map(|(sensor, _)| sensor);
     match stated {
-        Some(unit) => {
-            let by_unit = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some())?;
-            by_file.is_none_or(|by_file| by_file == by_unit).then_some(by_unit.0)
-        }
-        None => by_file.map(|(sensor, _)| sensor),
+        Some(unit) => sensor_of_unit(unit).filter(|by_unit| by_file.is_none_or(|by_file| by_file == *by_unit)),
+        None => by_file,
     }
+}
+
+/// The sensor whose numbers have this unit; none for degrees, which are those of angles.
+fn sensor_of_unit(unit: &str) -> Option<&'static str> {
+    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
+    let sensor = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some());
+    sensor.filter(|_| unit_of(Angle, unit).is_none()).map(|(sensor, _)| sensor)
 }
 
 /// The unit that words beside the sensor are.
@@ -357,8 +367,13 @@ mod tests {
             ("GyX", "gyro_x", None),
             ("AcZ", "accel_z", None),
             ("w.x", "gyro_x", None),
+            ("AngularVelocity_1", "gyro_x", None),
+            ("LinearAcceleration_3", "accel_z", None),
+            ("Drehrate Y [°/s]", "gyro_y", Some("deg/s")),
+            ("Beschleunigung z (m/s²)", "accel_z", Some("m/s^2")),
         ] {
-            assert_eq!(said(name, None), Some((channel, unit.map(str::to_owned), Made::Unsaid, false)), "{name}");
+            let found = said(name, None).map(|(channel, unit, _, is_sure)| (channel, unit, is_sure));
+            assert_eq!(found, Some((channel, unit.map(str::to_owned), false)), "{name}");
         }
         // the bias of a gyroscope in ground truth
         let bias = said("b_w_RS_S_x [rad s^-1]", None).unwrap();
@@ -392,6 +407,9 @@ mod tests {
         for name in [
             "",
             "x",
+            "X (deg)",
+            "z (rad)",
+            "Heading z (deg)",
             "gyro",
             "gyro_w",
             "value",
