@@ -173,6 +173,10 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
         let tick_s = if unevenness == Unevenness::CoarseClock { tick_s } else { 0.0 };
         Steps { period_s, unevenness: Some(unevenness), jump_s: jump_s.max(tick_s) }
     };
+    // a clock that shows this few times has no step that can be seen
+    if 8 * equal_stamps(stamps_s) > stamps_s.len().max(8 * BLOCK) {
+        return None;
+    }
     if let Some(period_s) = pairs(&steps_s) {
         return Some(Steps { period_s, unevenness: Some(Unevenness::Pairs), jump_s: 0.0 });
     }
@@ -201,6 +205,11 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
         None => common_period(searched_s, MOST_PERIODS).filter(|(length, _)| *length >= LEAST_RESULTANT),
     };
     edge_step(stamps_s).map(uneven).or_else(|| common().map(|(_, period_s)| even(period_s)))
+}
+
+/// The most samples in a row with one stamp.
+fn equal_stamps(stamps_s: &[f64]) -> usize {
+    stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or_default()
 }
 
 /// The mean step of samples that come in pairs: two steps together are even, and each is not.
@@ -288,11 +297,7 @@ fn even_pauses(periods: &[f64]) -> (bool, f64) {
 fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let near_s = (stamps_s.last()? - stamps_s.first()?) / (stamps_s.len() - 1) as f64;
     // at least as many as have one stamp, for the first of them to be among each block
-    let equal = stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max()?;
-    let block = BLOCK.max(equal).min(stamps_s.len() / 8).max(1);
-    if equal > block {
-        return None;
-    }
+    let block = BLOCK.max(equal_stamps(stamps_s)).min(stamps_s.len() / 8).max(1);
     let lag_s = |place: usize| stamps_s[place] - place as f64 * near_s;
     let earliest = |start: usize| (start..start + block).min_by(|a, b| lag_s(*a).total_cmp(&lag_s(*b)));
     let points: Vec<usize> = (0..stamps_s.len() / block).filter_map(|number| earliest(number * block)).collect();

@@ -80,6 +80,17 @@ proptest! {
     }
 
     #[test]
+    fn a_clock_with_ticks_of_many_samples_drops_nothing_or_is_refused(
+        rate_hz in 5.0..400.0, tick_s in 0.05..1.0, samples in 1500_usize..6000, phase in 0.0..1.0_f64,
+    ) {
+        let stamps_s: Vec<f64> = (0..samples).map(|place| f64::floor(place as f64 / rate_hz / tick_s + phase) * tick_s).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        let within = 0.01 + 2.0 * tick_s * rate_hz / samples as f64;
+        let is_measured = is_near(found_hz, rate_hz, within) && changes.is_empty() && missing as usize <= samples / 100;
+        prop_assert!(is_measured || summary.refusal.is_some(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
     fn dropped_samples_leave_the_step(
         rate_hz in rate(), dropped in 0.0..0.4, jitter in 0.0..0.1, chances in prop::collection::vec((0.0..1.0, 0.0..1.0), 1500..3000),
     ) {
