@@ -73,9 +73,6 @@ pub(crate) struct CsvPlan {
     times: Option<String>,
     /// The form of dates and times of day.
     date: Option<DateForm>,
-    /// The time from a row to the next one with the same stamp; `None` where it is usual that
-    /// several rows have one stamp.
-    repeated_step_ns: Option<i64>,
     /// Lines before the first row.
     lines_above: u64,
 }

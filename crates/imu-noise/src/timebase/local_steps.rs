@@ -27,8 +27,12 @@ const NEAR_SUM: f64 = 0.04;
 /// missing, stamps that come in bursts are as likely.
 const MOST_MISSING: f64 = 1.8;
 
-/// Steps above this many median ones are pauses.
+/// Steps above this many median ones are pauses, and below this part of one samples come together.
 const PAUSE: f64 = 16.0;
+const SHORT: f64 = 0.4;
+
+/// The most samples that wait while a host stands still, for each period that it does.
+const MOST_HELD: f64 = 1.2;
 
 /// Rises of the edge over blocks that are farther from the usual one than so many times the median
 /// distance are gaps; and how far, in median distances, they lead away together.
@@ -103,10 +107,25 @@ impl LocalSteps {
         (!self.pending_s.is_empty()).then(|| self.take(WINDOW))
     }
 
+    /// The pending stamps as if no host had stood still, without those whose stall came before.
+    fn without_stalls(&self) -> Vec<f64> {
+        let steps_s = || self.pending_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let period_s = match self.last {
+            Some(last) => last.unevenness.is_none().then_some(last.period_s),
+            None => median(&steps_s().collect::<Vec<_>>()),
+        };
+        let Some(period_s) = period_s else { return self.pending_s.clone() };
+        let held = steps_s().take_while(|step_s| self.last.is_some() && *step_s < SHORT * period_s).count();
+        let held = if held < WINDOW / 2 { held } else { 0 };
+        spread(&self.pending_s[held..], period_s)
+    }
+
     fn take(&mut self, most: usize) -> Stretch {
-        let (mut from, mut until) = (0, self.pending_s.len());
-        if let Some(place) = change_of_rate(&self.pending_s) {
-            let parts = self.pending_s.split_at(place);
+        let even_s = self.without_stalls();
+        let (mut from, mut until) = (self.pending_s.len() - even_s.len(), self.pending_s.len());
+        let skipped = from;
+        if let Some(place) = change_of_rate(&even_s).map(|place| skipped + place) {
+            let parts = even_s.split_at(place - skipped);
             let period = |part: &[f64]| Some(steps_of(part, None)?.period_s).filter(|_| part.len() >= BLOCK);
             match (period(parts.0), period(parts.1)) {
                 // samples that waited when the recording began come faster than the sensor sends
@@ -116,9 +135,9 @@ impl LocalSteps {
             }
         }
         if self.is_first {
-            from = from.max(waited(&self.pending_s[..until]));
+            from = from.max(waited(&even_s[..until]));
         }
-        let steps = steps_of(&self.pending_s[from..until], self.last);
+        let steps = steps_of(&even_s[from - skipped..until - skipped], self.last);
         let taken = if until < self.pending_s.len() { until } else { most.min(until) };
         let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
         self.begins = taken == until && !self.pending_s.is_empty();
@@ -126,6 +145,28 @@ impl LocalSteps {
         self.last = if self.begins { None } else { steps };
         stretch
     }
+}
+
+/// The stamps with the samples that waited while a host stood still at most a period apart, up to
+/// the last of them.
+fn spread(stamps_s: &[f64], period_s: f64) -> Vec<f64> {
+    let mut spread_s = stamps_s.to_vec();
+    let step_s = |place: usize| stamps_s.get(place).map_or(f64::INFINITY, |at_s| at_s - stamps_s[place - 1]);
+    let mut before = None;
+    for place in 1..stamps_s.len() {
+        if step_s(place) >= SHORT * period_s {
+            before = Some(place - 1).filter(|_| step_s(place) >= PAUSE * period_s);
+        }
+        let ends = before.filter(|_| step_s(place + 1) >= SHORT * period_s);
+        let Some(before) = ends else { continue };
+        // more samples than the stall had time for are faster ones
+        if (place - before) as f64 * period_s <= MOST_HELD * (stamps_s[place] - stamps_s[before]) {
+            for held in (before + 1..place).rev() {
+                spread_s[held] = (spread_s[held + 1] - period_s).max(stamps_s[before]);
+            }
+        }
+    }
+    spread_s
 }
 
 /// The number of first samples, up to half a window, that follow each other by less than half of the
@@ -252,7 +293,7 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let (every, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
-    let short = count(&|periods| periods < 0.4);
+    let short = count(&|periods| periods < SHORT);
     let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
     // stamps that are uneven are late at times, for long
     let uneven = |unevenness| {
@@ -333,7 +374,7 @@ fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
     let positive: Vec<f64> = steps_s.iter().copied().filter(|step_s| *step_s > 0.0).collect();
     let tick_s = median(&positive).unwrap_or(period_s);
     let on_ticks = positive.iter().filter(|step_s| (*step_s / tick_s - (*step_s / tick_s).round()).abs() < 0.1).count();
-    let close = steps_s.iter().filter(|step_s| **step_s < 0.4 * period_s).count();
+    let close = steps_s.iter().filter(|step_s| **step_s < SHORT * period_s).count();
     let unevenness = match () {
         () if tick_s > 0.7 * period_s && share(on_ticks, positive.len()) > 0.9 => Unevenness::CoarseClock,
         () if share(close, steps_s.len()) > 0.45 => Unevenness::Bursts,

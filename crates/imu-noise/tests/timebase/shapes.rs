@@ -91,6 +91,19 @@ proptest! {
     }
 
     #[test]
+    fn samples_that_waited_while_the_host_paused_are_none_missing(
+        rate_hz in rate(), from in 300_usize..2500, held in 20_usize..400, spacing in 0.001..0.1, samples in 3000_usize..4000,
+    ) {
+        let until = (from + held) as f64;
+        let stamps_s: Vec<f64> = (0..samples).map(|place| match place {
+            _ if place < from || place >= from + held => place as f64 / rate_hz,
+            _ => (until - spacing * (from + held - place) as f64) / rate_hz,
+        }).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 1e-3) && missing == 0 && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
     fn dropped_samples_leave_the_step(
         rate_hz in rate(), dropped in 0.0..0.4, jitter in 0.0..0.1, chances in prop::collection::vec((0.0..1.0, 0.0..1.0), 1500..3000),
     ) {

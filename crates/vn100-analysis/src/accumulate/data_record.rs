@@ -159,7 +159,10 @@ impl DataRecord {
                 let effect = self.rate.take_change(from_hz, to_hz, Some(*until), &self.span);
                 self.apply(effect);
             }
-            GapEvent::Refused(_) => self.gaps.refuse_arrivals(self.rate.is_excluding()),
+            GapEvent::Refused(_) => {
+                self.gaps.refuse_arrivals(self.rate.is_excluding());
+                self.rate.refuse_arrivals();
+            }
         }
     }
 

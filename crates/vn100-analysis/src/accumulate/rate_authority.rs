@@ -127,6 +127,13 @@ impl RateAuthority {
         self.rates_hz.is_empty() && matches!(self.rate.from, RateFrom::Arrival | RateFrom::Assumed)
     }
 
+    /// Forgets the rate if nothing but the refused arrival times tells it.
+    pub(crate) fn refuse_arrivals(&mut self) {
+        if self.is_of_any_sensor() {
+            self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
+        }
+    }
+
     /// Uses a rate by arrival times.
     pub(crate) fn set_measured(&mut self, hz: f64) {
         self.set(hz, RateFrom::Arrival);

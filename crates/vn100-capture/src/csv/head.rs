@@ -378,7 +378,6 @@ impl<'a> HeaderCandidate<'a> {
             columns: uses,
             times,
             date: columns.stamp.as_ref().and_then(StampColumns::date),
-            repeated_step_ns: columns.stamp.as_ref().and_then(|stamp| stamp.repeated_step_ns),
             lines_above: lines_above as u64,
         }
     }

@@ -241,9 +241,8 @@ impl RowParser {
             Some(form) => form.after(self.last_stamp_ns, stamp_ns),
             None => stamp_ns,
         };
-        let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);
-        let behind_ns = self.plan.repeated_step_ns.filter(|_| repeats).unwrap_or_default();
+        self.last_stamp_ns = Some(stamp_ns);
         let first_ns = *self.first_stamp_ns.get_or_insert(stamp_ns);
-        stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
+        stamp_ns.checked_sub(first_ns).ok_or(RejectedRow::Stamp)
     }
 }

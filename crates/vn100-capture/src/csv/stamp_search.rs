@@ -20,17 +20,10 @@ const WRITTEN_DEVICE_TIME: &str = "device time [ns]";
 /// In fewer rows, stamps of whole seconds may have only two values.
 const FEWEST_ROWS_OF_COARSE: usize = 500;
 
-/// The largest fraction of the rows that may repeat the stamp of the row before, as those of a
-/// logger with stamps of its own do.
-const REPEATED_SHARE: f64 = 0.2;
-
 /// The columns that hold the stamps of the rows, in the order in which they are added.
 #[derive(Debug, Clone)]
 pub(super) struct StampColumns {
     pub(super) columns: Vec<(usize, ColumnUse)>,
-    /// The time from a row to the next one with the same stamp; `None` if it is usual that rows share
-    /// a stamp.
-    pub(super) repeated_step_ns: Option<i64>,
 }
 
 /// The names of the columns, and the content of the first rows.
@@ -55,7 +48,7 @@ impl StampSearch<'_> {
             return Err(CsvError::CoarseStamps { column: self.header.names[place].clone(), rows: self.rows.len() });
         }
         let columns = columns.into_iter().map(|(place, form)| (place, ColumnUse::Stamp(form)));
-        Ok(Some(self.completed(columns.collect())))
+        Ok(Some(StampColumns { columns: columns.collect() }))
     }
 
     /// The columns by their names, else by their content.
@@ -67,7 +60,7 @@ impl StampSearch<'_> {
             return Ok(Some(columns));
         }
         match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
-            Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
+            Some(place) => self.form(place).map(|form| Some(StampColumns::of(place, form))),
             None => Ok(self.likely()),
         }
     }
@@ -87,17 +80,17 @@ impl StampSearch<'_> {
         let single = |(place, form)| vec![(place, ColumnUse::Stamp(form))];
         let by_content = || self.free().find_map(|place| Some((place, StampForm::Date(self.date(place).ok()??))));
         let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
-        columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
+        columns.or_else(|| by_content().map(single)).map(|columns| StampColumns { columns })
     }
 
     /// The time at which the sensor measured each row, which is preferred to any arrival time.
     fn device_time(&self) -> Option<StampColumns> {
         if let Some(columns) = self.written_device_time() {
-            return Some(StampColumns { columns, repeated_step_ns: None });
+            return Some(StampColumns { columns });
         }
         let is_device_time = |place: &usize| self.name(*place).is_device_time() && self.ascends(*place);
         let place = self.free().find(is_device_time)?;
-        Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
+        Some(StampColumns::of(place, self.form(place).ok()?))
     }
 
     /// The time in the header of a message, which is preferred to that of its recording.
@@ -107,7 +100,7 @@ impl StampSearch<'_> {
             self.free().find(|place| is_of_header(place) && self.name(*place).unit.is_none() && self.ascends(*place));
         let single = single.and_then(|place| Some(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]));
         let pair = || self.pair().filter(|columns| columns.iter().all(|(place, _)| is_of_header(place)));
-        Some(self.completed(single.or_else(pair)?))
+        Some(StampColumns { columns: single.or_else(pair)? })
     }
 
     /// The columns of times in a table of samples that this program wrote.
@@ -132,7 +125,7 @@ impl StampSearch<'_> {
     pub(super) fn unnamed(&self) -> Option<StampColumns> {
         let (place, form) =
             self.free().find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))?;
-        Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))
+        Some(StampColumns::of(place, form))
     }
 
     /// Seconds in one column, and the nanoseconds to be added in another, whose name differs in the
@@ -220,17 +213,6 @@ impl StampSearch<'_> {
         CsvError::Stamps { column: self.header.names[place].clone(), text: shown(first) }
     }
 
-    fn completed(&self, columns: Vec<(usize, ColumnUse)>) -> StampColumns {
-        let stamps: Vec<i64> = self.rows.iter().filter_map(|row| stamp_ns(&columns, row)).collect();
-        let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-        let repeated = steps.iter().filter(|&&step| step == 0).count();
-        let are_few = (repeated as f64) < REPEATED_SHARE * steps.len() as f64;
-        steps.retain(|&step| step > 0);
-        steps.sort_unstable();
-        let repeated_step_ns = steps.get(steps.len() / 2).copied().filter(|_| are_few);
-        StampColumns { columns, repeated_step_ns }
-    }
-
     fn free(&self) -> impl Iterator<Item = usize> {
         (0..self.header.names.len()).filter(|place| !self.taken.contains(place))
     }
@@ -245,6 +227,10 @@ impl StampSearch<'_> {
 }
 
 impl StampColumns {
+    fn of(place: usize, form: StampForm) -> Self {
+        Self { columns: vec![(place, ColumnUse::Stamp(form))] }
+    }
+
     /// The form of dates and times of day.
     pub(super) fn date(&self) -> Option<DateForm> {
         self.columns.iter().find_map(|&(_, column)| match column {
@@ -268,13 +254,4 @@ impl StampColumns {
         };
         columns.iter().map(column).collect::<Vec<_>>().join("+")
     }
-}
-
-/// The stamp of a row cut into fields.
-fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
-    columns.iter().try_fold(0_i64, |sum, &(place, column)| {
-        let cell = row.get(place)?;
-        let part_ns = if let ColumnUse::Stamp(form) = column { form.nanoseconds(cell)? } else { 0 };
-        sum.checked_add(part_ns)
-    })
 }

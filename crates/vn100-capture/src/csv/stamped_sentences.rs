@@ -58,7 +58,6 @@ pub(super) fn stamped_sentences(lines: &[&[u8]], line_end: u8, said: Said<'_>) -
         last_field: None,
         times: Some(format!("1:{}", form.name())),
         date: if let StampForm::Date(form) = form { Some(form) } else { None },
-        repeated_step_ns: None,
         lines_above: 0,
     }))
 }

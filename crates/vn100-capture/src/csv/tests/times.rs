@@ -80,19 +80,6 @@ fn a_time_of_day_continues_behind_midnight() {
 }
 
 #[test]
-fn a_row_that_repeats_a_stamp_came_a_step_later() {
-    let repeated = |every: u64| {
-        table("t", |ns| {
-            let row = ns / 25_000_000;
-            format!("{:.3}", (if row % every == 1 { row - 1 } else { row }) as f64 * 0.025)
-        })
-    };
-    assert_eq!(times(&repeated(20), None).0, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>());
-    // where every other row does, they came together
-    assert_eq!(times(&repeated(2), None).0[..4], [0, 0, 50_000_000, 50_000_000]);
-}
-
-#[test]
 fn sentences_are_found_in_a_column_of_any_name() {
     for (header, row, map) in [
         ("t,Raw IMU Data String", "1.5,\"SENTENCE\"", None),
