@@ -55,35 +55,12 @@ const FORMS: [Form; 7] = [
     Form {
         file: "asl.csv",
         header: "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]",
-        row: |t, g, a| {
-            format!(
-                "{},{},{},{},{},{},{}",
-                1_403_636_579_758_555_392_u64 + (t * 1e9) as u64,
-                g[0],
-                g[1],
-                g[2],
-                a[0],
-                a[1],
-                a[2]
-            )
-        },
+        row: |t, g, a| joined((1_403_636_579_758_555_392_u64 + (t * 1e9) as u64).to_string(), g, a),
     },
     Form {
         file: "echo.csv",
         header: "%time,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z",
-        row: |t, g, a| {
-            format!(
-                "{:.0},{:.0},{},{},{},{},{},{}",
-                1.5e18 + 1.7e9 * t,
-                1.4e18 + 1e9 * t,
-                g[0],
-                g[1],
-                g[2],
-                a[0],
-                a[1],
-                a[2]
-            )
-        },
+        row: |t, g, a| joined(format!("{:.0},{:.0}", 1.5e18 + 1.7e9 * t, 1.4e18 + 1e9 * t), g, a),
     },
     Form {
         file: "letters.txt",
@@ -96,6 +73,10 @@ const FORMS: [Form; 7] = [
         row: |t, g, a| format!("{:.0},{},{},{},4889,{},{},{}", 2e7 + t * 1e6, g[0], g[1], g[2], a[0], a[1], a[2]),
     },
 ];
+
+fn joined(time: String, gyro: [f64; 3], accel: [f64; 3]) -> String {
+    gyro.into_iter().chain(accel).fold(time, |line, number| format!("{line},{number}"))
+}
 
 /// Numbers drawn one after the other.
 struct Draws(u64);
