@@ -2,6 +2,7 @@
 
 use std::{
     borrow::BorrowMut,
+    error::Error,
     io::{self, BufRead, ErrorKind, Read},
 };
 
@@ -38,7 +39,7 @@ impl<R: BufRead, D: BorrowMut<FrameDecoder>> ZstdReader<R, D> {
                         return Err(ErrorKind::UnexpectedEof.into());
                     }
                 }
-                Err(error) => return Err(damaged(error)),
+                Err(error) => return Err(failed(&error)),
             }
         }
         Ok(false)
@@ -50,7 +51,7 @@ impl<R: BufRead, D: BorrowMut<FrameDecoder>> ZstdReader<R, D> {
         let decoder = self.decoder.borrow_mut();
         match (decoder.get_checksum_from_data(), decoder.get_calculated_checksum()) {
             (Some(stated), Some(found)) if stated != found => {
-                Err(damaged(format!("its checksum is {found:#010x} and not {stated:#010x}")))
+                Err(damaged(&format!("its checksum is {found:#010x} and not {stated:#010x}")))
             }
             _ => Ok(()),
         }
@@ -65,7 +66,9 @@ impl<R: BufRead, D: BorrowMut<FrameDecoder>> Read for ZstdReader<R, D> {
         while self.is_in_frame || self.begin_frame()? {
             let decoder = self.decoder.borrow_mut();
             while decoder.can_collect() == 0 && !decoder.is_finished() {
-                decoder.decode_blocks(&mut self.packed, BlockDecodingStrategy::UptoBlocks(1)).map_err(damaged)?;
+                decoder
+                    .decode_blocks(&mut self.packed, BlockDecodingStrategy::UptoBlocks(1))
+                    .map_err(|error| failed(&error))?;
             }
             let n = decoder.read(buffer)?;
             if n > 0 {
@@ -77,8 +80,25 @@ impl<R: BufRead, D: BorrowMut<FrameDecoder>> Read for ZstdReader<R, D> {
     }
 }
 
-fn damaged(error: impl ToString) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, format!("the zstd data is damaged: {}", error.to_string()))
+/// Why zstd data cannot be unpacked, in words for the user.
+fn failed(error: &FrameDecoderError) -> io::Error {
+    if let FrameDecoderError::WindowSizeTooBig { requested, max } = error {
+        let needed =
+            format!("this zstd data needs {requested} bytes of memory, at most {max} are given: unpack it first");
+        return io::Error::new(ErrorKind::InvalidData, needed);
+    }
+    let mut source: Option<&(dyn Error + 'static)> = Some(error);
+    while let Some(error) = source {
+        if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::UnexpectedEof) {
+            return io::Error::new(ErrorKind::UnexpectedEof, "the zstd data ends early");
+        }
+        source = error.source();
+    }
+    damaged(&error.to_string())
+}
+
+fn damaged(problem: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("the zstd data is damaged: {problem}"))
 }
 
 #[cfg(test)]
@@ -122,7 +142,9 @@ mod tests {
     #[test]
     fn a_large_window_is_refused_before_it_takes_memory() {
         // a window of 2^41 bytes
-        assert!(!unpacked(b"\x28\xb5\x2f\xfd\0\xf8\x19\0\0abc").1);
+        let packed = b"\x28\xb5\x2f\xfd\0\xf8\x19\0\0abc";
+        let error = ZstdReader::new(&packed[..], FrameDecoder::new()).read_to_end(&mut Vec::new()).unwrap_err();
+        assert!(error.to_string().contains("needs 2199023255552 bytes of memory"), "{error}");
     }
 
     proptest! {
@@ -132,6 +154,9 @@ mod tests {
             prop_assert_eq!(unpacked(&whole), (text.clone().into_bytes(), true));
             let (found, is_whole) = unpacked(&whole[..whole.len().saturating_sub(cut).max(1)]);
             prop_assert!(!is_whole && text.as_bytes().starts_with(&found));
+            let cut = &whole[..whole.len() - 1];
+            let error = ZstdReader::new(cut, FrameDecoder::new()).read_to_end(&mut Vec::new()).unwrap_err();
+            prop_assert_eq!(error.kind(), ErrorKind::UnexpectedEof);
         }
 
         #[test]
