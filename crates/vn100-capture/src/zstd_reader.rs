@@ -1,4 +1,4 @@
-//! zstd data, unpacked while it is read, within a limit of memory.
+//! zstd data, unpacked while it is read, with bounded memory.
 
 use std::{
     borrow::BorrowMut,
@@ -10,11 +10,10 @@ use ruzstd::decoding::{
     errors::{FrameDecoderError, ReadFrameHeaderError},
 };
 
-/// Unpacks the frames of zstd data one after the other. A frame whose window is larger than 128 MiB
-/// is refused.
+/// Unpacks the frames of zstd data in sequence. A frame with a window above 128 MiB is rejected.
 pub(crate) struct ZstdReader<R, D> {
     packed: R,
-    /// May be kept for other data: making one takes far longer than unpacking a message.
+    /// May be reused for other data, because making one takes far longer than unpacking a message.
     decoder: D,
     is_in_frame: bool,
 }
@@ -98,7 +97,7 @@ mod tests {
         compress_to_vec(bytes, CompressionLevel::Fastest)
     }
 
-    /// A frame for other programs, of these bytes.
+    /// A frame for other programs, with these bytes.
     fn skippable(bytes: &[u8]) -> Vec<u8> {
         [&0x184d_2a53_u32.to_le_bytes(), &(bytes.len() as u32).to_le_bytes(), bytes].concat()
     }
@@ -127,7 +126,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_cut_is_an_error_and_what_lies_before_is_kept(text in "[a-d]{1,3000}", cut in 1_usize..4000) {
+        fn a_cut_is_an_error_and_earlier_bytes_are_kept(text in "[a-d]{1,3000}", cut in 1_usize..4000) {
             let whole = packed(text.as_bytes());
             prop_assert_eq!(unpacked(&whole), (text.clone().into_bytes(), true));
             let (found, is_whole) = unpacked(&whole[..whole.len().saturating_sub(cut).max(1)]);
