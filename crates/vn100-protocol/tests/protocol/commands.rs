@@ -1,4 +1,4 @@
-//! Commands as the maker and users of sensors have sent them, and the replies.
+//! Commands as sent by the maker and by users of sensors, and the replies.
 
 use proptest::prelude::*;
 use vn100_protocol::{

@@ -1,4 +1,4 @@
-//! The contents of registers as sensors have sent them, and the way back.
+//! The contents of registers as sent by sensors, parsed and written again.
 
 use core::fmt::Debug;
 
@@ -11,7 +11,7 @@ use vn100_protocol::{
 
 use crate::support::{contents, line, sentence};
 
-/// Reads `published`, and expects the write of the value to have the same fields.
+/// Reads `published`, and expects that a write of the value has the same fields.
 fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
     let contents = contents(published);
     let value: T = contents.value().unwrap();
@@ -20,7 +20,7 @@ fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
     assert_eq!(format!("{}\r\n", line(&SensorCommand::write(&value), Check::Xor8)), sentence(&body));
 }
 
-/// Reads a value, as text of the error if it has one.
+/// The error of reading a value, as text.
 fn error<T: RegisterValue + Debug>(body: &str) -> String {
     contents(&sentence(body)).value::<T>().unwrap_err().to_string()
 }
