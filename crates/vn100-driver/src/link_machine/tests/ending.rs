@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A link in each phase, with bytes pending if it has them.
+/// A link in each phase, with bytes pending if the phase has them.
 fn phases() -> Vec<Bench> {
     let mut opening = Bench::new(known_serial());
     opening.machine.phase = Phase::Opening;
@@ -62,7 +62,7 @@ fn what_was_read_and_not_reported_when_the_port_is_closed_is_counted() {
 }
 
 #[test]
-fn a_stop_of_a_lost_link_says_until_when_it_was_down() {
+fn a_stop_of_a_lost_link_ends_its_down_time() {
     for (index, is_lost) in [(0, false), (1, false), (3, false), (6, true)] {
         let mut bench = phases().remove(index);
         let name = bench.phase();
