@@ -103,7 +103,7 @@ fn a_sensor_with_a_tenth_more_noise_is_found_and_the_quieter_one_named() {
 }
 
 #[test]
-fn of_records_whose_white_noise_folds_differently_none_is_the_quietest() {
+fn records_with_different_aliasing_have_no_quietest() {
     let folder = tempfile::tempdir().unwrap();
     let options = |rate: &'static str, seed: &'static str| {
         ["--duration", "10min", "--message", "VNIMU", "--rate", rate, "--seed", seed]
@@ -367,7 +367,7 @@ fn a_plan_fits_the_line_and_its_window_is_exact() {
 }
 
 #[test]
-fn a_plan_is_as_long_as_its_longest_part() {
+fn a_plan_is_as_long_as_its_longest_goal() {
     let wants = ["--want", "gyro N ±5%", "--want", "gyro B", "--want", "gyro K >= 2e-7 rad/s/sqrt(s)"];
     let document = plan(&wants);
     let seconds: Vec<f64> =

@@ -48,7 +48,7 @@ fn commands_and_replies_of_a_live_sensor_are_logged() {
 }
 
 #[test]
-fn a_log_is_a_new_file_in_which_nothing_steers_a_terminal() {
+fn a_log_is_a_new_file_without_control_characters() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("precious"), "precious").unwrap();

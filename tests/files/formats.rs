@@ -275,7 +275,7 @@ fn missing_stamps_are_reported_once() {
 }
 
 #[test]
-fn stamps_since_a_start_tell_their_unit_or_ask_for_it() {
+fn stamps_since_a_start_show_their_unit_or_need_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("since.csv");
     let with_step = |step: i64| {

@@ -51,7 +51,7 @@ fn white_noise_is_found_between_a_line_and_the_attitude_filter() {
 }
 
 #[test]
-fn five_hours_of_a_published_sensor_give_its_truth_back() {
+fn five_hours_of_a_published_sensor_give_its_truth() {
     let folder = tempfile::tempdir().unwrap();
     let options = ["--profile", "lab3", "--message", "VNIMU", "--duration", "5h"];
     let (document, exit) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
@@ -254,7 +254,7 @@ fn a_measurement_ends_when_the_figure_is_known() {
 }
 
 #[test]
-fn what_is_read_by_rule_has_its_letter_and_its_unit() {
+fn graphical_readings_have_their_letter_and_their_unit() {
     let folder = tempfile::tempdir().unwrap();
     let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "10min"]);
     let (document, _) = replay(&path, &["--rate", "40"]);

@@ -181,7 +181,7 @@ fn a_restart_is_reported_without_arrival_times() {
 }
 
 #[test]
-fn what_is_lost_is_counted_exactly() {
+fn lost_packets_are_counted_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.bin");
     let made = vn100()

@@ -71,7 +71,7 @@ fn holds_the_lab(html: &str) {
 }
 
 #[test]
-fn what_is_read_by_rule_is_read_off_the_allan_deviation() {
+fn graphical_readings_come_from_the_allan_deviation() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
     let (_, html) = report(&folder, &[&capture], &[]);

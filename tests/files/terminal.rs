@@ -55,7 +55,7 @@ fn names_of_captures_control_nothing_and_are_complete_in_documents() {
 }
 
 #[test]
-fn what_captures_hold_steers_nothing() {
+fn the_content_of_captures_controls_nothing() {
     let header = format!("t,gyr_x,gyr_y,gyr_z,{HOSTILE}\n");
     let rows: String = (0..200).map(|row| format!("{:.3},0.1,0.2,0.3,{HOSTILE}\n", f64::from(row) * 0.025)).collect();
     let odd = format!("1,{HOSTILE},2,3,4\n");
@@ -168,7 +168,7 @@ fn text_of_a_sensor_controls_nothing_and_is_no_markup() {
 }
 
 #[test]
-fn a_command_line_steers_nothing() {
+fn a_command_line_controls_nothing() {
     let hostile = format!("--{HOSTILE}");
     let tcp = format!("tcp://{HOSTILE}");
     for arguments in [

@@ -282,7 +282,7 @@ fn the_window_may_be_given_if_the_capture_does_not_contain_it() {
 }
 
 #[test]
-fn with_the_window_that_averages_all_the_sheet_holds_as_it_is() {
+fn with_the_window_that_averages_all_samples_the_sheet_applies_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "whole.txt", "VNIMU", "1h", &register_85(20));
     // the noise of a window of 4 is too much for one of 20; a value that rounds to the figure is typical: up to 0.00355

@@ -115,7 +115,7 @@ fn the_tables_of_the_page_are_those_of_the_report() {
 }
 
 #[test]
-fn letters_and_lines_stand_out_by_day_and_in_the_dark() {
+fn letters_and_lines_have_contrast_in_light_and_dark() {
     let folder = TempDir::new().unwrap();
     let file = capture(folder.path(), "a.mcap", &["-d", "10s"]);
     let css = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]).get("/page.css").1;

@@ -187,7 +187,7 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
 }
 
 #[test]
-fn a_disk_that_is_full_already_is_left_without_an_empty_file() {
+fn a_full_disk_is_left_without_an_empty_file() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("none.mcap");
     for _ in 0..2 {

@@ -45,7 +45,7 @@ fn keys_lead_through_the_view_and_the_result_follows() {
 }
 
 #[test]
-fn every_way_to_end_gives_the_terminal_back() {
+fn every_way_to_end_restores_the_terminal() {
     let mut sessions: Vec<(Session, &str)> =
         ["q", "\x03", "TERM", "INT"].map(|way| (Session::start("attach sim"), way)).into();
     for (session, way) in &mut sessions {
@@ -177,7 +177,7 @@ fn a_terminal_that_is_not_read_delays_nothing() {
 }
 
 #[test]
-fn a_terminal_stopped_before_the_first_byte_holds_no_measurement_up() {
+fn a_terminal_stopped_before_the_first_byte_delays_no_measurement() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("kept.mcap");
     let mut session = Session::shell(&format!("read; exec \"$VN100\" attach sim --record {}", recording.display()));

@@ -51,7 +51,7 @@ fn no_library_names_an_option_or_a_command() {
 }
 
 #[test]
-fn what_names_an_option_or_a_command_is_found() {
+fn texts_that_name_an_option_or_a_command_are_found() {
     for (text, found) in [
         ("give --rate 40", Some("--rate 40")),
         ("(vn100 attach PORT)", Some("vn100 attach PORT)")),

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn text_and_few_bytes_are_left_alone() {
+    fn text_and_few_bytes_are_unchanged() {
         for bytes in [&b""[..], b"\xff", b"\xff\xff\0\xff\xff", b"$VNYMR", &[0xff; 100]] {
             assert!(!doubles_ff(bytes));
         }

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checksum_that_does_not_hold_is_an_error() {
+    fn a_checksum_mismatch_is_an_error() {
         // `printf abc | zstd`
         let mut bytes = *b"\x28\xb5\x2f\xfd\x24\x03\x19\0\0abc\x99\x09\x77\xad";
         assert_eq!(unpacked(&bytes), (b"abc".to_vec(), true));
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_window_is_refused_before_it_takes_memory() {
+    fn a_large_window_is_rejected_before_it_needs_memory() {
         // a window of 2^41 bytes
         assert!(!unpacked(b"\x28\xb5\x2f\xfd\0\xf8\x19\0\0abc").1);
     }

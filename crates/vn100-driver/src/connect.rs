@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_writes_to_a_port_takes_no_bytes_from_it() {
+    fn a_program_that_only_writes_to_a_port_takes_no_bytes_from_it() {
         let process = tempfile::tempdir().unwrap();
         fs::create_dir(process.path().join("fdinfo")).unwrap();
         for (flags, expected) in

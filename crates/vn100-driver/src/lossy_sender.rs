@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded() {
+    fn pending_inputs_are_bounded() {
         let (sender, _inputs) = mpsc::channel(1);
         let mut sender = LossySender::new(sender);
         (0..10_000).for_each(|_| [down(), chunk(1)].into_iter().for_each(|input| sender.send(input, 7)));

@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_can_be_written_the_command_is_named() {
+    fn the_command_is_named_if_the_timer_cannot_be_written() {
         let advice = advice(Path::new("/sys/bus/usb-serial/devices/ttyUSB3/latency_timer"), 16);
         assert!(advice.contains("up to 16 ms"));
         assert!(advice.contains("`echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB3/latency_timer`"));

@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_dropped_and_counted() {
+    fn bytes_that_do_not_fit_are_dropped_and_counted() {
         let (reader, mut inputs, _end) = reader(5);
         // it ends only when the report of the loss is taken, and drops the rest before
         let thread = thread::spawn(move || reader.run(Port([Ok(&b"$VNYMR..\r\n"[..]); 32].into())));

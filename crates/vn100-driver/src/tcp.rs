@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn bytes_go_both_ways_and_the_end_is_reported() {
+    async fn bytes_pass_in_both_directions_and_the_end_is_reported() {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = format!("tcp://{}", listener.local_addr().unwrap());
         let mut server = TcpServer::new(&address, Clock::start()).unwrap();

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_can_wait_drops_nothing() {
+    async fn a_source_that_can_wait_drops_nothing() {
         let (tap, mut receiver) = SampleTap::new();
         let writer = tokio::spawn(async move {
             let mut batches = 0;

@@ -136,7 +136,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn equal_rates_read_what_was_sent(bytes: Vec<u8>, baud in prop::sample::select(vec![9600, 57_600, 115_200, 128_000, 921_600])) {
+        fn equal_rates_read_the_sent_bytes(bytes: Vec<u8>, baud in prop::sample::select(vec![9600, 57_600, 115_200, 128_000, 921_600])) {
             prop_assert_eq!(read(&bytes, baud, baud), bytes);
         }
 

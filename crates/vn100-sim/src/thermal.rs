@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_named() {
+    fn impossible_options_are_reported() {
         for item in ["gyro", "gyro=x", "gyro=inf", "lag=-1", "period=0", "warm-up=0", "cool=1"] {
             let error = format!("cycle=1 {item}").parse::<Thermal>().unwrap_err();
             assert!(error.item == item && error.to_string().contains("warm-up=S"), "{error}");

@@ -56,7 +56,7 @@ fn a_stream_whose_bias_is_tracked_is_found_out() {
 }
 
 #[test]
-fn what_disturbs_a_record_is_named_with_its_place() {
+fn a_disturbance_is_reported_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let disturbed = |change: &mut dyn FnMut(usize, usize, f64) -> f64| {
         let (document, _) = replay(&rates(folder.path(), change), &["--columns", COLUMNS]);

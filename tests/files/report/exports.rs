@@ -144,7 +144,7 @@ fn other_averaging_times_are_shown_and_change_no_figure_for_filters() {
 }
 
 #[test]
-fn a_capture_of_motion_gives_no_figures_to_a_filter() {
+fn a_capture_of_motion_gives_no_filter_parameters() {
     let Some(captures) = real_captures() else { return };
     let capture = captures.join("vn100-shake-iwale-153s.vnymr");
     let folder = TempDir::new().unwrap();

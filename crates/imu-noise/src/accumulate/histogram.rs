@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_than_a_place_holds_is_carried() {
+    fn frequencies_beyond_a_place_are_carried() {
         let mut histogram = Histogram::new();
         histogram.push(&[5, 6, 7]);
         let first = histogram.first;

@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_counters_end_the_stamps_decide() {
+    fn after_the_end_of_counters_the_stamps_decide() {
         let ends = kept(300..305).map(|(at_ms, count)| (at_ms, (count < 4000).then_some(count)));
         let found = events(true, ends.clone());
         assert_eq!(found.last_chunk(), Some(&[Missing(5), Samples(195)]));

@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_is_recent_for_half_a_second_unless_time_goes_back() {
+    fn a_stall_is_recent_for_half_a_second_unless_time_decreases() {
         let mut stalls = StallDetector::default();
         let mut recent = |at_ms| {
             stalls.push(ms(at_ms));

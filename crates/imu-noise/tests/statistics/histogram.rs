@@ -126,7 +126,7 @@ fn the_step_of_frequent_values_is_found() {
 }
 
 #[test]
-fn bars_hold_as_many_steps_each() {
+fn bars_have_equal_numbers_of_steps() {
     let bars = stepping(9.765_625, 20, 10).bars(64).unwrap();
     let triangle: Vec<u64> = (-20_i64..=20).map(|number| 10 * (21 - number.unsigned_abs())).collect();
     assert_eq!(bars.frequencies, triangle);

@@ -42,7 +42,7 @@ fn near(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn curves_without_noise_give_their_parameters_back() {
+fn curves_without_noise_return_their_parameters() {
     let text = oracle::text("fit_curves.csv");
     let mut sets = 0;
     for parameters in text.lines().filter_map(|line| line.strip_prefix("#   ")).filter(|line| line.starts_with('{')) {
@@ -238,7 +238,7 @@ fn the_bound_of_a_rejected_model_holds_after_a_filter() {
 }
 
 #[test]
-fn too_little_and_constant_data_say_nothing() {
+fn too_few_and_constant_data_give_no_result() {
     for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
         let fit = fit_record(&values, STOCHASTIC, None);
         assert_eq!(fit.quality, None, "{} samples", values.len());
@@ -373,7 +373,7 @@ fn a_record_within_the_memory_of_a_filter_shows_nothing() {
 }
 
 #[test]
-fn what_may_be_as_good_as_zero_is_no_estimate() {
+fn a_term_that_may_be_zero_is_no_estimate() {
     let mut estimated = 0;
     for seed in 1..=40 {
         // one second after a low pass, and short records
@@ -403,7 +403,7 @@ fn what_may_be_as_good_as_zero_is_no_estimate() {
 }
 
 #[test]
-fn a_walk_whose_record_hardly_slopes_is_not_taken_for_flicker_noise() {
+fn a_walk_with_a_small_slope_is_distinguished_from_flicker_noise() {
     // over white noise of variance 1: a walk that equals it at a tenth of ten minutes, and a slope
     // as low as in one of twenty records of white noise
     let over_white = [0.99, 1.007, 1.013, 1.005, 1.006, 0.994, 1.011, 1.122, 0.932, 0.917, 1.35, 2.603, 4.778];

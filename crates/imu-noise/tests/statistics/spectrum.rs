@@ -138,7 +138,7 @@ fn no_segment_lacks_a_sample_or_reaches_across_a_break() {
 }
 
 #[test]
-fn gaps_without_end_leave_densities_as_they_are() {
+fn endless_gaps_leave_densities_unchanged() {
     // a line lost after each 300, for as long as 40 hours at 40 Hz
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     let counts = white(300);

@@ -70,7 +70,7 @@ fn a_cycle_has_its_period_and_size() {
 }
 
 #[test]
-fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
+fn a_cycle_with_one_to_three_periods_has_its_period_and_size() {
     let duration_s = SAMPLES as f64 * INTERVAL_S;
     for cycles in [1.0, 1.5, 1.75, 2.5] {
         for phase in [0.3, 1.7, 3.1, 5.0] {
@@ -89,7 +89,7 @@ fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
 }
 
 #[test]
-fn a_weak_cycle_of_few_periods_may_be_there_and_is_no_change() {
+fn a_weak_cycle_of_few_periods_is_no_change() {
     let found = |amplitude: f64| {
         let cycle = |i: usize| amplitude * (std::f64::consts::TAU * 1.5 * i as f64 / SAMPLES as f64).cos();
         let signal = signal(&record(cycle), &[]);
@@ -111,7 +111,7 @@ fn the_level_is_judged_between_long_gaps() {
 }
 
 #[test]
-fn a_drift_without_end_has_no_skip() {
+fn an_endless_drift_has_no_skip() {
     let change = level_change(&|i| 4.0 * i as f64 / SAMPLES as f64).unwrap();
     let LevelShape::WarmUp { amplitude, time_constant_s, skip_s: None } = change.shape else { panic!("{change:?}") };
     assert!(amplitude < -4.0 && time_constant_s > 300.0 && change.is_ramp, "{change:?}");

@@ -9,7 +9,7 @@ use crate::synthetic::{Random, Synthesis};
 const SAMPLES: usize = (600.0 * RATE_HZ) as usize;
 
 #[test]
-fn clean_records_say_nothing() {
+fn clean_records_give_no_warning() {
     let plan = SpectrumPlan::new();
     let mut random = Random(3);
     let mut synthesis = Synthesis::new(SAMPLES, 4);

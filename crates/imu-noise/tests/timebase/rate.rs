@@ -79,7 +79,7 @@ fn a_reader_that_stalls_at_the_start_does_not_hide_the_rate() {
 }
 
 #[test]
-fn one_line_kept_of_many_is_the_lower_rate() {
+fn one_kept_line_of_many_is_the_lower_rate() {
     let kept = Link::steady(40.0).stamps(40 * 300).step_by(40);
     let (events, summary) = place(kept);
     assert_eq!((events.len(), summary.nominal), (0, Some(NominalRate::Snapped(1.0))));

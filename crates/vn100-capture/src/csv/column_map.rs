@@ -361,7 +361,7 @@ mod tests {
     use super::{super::name::Meaning, *};
 
     #[test]
-    fn columns_go_by_name_or_number() {
+    fn columns_are_given_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
         let form = StampForm::Unit(StampUnit::USUAL[2]);
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_the_remedy() {
+    fn an_error_is_reported_with_the_remedy() {
         assert_eq!(
             channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_date_or_time_is_none() {
+    fn other_texts_are_no_date_or_time() {
         for text in [
             "",
             "2023-02-29 00:00:00",

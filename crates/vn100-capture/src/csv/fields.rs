@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_the_first_fields_is_left_as_it_is() {
+    fn the_text_after_the_first_fields_is_unchanged() {
         let mut reader = FieldCutter::of_head(b',');
         for (line, count, first, rest) in [
             ("1,$A,b*63", 1, &["1"][..], Some("$A,b*63")),

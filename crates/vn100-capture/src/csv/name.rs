@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_channel_is_none_and_an_unknown_unit_is_named() {
+    fn other_names_are_no_channel_and_an_unknown_unit_is_reported() {
         for name in [
             "",
             "x",

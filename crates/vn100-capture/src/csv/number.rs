@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_refused() {
+    fn other_texts_are_no_number() {
         for field in [
             "", "+", "-", ".", "-.", "nan", "inf", "1e", "1e+", "e5", "1.2.3", "0x10", "1 ", " 1", "1_0", "--1", "1,5",
             "\u{661}",
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_may_stand_apart() {
+    fn thousands_may_be_separated() {
         for (field, value) in
             [("101,325.12", 10_132_512), ("-1,234,567", -123_456_700), ("1'000.5", 100_050), ("+12 345", 1_234_500)]
         {

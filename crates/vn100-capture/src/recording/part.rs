@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_recording_are_joined_in_their_order_wherever_they_stand() {
+    fn parts_of_a_recording_are_joined_in_order_from_any_place() {
         let part = |id: &str, number| Some(RecordingPart { id: id.into(), number, resumed: false });
         let files = [
             ("b2", part("b", 2)),

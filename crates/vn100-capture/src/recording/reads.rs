@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_wait_for_a_twentieth_of_a_second_of_time_that_does_not_go_back() {
+    fn reads_wait_for_a_twentieth_of_a_second_unless_time_decreases() {
         let mut reads = Reads::default();
         assert!(reads.takes(7, b"a"));
         reads.push(7, b"a");
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_about_its_lengths_is_refused() {
+    fn false_lengths_are_rejected() {
         let (at_ns, data) = several(&[(10, b"abc"), (300, b"de")]);
         assert_eq!(reads_of(at_ns, &data), Some(vec![(10, 6..9), (300, 9..11)]));
         for cut in 0..data.len() {

@@ -53,7 +53,7 @@ fn of_file(bytes: &[u8]) -> Result<(usize, bool), OpenError> {
 }
 
 #[test]
-fn what_others_packed_is_read_from_a_file_and_from_a_stream() {
+fn compressed_files_of_other_programs_are_read_from_a_file_and_from_a_stream() {
     for packed in [BZIP2, XZ] {
         assert_eq!(row_count(open(packed).unwrap()), (40, true));
         assert_eq!(of_file(packed).unwrap(), (40, true));

@@ -149,7 +149,7 @@ fn an_error_ends_the_stream_and_keeps_what_came_before() {
 }
 
 #[test]
-fn a_link_that_goes_down_cuts_the_line_under_way() {
+fn a_lost_link_cuts_the_incomplete_line() {
     let up = || LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) };
     let down = || LinkEventKind::Down { cause: "unplugged".into() };
     let (head, tail) = YMR.as_bytes().split_at(50);
@@ -191,7 +191,7 @@ fn stop_ends_the_stream_with_an_end() {
 }
 
 #[test]
-fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
+fn line_by_line_gives_each_row_its_own_counts() {
     let bytes = [YMR, YMR, DAMAGED, YMR].concat();
     for piece in [1, 60, 121, 1000] {
         let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };

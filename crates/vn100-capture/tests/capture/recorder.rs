@@ -59,7 +59,7 @@ fn files(folder: &TempDir) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn what_was_recorded_is_in_the_file() {
+async fn recorded_inputs_are_in_the_file() {
     let (_folder, path) = place();
     let inputs = [read(5), down(6, "unplugged"), read(SECOND_NS), read(7)];
     record(Recorder::create(&path, &conditions("me")).unwrap(), &inputs, "stopped").await;

@@ -304,7 +304,7 @@ fn inputs_to_error(file: &[u8]) -> (Vec<StreamInput>, Option<String>) {
 }
 
 #[test]
-fn what_other_tools_have_compressed_is_read() {
+fn recordings_compressed_by_other_tools_are_read() {
     for compression in COMPRESSIONS {
         let repacked = repacked(compression, 300, true);
         assert_eq!(inputs(&repacked).0, session(), "{compression:?}");
@@ -380,7 +380,7 @@ fn another_programs_file_is_refused_by_its_topics() {
 }
 
 #[test]
-fn another_programs_file_without_an_end_is_not_searched_for_ever() {
+fn an_endless_file_of_another_program_is_not_searched_forever() {
     // a message of 1 MiB on an undefined channel
     let length = (1_u64 << 20).to_le_bytes();
     let message = [&[5][..], &length, &[0; 1 << 20]].concat();
@@ -437,7 +437,7 @@ impl Read for Dribble<'_> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
+    fn written_inputs_are_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
         let file = coalesced(&session);
         let mut reader = RecordingReader::open(Dribble(&file, piece)).unwrap();
         let read: Vec<StreamInput> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();

@@ -154,7 +154,7 @@ fn the_highest_rates_are_those_of_the_sheet() {
 }
 
 #[test]
-fn packets_take_their_part_of_the_line() {
+fn packets_need_their_part_of_the_line() {
     // 110 bytes 40 times per second
     let packets = |text| with(current(115_200, 14, 40), &[(Register::BINARY_OUTPUT_2, text)]);
     assert_eq!(planned(&packets("1,20,01,0739"), &rate(50)), ["07,50"]);
@@ -222,7 +222,7 @@ fn packets_follow_a_faster_line_and_replace_sentences() {
 }
 
 #[test]
-fn packets_that_are_sent_keep_their_port_and_take_another_rate() {
+fn active_packets_keep_their_port_and_get_another_rate() {
     let sending = with(current(921_600, 0, 40), &[(Register::BINARY_OUTPUT_1, "2,4,05,0001,001C")]);
     assert_eq!(planned(&sending, &rate(800)), ["75,2,1,05,0001,001C"]);
     let binary = OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() };
@@ -334,7 +334,7 @@ proptest! {
 }
 
 #[test]
-fn a_change_names_what_is_changed() {
+fn a_change_names_the_changed_setting() {
     let fields = |text| RegisterFields::new(text).unwrap();
     for (register, name) in [
         (Register::BAUD_RATE, "the baud rate (register 05) from 1 to 2"),

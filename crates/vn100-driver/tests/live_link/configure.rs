@@ -37,7 +37,7 @@ async fn configuring(
 }
 
 #[tokio::test(start_paused = true)]
-async fn rate_and_speed_are_changed_measured_and_put_back() {
+async fn rate_and_baud_rate_are_changed_measured_and_restored() {
     let sensor = sensor();
     let mut link = up(&sensor).await;
     let handle = link.handle.clone();
@@ -99,7 +99,7 @@ async fn a_setting_that_is_not_kept_is_reported_and_the_output_continues() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_does_not_fit_is_not_written() {
+async fn settings_that_do_not_fit_are_not_written() {
     let sensor = sensor();
     let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;

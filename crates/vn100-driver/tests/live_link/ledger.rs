@@ -64,7 +64,7 @@ async fn bytes_of_a_baud_scan_that_a_stop_ends_are_counted_and_recorded() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn bytes_that_a_full_recording_could_not_take_are_recorded_as_missing() {
+async fn bytes_lost_to_a_full_recording_are_recorded_as_missing() {
     let sensor = Sensor::new(115_200, 40);
     let (recording, recorded) = mpsc::channel(10);
     let mut link = sensor.link(LinkOptions { recording: Some(recording), ..LinkOptions::default() });

@@ -163,7 +163,7 @@ async fn a_sensor_that_is_silent_for_another_reason_was_not_paused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn whoever_asks_for_the_output_keeps_it() {
+async fn a_user_who_resumes_the_output_keeps_it_on() {
     let sensor = paused(40);
     let mut link = up(&sensor).await;
     link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
@@ -231,7 +231,7 @@ async fn told_to_stop_at_any_time_it_leaves_the_output_paused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
+async fn restoring_a_paused_sensor_leaves_it_paused() {
     let sensor = paused(40);
     sensor.world().streams = true;
     let configured = set(&sensor, 20, &CancellationToken::new(), ms(10_000)).await.unwrap();

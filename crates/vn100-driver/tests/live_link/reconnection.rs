@@ -236,7 +236,7 @@ async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigure
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
+async fn a_sensor_that_cannot_be_configured_again_is_not_measured() {
     let sensor = Sensor::new(115_200, 20);
     let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
     link.until_up().await;
@@ -343,7 +343,7 @@ async fn the_recording_holds_what_came_and_never_delays() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn it_ends_when_nobody_listens() {
+async fn it_ends_without_a_receiver() {
     let sensor = Sensor::new(115_200, 40);
     sensor.world().streams = false;
     let mut link = sensor.link(LinkOptions::default());

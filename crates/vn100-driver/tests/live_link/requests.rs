@@ -164,7 +164,7 @@ async fn a_sensor_behind_an_echoing_line_is_found_and_identified() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_written_over_a_line_that_echoes_counts_when_the_sensor_has_answered() {
+async fn a_write_over_a_line_that_echoes_counts_after_the_answer_of_the_sensor() {
     let sensor = echoing(115_200);
     let told = [(30, "0,0,0,0,1,0,1"), (85, "0,4,4,4,0,0,3,3,3,0")];
     sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
@@ -190,7 +190,7 @@ async fn what_is_written_over_a_line_that_echoes_counts_when_the_sensor_has_answ
 }
 
 #[tokio::test(start_paused = true)]
-async fn errors_that_nobody_asked_for_are_counted() {
+async fn unsolicited_errors_are_counted() {
     use DeviceError::{InvalidCommand, OutputBufferOverflow};
     for listen_only in [false, true] {
         let sensor = Sensor::new(115_200, 40);

@@ -101,7 +101,7 @@ async fn a_symlink_leads_to_the_port() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_opened_is_told_by_kind() {
+async fn ports_that_cannot_be_opened_are_reported_by_kind() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("capture.vnymr");
     std::fs::write(&file, "").unwrap();

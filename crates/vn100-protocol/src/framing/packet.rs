@@ -242,7 +242,7 @@ mod tests {
     proptest! {
         /// Packets of every length.
         #[test]
-        fn packets_are_good_with_a_right_crc_alone(
+        fn packets_are_good_only_with_a_correct_crc(
             mut bytes in proptest::collection::vec(any::<u8>(), 7..MAX_PACKET - 2),
             at: prop::sample::Index,
             bit in 0_u8..8,
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_anywhere_behind_the_masks_is_no_packet() {
+    fn a_flipped_bit_anywhere_after_the_masks_is_no_packet() {
         for hex in RECORDED {
             let mut packet = bytes(hex);
             for at in 6..packet.len() {
@@ -310,7 +310,7 @@ mod tests {
 
     /// The shortest packet, of seven bytes: the CRC of zeros is zero, and so is its remembered head.
     #[test]
-    fn zeros_behind_a_short_packet_are_no_packets() {
+    fn zeros_after_a_short_packet_are_no_packets() {
         let stream = [bytes("FA 02 0002 00 8B0A"), vec![0; 40]].concat();
         let count = |piece: usize| {
             let (mut decoder, mut packets) = (Decoder::new(Options::default()), 0);

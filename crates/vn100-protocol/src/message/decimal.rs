@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_float_parser_takes_is_refused_by_name() {
+    fn texts_that_a_float_parser_accepts_are_rejected_with_the_reason() {
         use DecimalError::*;
         for (field, error) in [
             ("", Empty),
@@ -141,7 +141,7 @@ mod tests {
         }
 
         #[test]
-        fn a_number_is_what_the_standard_library_reads_and_more_strictly(text in "[-+0-9.e ]{0,12}") {
+        fn a_number_equals_that_of_the_standard_library_but_is_stricter(text in "[-+0-9.e ]{0,12}") {
             let strict = text.len() > 1 && text.starts_with(['+', '-'])
                 && text[1..].split_once('.').is_some_and(|(whole, decimals)| {
                     [whole, decimals].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()))

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_stands_for_one_channel_in_all_messages() {
+    fn a_name_means_one_channel_in_all_messages() {
         let printed = MESSAGES.iter().flat_map(|layout| &*layout.channels);
         let channels: Vec<_> = printed.filter(|channel| channel.increment_step.is_none()).collect();
         for (one, other) in channels.iter().flat_map(|one| channels.iter().map(move |other| (one, other))) {

@@ -105,7 +105,7 @@ mod tests {
     /// The rates that a VN-100 accepts at each baud rate (VN-100 User Manual: a tenth of it in
     /// bytes per second).
     #[test]
-    fn packets_fit_the_baud_rate_at_so_many_hertz() {
+    fn packets_fit_the_baud_rate_at_the_documented_rates() {
         let rates = |message: PacketMessage| {
             [9_600, 115_200, 230_400, 460_800, 921_600]
                 .map(|bits_per_s| message.highest_rate_hz(BaudRate::new(bits_per_s).unwrap()))

@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_may_be_printed_otherwise() {
+    fn numbers_may_be_printed_differently() {
         for (asked, echo) in [
             ("50", "50"),
             ("50", "050"),
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_break_the_sentence_is_refused() {
+    fn characters_that_would_break_the_sentence_are_refused() {
         for (text, found) in [("1*2", '*'), ("$VNWNV", '$'), ("1\r\n", '\r'), ("µ", 'µ')] {
             assert_eq!(RegisterFields::new(text), Err(RegisterFieldsError::Character { found }));
         }

@@ -136,7 +136,7 @@ fn old_lines_count_in_the_same_units() {
 }
 
 #[test]
-fn check_digits_in_lower_case_are_those_of_programs_that_write_sentences_anew() {
+fn check_digits_in_lower_case_come_from_programs_that_rewrite_sentences() {
     let mut in_letters = 0;
     for (body, digits) in YMR {
         let lower = digits.to_ascii_lowercase();
@@ -269,7 +269,7 @@ fn suffixes_are_read() {
 }
 
 #[test]
-fn what_the_checksum_lets_through_the_grammar_does_not() {
+fn the_grammar_rejects_lines_that_pass_the_checksum() {
     use GrammarError::{Decimals, FieldCount, Number, Suffix};
     let usual = YMR[0].0;
     assert_eq!(bad("$VNYMR,-165.918,-008.770,+000.198*7D\r\n"), FieldCount { expected: 12, found: 3 }.into());
@@ -323,7 +323,7 @@ fn a_sentence_of_another_message_is_no_sample() {
 }
 
 #[test]
-fn values_that_cannot_be_are_named() {
+fn impossible_values_are_reported() {
     for (field, wrong, message) in [
         ("-085.469", "-180.001", "range: yaw of -180001 counts is beyond ±180000 counts (180 deg)"),
         ("+00.9048", "+10.0001", "range: mag_z of 100001 counts is beyond ±100000 counts (10 gauss)"),
@@ -347,7 +347,7 @@ fn values_that_cannot_be_are_named() {
 
 proptest! {
     #[test]
-    fn what_is_printed_is_read(
+    fn printed_sentences_are_read(
         (header, forms, counts) in crate::support::sample(), count: Option<u64>, status: Option<u16>, status_first: bool,
     ) {
         let mut suffix = [count.map(|count| format!(",T{count}")), status.map(|status| format!(",S{status:04X}"))];
@@ -362,7 +362,7 @@ proptest! {
     }
 
     #[test]
-    fn what_old_firmware_prints_is_read(counts in counts(crate::support::OLD_YMR)) {
+    fn sentences_of_old_firmware_are_read(counts in counts(crate::support::OLD_YMR)) {
         let sample = sample(&sentence(&body("VNYMR", crate::support::OLD_YMR, &counts)));
         let missing = [10, 10, 10, 1, 1, 1, 1, 1, 1, 100, 100, 100];
         prop_assert_eq!(sample.counts(), counts.iter().zip(missing).map(|(count, by)| count * by).collect::<Vec<_>>());

@@ -102,7 +102,7 @@ fn packets_have_the_length_of_their_masks_and_their_highest_rate() {
 }
 
 #[test]
-fn what_sensors_accepted_fits_and_what_they_refused_does_not() {
+fn accepted_settings_fit_and_refused_ones_do_not() {
     let packets = |divisor, words: &[u16]| LinkLoad::of_packets(&packets(divisor, 0x01, words)).unwrap();
     // 58 bytes at 200 Hz are more than 11520 bytes per second, at 160 Hz less
     assert!(!packets(4, &[0x0601]).fits(baud(115_200)));
@@ -118,7 +118,7 @@ fn what_sensors_accepted_fits_and_what_they_refused_does_not() {
 }
 
 #[test]
-fn what_fits_exactly_fits() {
+fn an_exact_fit_fits() {
     let full = LinkLoad::of_lines(2304, AsyncRate::new(5).unwrap());
     assert!(full.fits(baud(115_200)));
     assert!(!LinkLoad::of_lines(2305, AsyncRate::new(5).unwrap()).fits(baud(115_200)));

@@ -140,7 +140,7 @@ fn real_packets_become_rows() {
 }
 
 #[test]
-fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
+fn undocumented_fields_count_as_compensated() {
     let batch = whole(MeasuredFrames::First, &bytes(EVERYTHING));
     let layout = batch.layout.clone().unwrap();
     assert_eq!((layout.compensated, layout.channels.len()), (Some(true), 14));
@@ -294,7 +294,7 @@ fn saturated_axes_are_marked() {
 const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
 #[test]
-fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
+fn the_first_or_the_requested_kind_of_frame_is_measured() {
     let packet = bytes(INERTIAL);
     let both = [YMR.as_bytes(), &packet].concat();
     for (stream, measured, message) in [
@@ -360,7 +360,7 @@ fn packets_that_fail_their_checksum_are_counted() {
 }
 
 #[test]
-fn what_only_looks_like_a_packet_is_no_damaged_one() {
+fn other_bytes_are_no_damaged_packet() {
     let [first, second, third] = EXACT.map(bytes);
     // no packet with this head came before
     let mut damaged = second.clone();
@@ -433,7 +433,7 @@ fn acceleration(ms: u64) -> Vec<u8> {
 }
 
 #[test]
-fn of_two_outputs_the_one_with_rates_and_accelerations_is_measured_whichever_comes_first() {
+fn the_output_with_rates_and_accelerations_is_measured_in_any_order() {
     let imu: Vec<Vec<u8>> = EXACT.iter().map(|hex| bytes(hex)).collect();
     let stream = [acceleration(1), acceleration(2), imu[0].clone(), acceleration(3), imu[1].clone()].concat();
     let batch = whole(MeasuredFrames::First, &stream);
@@ -479,7 +479,7 @@ fn packets_that_waited_keep_their_times_of_arrival_and_are_counted_meanwhile() {
 
 /// The packet after 1.2 s ends the wait.
 #[test]
-fn line_by_line_packets_that_waited_are_known_together_and_those_behind_them_one_by_one() {
+fn line_by_line_pending_packets_are_known_together_and_later_ones_individually() {
     let mut reader = SampleReader::new(ReadOptions { line_by_line: true, ..ReadOptions::default() });
     let stream: Vec<u8> = (0..70).flat_map(|i| acceleration(20 * i)).collect();
     reader.push(&stream, None);
@@ -635,7 +635,7 @@ proptest! {
 }
 
 #[test]
-fn what_the_sensor_measures_less_often_is_taken_less_often() {
+fn quantities_measured_less_often_are_used_less_often() {
     let form = PacketForm::new(0x05, &[0x0001, 0x003E]).unwrap();
     let strides = |rate_hz| {
         let channels = ["mag_x", "accel_x", "gyro_x", "temperature", "pressure"]

@@ -28,7 +28,7 @@ fn error<T: RegisterValue + Debug>(body: &str) -> String {
 const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 #[test]
-fn settings_come_back_as_they_are_written() {
+fn settings_return_as_they_are_written() {
     check("$VNRRG,05,115200*5D", BaudRate::DEFAULT);
     check("$VNRRG,06,14*5C", AsyncType::YMR);
     check("$VNRRG,07,40*5C", AsyncRate::new(40).unwrap());
@@ -38,7 +38,7 @@ fn settings_come_back_as_they_are_written() {
 }
 
 #[test]
-fn what_is_only_read_is_read() {
+fn read_only_registers_are_read() {
     for (line, async_mode, rate_divisor, field_words) in [
         ("$VNRRG,75,0,0,01,0001*71", 0, 0, vec![1]),
         ("$VNRRG,75,2,4,01,0739*7B", 2, 4, vec![0x0739]),
@@ -95,7 +95,7 @@ fn contents_without_a_type_stay_text() {
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_the_wrong_field() {
     assert_eq!(
         error::<BaudRate>("VNRRG,05,4800"),
         "register 05: baud rate is \"4800\", expected one of the nine rates from 9600 to 921600"

@@ -75,7 +75,7 @@ fn a_read_is_sent_three_times_and_given_up() {
 }
 
 #[test]
-fn what_may_not_be_repeated_is_sent_once() {
+fn commands_that_must_not_be_repeated_are_sent_once() {
     use SensorCommand::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
     for (command, wait) in
         [(WriteSettings, 1200), (RestoreFactorySettings, 2500), (Reset, 2500), (SetGyroBias, 500), (Tare, 500)]
@@ -215,7 +215,7 @@ fn an_error_that_comes_too_late_is_a_notice() {
 }
 
 #[test]
-fn the_next_request_does_not_wait_for_ever_for_a_late_answer() {
+fn the_next_request_does_not_wait_forever_for_a_late_answer() {
     let mut bench = Bench::new();
     let first = bench.submit(READ_MODEL);
     bench.submit(READ_RATE);
@@ -316,7 +316,7 @@ fn all_requests_end_with_the_link() {
 }
 
 #[test]
-fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
+fn a_new_link_does_not_wait_for_answers_of_the_old_one() {
     let mut bench = Bench::new();
     bench.submit(SensorCommand::Reset);
     bench.sent();
@@ -333,7 +333,7 @@ fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
 }
 
 #[test]
-fn a_full_session_says_so_until_answers_are_collected() {
+fn a_full_session_refuses_requests_until_answers_are_collected() {
     let mut bench = Bench::new();
     for _ in 0..RequestQueue::CAPACITY {
         bench.submit(READ_RATE);

@@ -152,7 +152,7 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
 }
 
 #[tokio::test]
-async fn what_became_of_csv_lines_is_among_the_facts() {
+async fn the_counts_of_csv_lines_are_among_the_facts() {
     let (events, session) = session(Settings::default());
     let rejected = RejectedRows { reason: RejectedRow::Fields, count: 2, first_line: 7, first_text: "1,2".into() };
     let csv = CsvReport {
@@ -178,7 +178,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
 }
 
 #[tokio::test]
-async fn times_of_rows_that_count_since_1970_say_when_the_record_began() {
+async fn times_of_rows_since_1970_give_the_start_of_the_record() {
     let epoch_ns = 1_761_939_167_192_566_000;
     for (times, first_ns, expected) in [
         ("t:s", epoch_ns, Some(epoch_ns)),

@@ -168,7 +168,7 @@ async fn the_link_and_its_loss_are_shown() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_recorded_can_be_replayed_to_the_same_end() {
+async fn a_recording_can_be_replayed_to_the_same_end() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
@@ -214,7 +214,7 @@ async fn a_mark_is_at_its_place_in_the_recording() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_was_excluded_by_command_is_noted_in_the_recording() {
+async fn time_excluded_by_command_is_noted_in_the_recording() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
@@ -368,7 +368,7 @@ async fn an_input_that_is_none_ends_the_session_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_source_is_opened_as_its_options_say() {
+async fn a_source_is_opened_according_to_its_options() {
     let sensor = sensor();
     let rejections = Arc::new(Mutex::new(0));
     let count = Arc::clone(&rejections);

@@ -223,7 +223,7 @@ async fn at_its_end_a_replay_stays_until_it_is_stopped() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_recorded_duration_is_an_end_as_well() {
+async fn the_requested_duration_is_an_end_as_well() {
     let file = capture(SAMPLES);
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..ReplaySpec::of(file.path()) });

@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_turns_and_goes() -> io::Result<()> {
+    fn a_link_changes_its_target_and_is_removed() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");
         let link = SymbolicLink::make(&path, Path::new("one")).unwrap();

@@ -129,7 +129,7 @@ fn the_next_host_finds_a_new_port_without_old_bytes() {
 }
 
 #[test]
-fn a_host_that_is_killed_leaves_nothing_behind() {
+fn a_host_that_is_killed_leaves_no_state() {
     let (_folder, link, sensor) = connected("");
     let target = fs::read_link(&link).unwrap();
     let script = "exec 3<>\"$0\"; read -r line <&3; kill -9 $$";
@@ -162,7 +162,7 @@ fn a_host_that_looked_up_the_former_port_is_served_there() {
 }
 
 #[test]
-fn a_host_at_another_rate_reads_junk_and_is_not_heard() {
+fn a_host_at_another_rate_reads_junk_and_gets_no_reply() {
     let (_folder, link, _sensor) = connected("");
     let mut host = Host::open(&link);
     host.set_baud(57_600);

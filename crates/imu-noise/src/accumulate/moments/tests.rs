@@ -14,7 +14,7 @@ fn moments(counts: &[i32]) -> Moments {
 }
 
 #[test]
-fn nothing_has_no_extremes_and_takes_samples() {
+fn an_empty_record_has_no_extremes_and_accepts_samples() {
     let mut empty = Moments::new();
     assert_eq!((empty.min_counts(), empty.max_counts()), (None, None));
     empty.push(&[7, -3]);

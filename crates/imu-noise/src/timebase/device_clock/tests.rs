@@ -105,7 +105,7 @@ fn a_clock_without_such_ticks_has_its_mean_interval() {
 }
 
 #[test]
-fn as_many_equal_intervals_as_show_a_rate_are_another_rate() {
+fn enough_equal_intervals_are_another_rate() {
     let fast = (0..100).map(|tick| tick * TICK);
     let slow = (0..100).map(|sample| 99 * TICK + (sample + 1) * 4 * TICK);
     let found = events(fast.chain(slow));

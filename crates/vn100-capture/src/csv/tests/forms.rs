@@ -112,7 +112,7 @@ fn a_row_of_units_below_the_names_is_used() {
 }
 
 #[test]
-fn thousands_may_stand_apart_in_values_and_stamps() {
+fn thousands_may_be_separated_in_values_and_stamps() {
     let english = "time_ms,gyro_x,pressure\n\"1,000\",0.5,\"101,325.25\"\n\"1,010\",0.25,\"99,325.50\"\n";
     let german = "time_ms;gyro_x;pressure\n1000;0,5;101.325,25\n1010;0,25;99.325,50\n";
     for text in [english, german] {

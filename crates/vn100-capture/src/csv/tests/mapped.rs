@@ -58,7 +58,7 @@ fn kelvin_become_degrees_exactly() {
 }
 
 #[test]
-fn the_names_of_mapped_columns_say_whether_they_are_compensated() {
+fn the_names_of_mapped_columns_tell_their_compensation() {
     for (name, compensated) in [("w", None), ("UncompGyroZ", Some(false)), ("CompGyroZ", Some(true))] {
         let plan = plan(format!("# of VNYMR\nh,{name}\n1,2\n"), Some(&format!("yaw=h:rad,gyro_z={name}:rad/s")));
         assert_eq!(layout(&plan.unwrap().unwrap()).compensated, compensated, "{name}");

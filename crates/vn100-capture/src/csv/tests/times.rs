@@ -58,7 +58,7 @@ fn times_are_found_by_name_and_content_and_reported() {
 }
 
 #[test]
-fn what_is_no_time_is_none() {
+fn other_columns_are_no_time() {
     for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
     }

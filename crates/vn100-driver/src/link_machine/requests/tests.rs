@@ -100,7 +100,7 @@ fn a_command_of_the_phase_is_sent_before_those_of_the_user() {
 }
 
 #[test]
-fn what_this_link_did_not_cause_is_an_event() {
+fn errors_not_caused_by_this_link_are_events() {
     // a link that only listens has sent nothing
     let mut requests = Requests::new(true, None);
     for (error, expected) in [
@@ -160,7 +160,7 @@ fn silent() -> Requests {
 }
 
 #[test]
-fn a_paused_output_is_resumed_and_its_pause_is_to_be_restored() {
+fn a_paused_output_is_resumed_and_its_pause_must_be_restored() {
     let mut requests = silent();
     requests.ask_presence(s(0), Duration::from_millis(2999));
     assert_eq!(requests.poll_transmit(s(3)).as_deref(), Some(MODEL), "it may only be slow");

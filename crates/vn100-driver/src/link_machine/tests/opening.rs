@@ -40,7 +40,7 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
 }
 
 #[test]
-fn a_port_that_never_will_be_one_is_not_tried_again() {
+fn a_file_that_is_no_port_is_not_tried_again() {
     let mut bench = Bench::connected(LinkOptions::default());
     bench.is_port_good = false;
     bench.input(Input::Lost(LinkError::Disconnected));
@@ -192,7 +192,7 @@ fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
 }
 
 #[test]
-fn what_came_before_a_baud_rate_was_refused_is_received_all_the_same() {
+fn bytes_before_a_refused_baud_rate_are_received_nevertheless() {
     let mut bench = Bench::new(LinkOptions::default());
     for _ in 0..2 {
         bench.wait(ms(1000));

@@ -68,7 +68,7 @@ async fn an_output_that_the_link_resumed_is_paused_again_at_its_end() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn another_sensor_on_the_port_is_left_as_it_is() {
+async fn another_sensor_on_the_port_is_unchanged() {
     let sensor = sensor();
     sensor.world().registers.insert(3, "100".into());
     let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
@@ -85,7 +85,7 @@ async fn another_sensor_on_the_port_is_left_as_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_set_is_not_measured() {
+async fn a_sensor_that_cannot_be_configured_is_not_measured() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     sensor.world().read_only = Some(7);

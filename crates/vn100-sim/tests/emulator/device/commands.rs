@@ -152,7 +152,7 @@ fn published_writes_are_echoed_unchanged() {
 }
 
 #[test]
-fn numbers_of_registers_come_back_with_two_digits_and_settings_as_they_are_kept() {
+fn numbers_of_registers_are_replied_with_two_digits_and_settings_as_stored() {
     let mut bench = Bench::quiet();
     assert!(bench.ask("VNRRG,8").starts_with("$VNRRG,08,"));
     assert!(bench.ask("VNRRG,006").starts_with("$VNRRG,06,14*"));

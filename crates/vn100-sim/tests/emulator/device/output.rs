@@ -74,7 +74,7 @@ fn negative_zero_and_wide_values_are_printed_as_the_sensor_does() {
 }
 
 #[test]
-fn the_decoder_takes_every_line_of_the_measuring_messages() {
+fn the_decoder_accepts_every_line_of_the_measuring_messages() {
     for (message, layout) in [(14, &VNYMR), (19, &VNIMU), (13, &VNMAR), (8, &VNQMR)] {
         let mut bench = Bench::quiet();
         bench.set(&format!("06,{message}"));
@@ -93,7 +93,7 @@ fn the_decoder_takes_every_line_of_the_measuring_messages() {
 }
 
 #[test]
-fn suffixes_stand_before_the_check_digits() {
+fn suffixes_precede_the_check_digits() {
     let mut bench = Bench::quiet();
     bench.set("06,1");
     let body = |bench: &mut Bench| line(bench).split('*').next().unwrap().to_owned();
@@ -147,7 +147,7 @@ fn float(bytes: &[u8], at: usize) -> f32 {
 }
 
 #[test]
-fn a_poll_is_answered_by_the_packet_alone() {
+fn a_poll_is_answered_only_by_the_packet() {
     let mut bench = Bench::quiet();
     bench.set("75,0,0,01,0739");
     bench.send("$VNBOM,1*749D\r\n");

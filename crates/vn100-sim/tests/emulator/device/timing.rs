@@ -67,7 +67,7 @@ fn polling_often_or_seldom_gives_the_same_bytes_at_the_same_times() {
 }
 
 #[test]
-fn time_that_stands_still_or_goes_back_changes_nothing() {
+fn constant_or_decreasing_time_has_no_effect() {
     let mut bench = Bench::quiet();
     bench.send("$VNRRG,06*75\r\n");
     assert_eq!(bench.device.poll_output(Duration::ZERO), b"");
@@ -123,7 +123,7 @@ fn commands_that_wait_for_the_flash_wait_for_a_second_write_and_end_with_a_resta
 }
 
 #[test]
-fn a_restart_forgets_what_was_not_written_to_flash() {
+fn a_restart_forgets_settings_that_were_not_written_to_flash() {
     let mut bench = Bench::quiet();
     bench.set("07,20");
     bench.ask("VNWNV");
@@ -189,7 +189,7 @@ fn a_crash_is_reported_and_restarts_the_sensor() {
 }
 
 #[test]
-fn power_that_fails_takes_unsent_bytes_along() {
+fn a_power_failure_loses_unsent_bytes() {
     let mut bench = Bench::switched_on(DeviceConfig::default());
     bench.wait_ms(BOOT_MS + 5);
     bench.device.power_cycle(bench.now);

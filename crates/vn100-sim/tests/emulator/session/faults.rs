@@ -89,7 +89,7 @@ fn a_sensor_that_receives_nothing_is_given_up_in_time() {
 }
 
 #[test]
-fn a_lost_answer_is_asked_for_again() {
+fn a_lost_answer_is_requested_again() {
     let mut link = Link::new();
     link.answers.fates = [Fate::LOST].into();
     assert_eq!(told(&link.ask(&[write_rate(20), READ_RATE])), ["20", "20"]);
@@ -222,7 +222,7 @@ fn a_fault_of_the_sensor_is_reported_and_answers_nothing() {
 }
 
 #[test]
-fn nothing_is_asked_while_the_sensor_restarts() {
+fn nothing_is_sent_while_the_sensor_restarts() {
     for restart in [SensorCommand::Reset, SensorCommand::RestoreFactorySettings] {
         let mut link = Link::new();
         let requests = [write_rate(20), restart, READ_RATE];
