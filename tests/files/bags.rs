@@ -125,7 +125,7 @@ fn real_bags_give_the_sentences_that_another_reader_finds() {
         assert_eq!(document["timing"]["samples"], sentences["good"], "{name}");
         assert_eq!(document["source"]["bag"]["used"], sentences["found"], "{name}");
     }
-    // no gap: the deviation is that of the whole series
+    // without a gap the deviation is that of the whole series
     for (name, rate, gaps) in
         [("iwale_moving.bag", "40", 0), ("olive_free.mcap", "40", 0), ("ramirez_run2.db3", "1", 0)]
     {

@@ -1,4 +1,4 @@
-//! What users and their scripts may rely on: streams, exit codes, options, the document.
+//! The interface for users and their scripts: streams, exit codes, options, the document.
 
 use std::{
     fs,
@@ -260,7 +260,7 @@ fn several_files_come_in_the_order_given_and_the_worst_decides() {
 }
 
 #[test]
-fn what_is_not_a_capture_is_said_with_what_was_looked_for_and_found() {
+fn a_file_that_is_no_capture_is_reported_with_its_content() {
     let folder = tempfile::tempdir().unwrap();
     for (name, content, found) in
         [("notes.txt", "shopping: bread, milk\n", "shopping: bread, milk"), ("empty", "", "an empty file")]
@@ -288,7 +288,7 @@ fn ndjson_gives_every_second_and_the_end() {
     assert_eq!(documents.len(), 61, "one for each of 60 seconds, one at the end");
     for (second, document) in (1..=60).zip(&documents) {
         assert_eq!(document["timing"]["duration_s"], f64::from(second));
-        // the line end behind the last sample is not yet its own
+        // the line end after the last sample does not belong to it yet
         assert_eq!(document["link"]["bytes"], second * 40 * 122 - 2);
     }
     let (whole, _) = replay(&replay_log(CLEAN), &[]);
@@ -325,7 +325,7 @@ fn another_message_is_named_with_its_remedy() {
 }
 
 #[test]
-fn text_shows_what_is_wrong_first_and_fits_eighty_columns() {
+fn text_shows_problems_first_and_fits_eighty_columns() {
     let output = vn100().arg("replay").arg(replay_log("corrupted.vnymr")).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let position = |word: &str| text.find(word).unwrap_or_else(|| panic!("no {word} in\n{text}"));
@@ -374,7 +374,7 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
         let mut stdin = child.stdin.take().unwrap();
         stdin.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..80 * 122]).unwrap();
         let mut output = Lines::of(child.stdout.take().unwrap());
-        // it lives and waits for more
+        // it is alive and waits for more
         let second = |line: Option<String>| -> Value { serde_json::from_str(&line.unwrap()).unwrap() };
         assert_eq!(second(output.next())["timing"]["samples"], 40);
         assert_eq!(second(output.next())["timing"]["samples"], 80);
@@ -392,7 +392,7 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
 #[test]
 fn a_capture_that_does_not_fit_on_the_disk_is_removed() {
     let folder = tempfile::tempdir().unwrap();
-    // a file may have eight blocks; the signal that tells of more is ignored
+    // a file may have eight blocks; the signal for further ones is ignored
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" sim -o \"$1\"";
     for name in ["x.vnymr", "x.mcap"] {
         let file = folder.path().join(name);

@@ -1,5 +1,5 @@
-//! Recordings with times, and recordings in other forms: the result is that of the lines they were
-//! made from.
+//! Recordings with times, and recordings in other forms: the result equals that of the original
+//! lines.
 
 use std::{
     fs,
@@ -13,13 +13,13 @@ use crate::support::{channel, deviation, replay, replay_log, vn100, warned};
 const CLEAN: &str = "clean-minute.vnymr";
 
 /// The clean minute with an arrival time for each line, as a raw capture with its sidecar; lines
-/// for which `lost` holds are taken out.
+/// for which `lost` holds are removed.
 fn stamped(folder: &Path, rate_hz: f64, lost: impl Fn(usize) -> bool) -> PathBuf {
     let path = folder.join("stamped.bin");
     let bytes = fs::read(replay_log(CLEAN)).unwrap();
     let (mut kept, mut timing) = (Vec::new(), String::from("t_ns,offset\n"));
     for (index, line) in bytes.chunks(122).enumerate().filter(|(index, _)| !lost(*index)) {
-        // the port brings a line in two reads
+        // the port returns a line in two reads
         let at_ns = (1e9 / rate_hz * index as f64) as u64;
         timing += &format!("{},{}\n{},{}\n", at_ns, kept.len(), at_ns + 5_000_000, kept.len() + 62);
         kept.extend_from_slice(line);
@@ -45,7 +45,7 @@ fn every_message_of_the_emulated_sensor_is_measured_alike() {
                 (&true.into(), &2400.into())
             );
             assert_eq!(document["channels"].as_array().unwrap().len(), channels);
-            // the same sensor and seed: the same values as in the message with angles
+            // with the same sensor and seed, the values equal those of the message with angles
             for name in ["mag_x", "accel_z", "gyro_y"] {
                 let (found, expected) = (channel(&document, name), channel(&clean, name));
                 assert_eq!(
@@ -95,7 +95,7 @@ fn a_sidecar_that_ends_early_is_reported_and_the_rest_excluded() {
     let capture = stamped(folder.path(), 40.0, |_| false);
     let sidecar = folder.path().join("stamped.bin.timing");
     let rows = fs::read_to_string(&sidecar).unwrap();
-    // two rows a line behind the names
+    // two rows per line, after the names
     let cut = rows.lines().take(2001).fold(String::new(), |text, row| text + row + "\n");
     fs::write(&sidecar, cut).unwrap();
     let (document, exit) = replay(&capture, &[]);
@@ -146,7 +146,7 @@ fn a_rate_that_the_stamps_contradict_costs_no_sample() {
     assert_eq!(document["timing"]["rate_from"], "option");
 }
 
-/// The clean minute as a laboratory's script stores it: a stamp, and the twelve fields.
+/// The clean minute as stored by a laboratory's script: a stamp, and the twelve fields.
 fn as_csv(rows: usize) -> String {
     let text = String::from_utf8(fs::read(replay_log(CLEAN)).unwrap()).unwrap();
     let header = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n".to_owned();
@@ -156,7 +156,7 @@ fn as_csv(rows: usize) -> String {
     })
 }
 
-/// The channels without the interval of N, in which arrival times count, and what is judged by it.
+/// The channels without the interval of N, which depends on arrival times, and without verdicts from it.
 pub(crate) fn of_samples(document: &Value) -> Value {
     let mut channels = document["channels"].clone();
     for channel in channels.as_array_mut().unwrap() {
@@ -267,7 +267,7 @@ fn advice_on_a_csv_file_is_about_its_rows() {
 }
 
 #[test]
-fn what_cannot_be_seen_without_stamps_is_said_once() {
+fn missing_stamps_are_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     let (document, _) = replay(&stamped(folder.path(), 40.0, |_| false), &["--rate", "50"]);
     let told = warning(&document, "stamps-refused").to_lowercase();
@@ -275,7 +275,7 @@ fn what_cannot_be_seen_without_stamps_is_said_once() {
 }
 
 #[test]
-fn stamps_since_a_start_tell_their_unit_or_ask_for_it() {
+fn stamps_since_a_start_show_their_unit_or_need_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("since.csv");
     let with_step = |step: i64| {
@@ -363,7 +363,7 @@ fn a_recording_reads_as_its_lines_and_knows_their_times() {
 }
 
 #[test]
-fn converted_numbers_are_told_to_the_last_digit_of_their_file() {
+fn converted_numbers_are_exact_to_the_last_digit_of_their_file() {
     let folder = tempfile::tempdir().unwrap();
     let (path, page) = (folder.path().join("rate.csv"), folder.path().join("rate.html"));
     // 10.0 to 12.4 deg/h, and 100 to 124 mdeg/s
@@ -385,7 +385,7 @@ fn converted_numbers_are_told_to_the_last_digit_of_their_file() {
 }
 
 #[test]
-fn a_recording_that_was_cut_gives_what_it_holds() {
+fn a_recording_that_was_cut_gives_its_samples() {
     let folder = tempfile::tempdir().unwrap();
     let path = recorded(folder.path());
     let whole = fs::read(&path).unwrap();
@@ -448,7 +448,7 @@ fn a_series_of_no_sensor_is_measured_as_rate_data() {
     }
 }
 
-/// The lines as rows, each behind its number.
+/// The lines as rows, each after its number.
 fn numbered(lines: &str) -> String {
     lines.lines().enumerate().map(|(number, line)| format!("{number},{line}\n")).collect()
 }

@@ -1,4 +1,4 @@
-//! The schema of documents: it describes every field that there is, and none besides.
+//! The schema of documents: it describes every existing field, and no others.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -13,15 +13,15 @@ use vn100_report::all_codes;
 
 use crate::support::{capture, document, replay_log, schema, vn100, workspace};
 
-/// What needs a record with a fault of its own to appear: the tests of those faults check their
-/// documents against the schema, too.
+/// Fields that appear only in a record with a particular fault: the tests of those faults check
+/// their documents against the schema as well.
 const RARE: [&str; 6] = [
     "/properties/channels/items/properties/stationarity/properties/",
     "/properties/channels/items/properties/noise/properties/temperature/properties/",
     "/properties/channels/items/properties/noise/properties/withheld",
     "/properties/channels/items/properties/allan/properties/data",
     "/properties/source/properties/csv/properties/other_stream_rows",
-    // not known of any record at rest
+    // not known for any record at rest
     "/$defs/parameter/properties/budget/properties/scale_factor/properties/relative",
 ];
 

@@ -1,4 +1,4 @@
-//! The summary that every result begins with: its size, its order, its words and colours.
+//! The summary at the beginning of every result: its size, its order, its words and colours.
 
 use std::path::Path;
 
@@ -17,14 +17,14 @@ fn check_size(text: &str) {
     }
 }
 
-/// The cells of the row that begins so.
+/// The cells of the row that begins with `label`.
 fn row<'a>(text: &'a str, label: &str) -> Vec<&'a str> {
     let line = text.lines().find(|line| line.starts_with(label)).unwrap_or_else(|| panic!("no {label} in\n{text}"));
     line[label.len()..].split_whitespace().collect()
 }
 
 #[test]
-fn every_kind_of_record_fits_and_begins_with_what_may_be_wrong() {
+fn every_kind_of_record_fits_and_begins_with_possible_problems() {
     let folder = tempfile::tempdir().unwrap();
     let sims: [&[&str]; 5] = [
         &["--message", "VNIMU", "--duration", "2h"],
@@ -55,7 +55,7 @@ fn every_kind_of_record_fits_and_begins_with_what_may_be_wrong() {
 }
 
 #[test]
-fn what_too_few_samples_cannot_show_is_untested() {
+fn results_from_too_few_samples_are_untested() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "imu.txt", &["--message", "VNIMU", "--duration", "30s"]);
     let of = |options: &[&str]| {
@@ -92,7 +92,7 @@ fn the_parameters_are_those_of_the_document_in_the_units_of_data_sheets() {
             assert!((shown / is - 1.0).abs() < 0.006, "{label}{axis}: {shown}, and not {is}");
         }
     }
-    // typical and limit stand apart
+    // typical and limit are separate
     assert!(text.contains("max 10 ") && text.contains("typ 5-7 ") && text.contains("max 0.04 "), "{text}");
     let window = summary(&file, &["--rate", "40", "--window", "20"]);
     assert!(text.contains("sensor's own N") && !row(&window, "Angle Random Walk N").is_empty());

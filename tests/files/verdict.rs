@@ -1,5 +1,4 @@
-//! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts
-//! wait for.
+//! Measurements against data sheets, end to end: verdicts, grades and the exit code for scripts.
 
 use std::{
     fmt::Write,
@@ -20,12 +19,12 @@ fn sentence(body: &str) -> String {
     format!("${body}*{checksum:02X}\r\n")
 }
 
-/// What the sensor says of its averaging.
+/// The averaging reported by the sensor.
 fn register_85(window: u32) -> String {
     sentence(&format!("VNRRG,85,0,{window},{window},4,0,0,3,3,3,0"))
 }
 
-/// A capture of the emulated sensor, a window of 4 at 40 Hz, behind `first`.
+/// A capture of the emulated sensor, a window of 4 at 40 Hz, after `first`.
 fn capture(folder: &Path, name: &str, message: &str, duration: &str, first: &str) -> PathBuf {
     let path = folder.join(name);
     let seeded = ["--message", message, "--duration", duration, "--seed", "3"];
@@ -36,7 +35,7 @@ fn capture(folder: &Path, name: &str, message: &str, duration: &str, first: &str
     path
 }
 
-/// The `$VNIMU` capture with the rates about x, y and z times `factors`.
+/// The `$VNIMU` capture with the rates about x, y and z multiplied by `factors`.
 fn scaled(capture: &Path, factors: [f64; 3]) -> PathBuf {
     let mut lines = String::new();
     for line in fs::read_to_string(capture).unwrap().lines() {
@@ -64,7 +63,6 @@ fn verdicts<'a>(document: &'a Value, name: &str, parameter: &str) -> Vec<&'a Val
     all.iter().filter(|comparison| comparison["parameter"] == parameter).collect()
 }
 
-/// The one verdict on `parameter`.
 fn verdict<'a>(document: &'a Value, name: &str, parameter: &str) -> &'a str {
     let [comparison] = verdicts(document, name, parameter)[..] else { panic!("{name} {parameter}: not one verdict") };
     comparison["verdict"].as_str().unwrap()
@@ -76,7 +74,7 @@ fn ended(file: &Path, options: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// The built-in figures, with their densities said to count both sides.
+/// The built-in figures, with their densities declared as two-sided.
 fn two_sided(folder: &Path) -> PathBuf {
     let built_in = fs::read_to_string(workspace().join("crates/vn100-report/datasheets/vn-100.toml")).unwrap();
     let path = folder.join("two-sided.toml");
@@ -85,7 +83,7 @@ fn two_sided(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_sensor_that_is_as_its_sheet_says_is_typical_though_it_reads_twice_as_much() {
+fn a_sensor_as_its_sheet_is_typical_although_its_output_has_twice_the_noise() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
     let sheet = two_sided(folder.path());
@@ -143,7 +141,7 @@ fn the_built_in_densities_are_given_as_both_readings() {
 }
 
 #[test]
-fn one_noisy_axis_is_above_typical_and_fails_only_where_that_is_a_limit() {
+fn one_noisy_axis_is_above_typical_and_fails_only_for_a_limit() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
     let file = scaled(&file, [1.3, 1.0, 1.0]);
@@ -162,7 +160,7 @@ fn one_noisy_axis_is_above_typical_and_fails_only_where_that_is_a_limit() {
     assert!(!said.contains("gyro_y"), "{said}");
     let quiet_axis = [&known[..], &["--fail-on", "gyro_y N", "--typical-is-limit"]].concat();
     assert_eq!(ended(&file, &quiet_axis).0, 0);
-    // by the built-in sheet it is above both readings at 1.3, and so above what is typical
+    // for the built-in sheet it is above both readings at 1.3, and so above typical
     let (document, _) = replay(&file, &RATE);
     assert_eq!(
         [verdict(&document, "gyro_x", "white"), verdict(&document, "gyro_y", "white")],
@@ -171,10 +169,10 @@ fn one_noisy_axis_is_above_typical_and_fails_only_where_that_is_a_limit() {
 }
 
 #[test]
-fn a_moved_sensor_is_not_compared_and_every_output_says_why() {
+fn a_moved_sensor_is_not_compared_and_every_output_gives_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "told.txt", "VNIMU", "2min", &register_85(4));
-    // fifty times the noise at rest is below what counts as motion, ninety times above
+    // fifty times the noise at rest is below the level of motion, ninety times is above
     assert!(channel(&replay(&scaled(&file, [50.0; 3]), &RATE).0, "gyro_x")["verdict"].is_array());
     let moved = scaled(&file, [90.0, 1.0, 1.0]);
     let (document, exit) = replay(&moved, &RATE);
@@ -237,7 +235,7 @@ fn without_the_window_or_the_rate_white_noise_neither_passes_nor_fails() {
     let unknown = capture(folder.path(), "unknown.txt", "VNIMU", "10min", "");
     let (document, _) = replay(&unknown, &RATE);
     assert_eq!(verdict(&document, "gyro_x", "white"), "consistent");
-    // no window changes B; ten minutes bound it below 0.04 mg or not
+    // no window changes B; ten minutes may or may not bound it below 0.04 mg
     let bias = verdict(&document, "accel_y", "bias_instability");
     assert!(["pass", "inconclusive"].contains(&bias), "{bias}");
     let (document, _) = replay(&scaled(&unknown, [1.3; 3]), &RATE);
@@ -257,7 +255,7 @@ fn without_the_window_or_the_rate_white_noise_neither_passes_nor_fails() {
 }
 
 #[test]
-fn the_window_may_be_given_where_the_capture_does_not_hold_it() {
+fn the_window_may_be_given_if_the_capture_does_not_contain_it() {
     let folder = tempfile::tempdir().unwrap();
     let unknown = capture(folder.path(), "unknown.txt", "VNIMU", "10min", "");
     let sheet = two_sided(folder.path());
@@ -273,7 +271,7 @@ fn the_window_may_be_given_where_the_capture_does_not_hold_it() {
     // the same noise from a window of 20 is too much
     let (document, exit) = replay(&unknown, &given("20"));
     assert_eq!((exit, verdict(&document, "gyro_x", "white")), (4, "fail"));
-    // the capture knows better
+    // the capture takes precedence
     let known = capture(folder.path(), "known.txt", "VNIMU", "10min", &register_85(4));
     let (document, exit) = replay(&known, &given("20"));
     assert_eq!((exit, verdict(&document, "gyro_x", "white")), (0, "pass"));
@@ -284,10 +282,11 @@ fn the_window_may_be_given_where_the_capture_does_not_hold_it() {
 }
 
 #[test]
-fn with_the_window_that_averages_all_the_sheet_holds_as_it_is() {
+fn with_the_window_that_averages_all_samples_the_sheet_applies_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "whole.txt", "VNIMU", "1h", &register_85(20));
-    // the noise of a window of 4 is too much for one of 20; what rounds to the figure is typical: up to 0.00355 of 0.0035
+    // the noise of a window of 4 is too much for one of 20; a value that rounds to the figure is typical: up to 0.00355
+    // for 0.0035
     let file = scaled(&file, [1.0, 1.015 / 2.307, 0.99 / 2.307]);
     let sheet = two_sided(folder.path());
     let (document, _) = replay(&file, &["--rate", "40", "--datasheet", sheet.to_str().unwrap()]);
@@ -335,7 +334,7 @@ fn five_hours_show_bias_instability_and_grade() {
         let minimum = &channel(&document, name)["noise"]["curve_minimum"];
         assert_eq!([&minimum["lower"], &minimum["upper"]], [&limit["measured_lower"], &limit["measured_upper"]]);
     }
-    // 6 deg/h of flicker noise are above 5, and the minimum of its curve is not
+    // 6 deg/h of flicker noise are above 5, but the minimum of its curve is not
     let sheet = |convention: &str| {
         let text = format!(
             "name = \"x\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\nlimit = 5\nunit = \"deg/h\"\nconvention = \"{convention}\"\n"
@@ -346,7 +345,7 @@ fn five_hours_show_bias_instability_and_grade() {
         verdict(&document, "gyro_x", "bias_instability").to_owned()
     };
     assert_eq!([sheet("minimum"), sheet("flicker")], ["pass", "fail"]);
-    // what is typical decides nothing beside a limit
+    // a typical figure does not decide if there is a limit
     let claim = |claim: &str| {
         format!(
             "[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\n{claim}\nunit = \"deg/h\"\nconvention = \"minimum\"\n"
@@ -375,7 +374,7 @@ fn other_sensors_are_compared_with_the_sheet_that_is_given() {
     let (document, _) = replay(&csv, &columns);
     assert_eq!(channel(&document, "gyro_x")["verdict"], Value::Null);
     assert_eq!(ended(&csv, &[&columns[..], &["--fail-on", "gyro N"]].concat()).0, 4);
-    // it reads 0.47 deg/√h, which one side of the spectrum shows as 0.0111 deg/s/√Hz
+    // the noise is 0.47 deg/√h, which is 0.0111 deg/s/√Hz one-sided
     let judged = |onboard: &str, limit: f64, convention: &str| {
         let claim = format!(
             "sensor = \"gyroscope\"\nparameter = \"white\"\nlimit = {limit}\nunit = \"deg/s/sqrt(Hz)\"\nconvention = \"{convention}\"\n"
@@ -391,9 +390,9 @@ fn other_sensors_are_compared_with_the_sheet_that_is_given() {
     assert_eq!(judged(folded, 0.0085, "one-sided"), "pass");
     assert_eq!(judged(folded, 0.0035, "two-sided"), "inconclusive");
     assert_eq!(judged("", 0.0085, "two-sided"), "consistent");
-    // neighbours that share refreshes make white noise read low, unless the fit was told
+    // neighbours with common refreshes lower the measured white noise, unless the fit knows this
     assert_eq!(judged("[onboard]\nrefresh_hz = 40\nwindow = 8\n", 0.0085, "two-sided"), "consistent");
-    // nothing is folded, and the sheet does not say which side it means: both are exact
+    // without aliasing, and with a sheet that does not state the sides: both readings are exact
     let claim = "sensor = \"gyroscope\"\nparameter = \"white\"\nlimit = 0.0085\nunit = \"deg/s/sqrt(Hz)\"\n";
     let path = folder.path().join("unstated.toml");
     fs::write(&path, format!("name = \"x\"\n{exact}[[figure]]\n{claim}")).unwrap();
@@ -403,7 +402,7 @@ fn other_sensors_are_compared_with_the_sheet_that_is_given() {
 }
 
 #[test]
-fn a_wrong_sheet_or_figure_is_told_before_anything_is_read() {
+fn a_wrong_sheet_or_figure_is_reported_before_any_read() {
     let folder = tempfile::tempdir().unwrap();
     let sheet = folder.path().join("wrong.toml");
     fs::write(
@@ -429,7 +428,7 @@ fn a_wrong_sheet_or_figure_is_told_before_anything_is_read() {
 }
 
 #[test]
-fn the_static_record_agrees_with_the_sheet_as_far_as_anyone_can_say() {
+fn the_static_record_agrees_with_the_sheet_as_far_as_decidable() {
     let Some(folder) = real_captures() else { return };
     let file = folder.join("vn100-static-kiran-330s.vnymr");
     let output = vn100().arg("replay").arg(file).args(["--rate", "40", "--json"]).output().unwrap();

@@ -1,5 +1,5 @@
-//! Tables as people have them, cut, with columns dropped and rows lost or doubled: each is read right,
-//! or refused.
+//! Tables of users, cut, with columns dropped and rows lost or doubled: each is read correctly, or
+//! refused.
 
 use std::{fmt::Write as _, fs, path::Path};
 
@@ -106,7 +106,7 @@ fn table(form: &Form, draws: &mut Draws) -> Vec<String> {
     lines
 }
 
-/// One change as files suffer them. Returns the text.
+/// Makes one typical change of a file. Returns the text.
 fn changed(mut lines: Vec<String>, separator: char, draws: &mut Draws) -> String {
     let rows = lines.len() - 1;
     match draws.below(8) {
@@ -168,7 +168,7 @@ fn replayed(path: &Path, columns: Option<&str>) -> Result<Value, String> {
     }
 }
 
-/// Means of the channels that are there must be those of the sensor, unless their unit is doubtful.
+/// Whether the means of the present channels are those of the sensor, unless their unit is doubtful.
 fn is_right(document: &Value) -> Result<(), String> {
     let mut wrong = String::new();
     for channel in document["channels"].as_array().into_iter().flatten() {
@@ -183,13 +183,13 @@ fn is_right(document: &Value) -> Result<(), String> {
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
 }
 
-/// The map that a refusal prints.
+/// The map in the text of a refusal.
 fn printed_map(refusal: &str) -> Option<String> {
     let (_, rest) = refusal.split_once("--columns '")?;
     Some(rest.split_once('\'')?.0.to_owned())
 }
 
-/// `VN100_CHANGES` says how many changes of each form are tried.
+/// `VN100_CHANGES` is the number of changes of each form.
 #[test]
 fn changed_tables_are_read_right_or_refused() {
     let changes: usize = std::env::var("VN100_CHANGES").ok().and_then(|count| count.parse().ok()).unwrap_or(4);
@@ -221,8 +221,8 @@ fn changed_tables_are_read_right_or_refused() {
     }
 }
 
-/// The line of a doubt corrects every unit at once, with the names of the file, as it is printed on
-/// a terminal.
+/// The printed line for a doubtful unit corrects all units at once, with the names of the file, as
+/// printed on a terminal.
 #[test]
 fn the_printed_line_of_a_doubtful_unit_gives_the_right_values() {
     let folder = tempfile::tempdir().unwrap();

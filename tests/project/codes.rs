@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use vn100_report::{Code, all_codes};
 
-/// Where the variants of each key are, and the name of their type; of a type that embeds another
-/// one, that as well.
+/// The source of the variants of each key, and the name of their type; for a type that embeds
+/// another one, that one as well.
 const TYPES: [(&str, &[(&str, &str)]); 9] = [
     ("verdict", &[("imu-noise/src/infer/verdict.rs", "Verdict")]),
     ("status", &[("imu-noise/src/infer/noise_model/parameter.rs", "Status")]),

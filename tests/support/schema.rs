@@ -1,4 +1,4 @@
-//! Documents against their schema: the part of JSON Schema that it uses, and nothing beyond it.
+//! Checks documents against their schema: only the part of JSON Schema that it uses.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ pub(crate) fn analysis() -> Value {
     serde_json::from_str(vn100_report::ANALYSIS_SCHEMA).unwrap()
 }
 
-/// The schema of lines about a measurement under way.
+/// The schema of lines about a measurement in progress.
 pub(crate) fn progress() -> Value {
     serde_json::from_str(vn100_report::PROGRESS_SCHEMA).unwrap()
 }
@@ -42,7 +42,7 @@ pub(crate) fn check(document: &Value) {
     }
 }
 
-/// What is not as the schema has it. `seen` takes the places of the schema that held a value.
+/// The differences from the schema. `seen` collects the places of the schema that had a value.
 pub(crate) fn errors(document: &Value, seen: &mut BTreeSet<String>) -> Vec<String> {
     let schema = match document["schema"].as_str() {
         Some("vn100.progress/1") => progress(),
@@ -129,7 +129,8 @@ fn is_of(value: &Value, name: &str) -> bool {
     }
 }
 
-/// Every field that the schema describes, with its place; of arrays and maps what they hold.
+/// Every field that the schema describes, with its place; for arrays and maps, the fields of their
+/// elements.
 pub(crate) fn places(schema: &Value, place: &str, places: &mut Vec<String>) {
     let Some(parts) = schema.as_object() else { return };
     let unknown = parts.keys().find(|keyword| !KEYWORDS.contains(&keyword.as_str()) && *keyword != "minimum");

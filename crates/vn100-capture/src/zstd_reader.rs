@@ -1,4 +1,4 @@
-//! zstd data, unpacked while it is read, within a limit of memory.
+//! zstd data, unpacked while it is read, with bounded memory.
 
 use std::{
     borrow::BorrowMut,
@@ -11,11 +11,10 @@ use ruzstd::decoding::{
     errors::{FrameDecoderError, ReadFrameHeaderError},
 };
 
-/// Unpacks the frames of zstd data one after the other. A frame whose window is larger than 128 MiB
-/// is refused.
+/// Unpacks the frames of zstd data in sequence. A frame with a window above 128 MiB is rejected.
 pub(crate) struct ZstdReader<R, D> {
     packed: R,
-    /// May be kept for other data: making one takes far longer than unpacking a message.
+    /// May be reused for other data, because making one takes far longer than unpacking a message.
     decoder: D,
     is_in_frame: bool,
 }
@@ -118,7 +117,7 @@ mod tests {
         compress_to_vec(bytes, CompressionLevel::Fastest)
     }
 
-    /// A frame for other programs, of these bytes.
+    /// A frame for other programs, with these bytes.
     fn skippable(bytes: &[u8]) -> Vec<u8> {
         [&0x184d_2a53_u32.to_le_bytes(), &(bytes.len() as u32).to_le_bytes(), bytes].concat()
     }
@@ -131,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checksum_that_does_not_hold_is_an_error() {
+    fn a_checksum_mismatch_is_an_error() {
         // `printf abc | zstd`
         let mut bytes = *b"\x28\xb5\x2f\xfd\x24\x03\x19\0\0abc\x99\x09\x77\xad";
         assert_eq!(unpacked(&bytes), (b"abc".to_vec(), true));
@@ -140,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_window_is_refused_before_it_takes_memory() {
+    fn a_large_window_is_rejected_before_it_needs_memory() {
         // a window of 2^41 bytes
         let packed = b"\x28\xb5\x2f\xfd\0\xf8\x19\0\0abc";
         let error = ZstdReader::new(&packed[..], FrameDecoder::new()).read_to_end(&mut Vec::new()).unwrap_err();
@@ -149,7 +148,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_cut_is_an_error_and_what_lies_before_is_kept(text in "[a-d]{1,3000}", cut in 1_usize..4000) {
+        fn a_cut_is_an_error_and_earlier_bytes_are_kept(text in "[a-d]{1,3000}", cut in 1_usize..4000) {
             let whole = packed(text.as_bytes());
             prop_assert_eq!(unpacked(&whole), (text.clone().into_bytes(), true));
             let (found, is_whole) = unpacked(&whole[..whole.len().saturating_sub(cut).max(1)]);

@@ -1,20 +1,20 @@
-//! What a document shows as printed is what the program prints.
+//! The shown output in a document equals the output of the program.
 
 use super::shown::documents;
 use crate::support::{capture, channel, replay, vn100, workspace};
 
-/// How far the noise of two minutes of one emulated sensor may be apart: of one that is measured
-/// live the first sample is a matter of chance.
+/// The tolerance for the noise of two minutes of one emulated sensor: in a live measurement the
+/// first sample is random.
 const NEAR: f64 = 0.03;
 
-/// Its words, with a `#` for each number; of intervals, which need not be symmetric, the name alone.
+/// Its words, with a `#` for each number; for intervals, which need not be symmetric, only the name.
 fn words(line: &str) -> String {
     let line = line.split_inclusive("95 % interval").next().unwrap_or(line);
     let is_number = |word: &&str| word.trim_start_matches(['+', '±']).parse::<f64>().is_ok();
     line.split_whitespace().map(|word| if is_number(&word) { "#" } else { word }).collect::<Vec<_>>().join(" ")
 }
 
-/// The noise density of each axis, where a line has that.
+/// The noise density of each axis, if the line contains it.
 fn densities(line: &str) -> Vec<f64> {
     let has_noise = ["Random Walk N", "Noise Density N"].iter().any(|name| line.contains(name));
     let numbers = line.split_whitespace().filter_map(|word| word.parse().ok());
@@ -60,7 +60,7 @@ fn parameter(name: &str, unit: &str) -> (&'static str, f64) {
 }
 
 #[test]
-fn the_reference_record_is_measured_as_the_document_says() {
+fn the_reference_record_is_measured_as_documented() {
     let document = std::fs::read_to_string(workspace().join("docs/validation.md")).unwrap();
     let table = document.split("| axis | parameter | unit |").nth(1).unwrap();
     let rows: Vec<Vec<&str>> = table

@@ -38,7 +38,7 @@ fn the_emulated_residual_is_found() {
 }
 
 #[test]
-fn an_even_temperature_shows_no_residual_and_says_why() {
+fn a_constant_temperature_shows_no_residual_and_gives_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let path = capture(folder.path(), "even.vnymr", &["--message", "VNIMU", "--duration", "10min"]);
     let (document, _) = replay(&path, &["--rate", "40"]);

@@ -1,4 +1,4 @@
-//! The files that are exported beside a report, as others read them.
+//! The files that are exported with a report, as read by other programs.
 
 use std::{fs, path::PathBuf};
 
@@ -54,7 +54,7 @@ fn exports_are_read_by_others() {
     assert!(fs::read_dir(beside(".svg-figures")).unwrap().count() >= 24 + 12 + 3);
 }
 
-/// The values of imu.yaml, which are all that Kalibr reads of it.
+/// The values of imu.yaml; Kalibr reads nothing else of it.
 fn kalibr_values(yaml: &str) -> Vec<(&str, f64)> {
     let lines = yaml.lines().filter(|line| !line.starts_with('#') && !line.starts_with("rostopic: "));
     let values = lines.map(|line| line.split_once(": ").unwrap());
@@ -144,7 +144,7 @@ fn other_averaging_times_are_shown_and_change_no_figure_for_filters() {
 }
 
 #[test]
-fn a_capture_of_motion_gives_no_figures_to_a_filter() {
+fn a_capture_of_motion_gives_no_filter_parameters() {
     let Some(captures) = real_captures() else { return };
     let capture = captures.join("vn100-shake-iwale-153s.vnymr");
     let folder = TempDir::new().unwrap();

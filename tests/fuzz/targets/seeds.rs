@@ -1,5 +1,4 @@
-//! What mutations begin with: pieces of the captures that ship with the project, and examples of
-//! every form.
+//! The seeds of mutations: pieces of the captures of the project, and examples of every form.
 
 use std::{fs, io::Write, path::Path};
 
@@ -146,8 +145,8 @@ fn recording() -> Vec<u8> {
     writer.finish(Some("the end")).unwrap()
 }
 
-/// The first records of a recording inside one chunk, without a checksum, so that damage gets past
-/// it.
+/// The first records of a recording inside one chunk, without a checksum, so that damage is not
+/// detected by it.
 fn in_chunk(recording: &[u8], compression: &str, pack: fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let length = |bytes: &[u8]| (bytes.len() as u64).to_le_bytes();
     let (magic, records) = recording.split_at(8);

@@ -9,7 +9,7 @@ use super::edge_tracker::TOGETHER_PERIODS;
 /// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
-/// Times between samples over the whole stream, changes of rate included.
+/// Times between samples over the whole stream, including changes of rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrivals {
     /// Median time between samples in microseconds, to three digits.
@@ -41,7 +41,7 @@ impl IntervalStatistics {
         Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
     }
 
-    /// Adds an interval, `None` if the clock changed before the next sample. It counts once the
+    /// Adds an interval, `None` if the clock changed before the next sample. It counts when the
     /// sample is decided.
     pub(super) fn push(&mut self, interval_us: Option<u64>) {
         self.pending_us.push_back(interval_us);

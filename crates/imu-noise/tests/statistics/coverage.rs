@@ -1,5 +1,5 @@
-//! Intervals and bounds hold as often as they say, on seeded records of known noise. The benchmark
-//! of the same name does the same with more records.
+//! Intervals and bounds hold at their level, on seeded records of known noise. The benchmark of the
+//! same name does the same with more records.
 
 use imu_noise::{Deviation, Estimator};
 
@@ -45,7 +45,7 @@ fn check(estimator: Estimator, deviation: Deviation, confidence: f64, records: u
             cell.score_tracked(&ReadOut::new(&tracked(&counts), estimator, deviation).at(confidence));
         }
     }
-    // Three and a half standard deviations above what is meant: a dozen shares are looked at.
+    // Three and a half standard deviations above the expected share, because a dozen shares are tested.
     let at_most = |share: f64| 100.0 * share + 350.0 * (share * (1.0 - share) / records as f64).sqrt();
     let (wrong_percent, invented_percent) = (at_most(1.0 - confidence), at_most(0.05));
     for (cell, noise) in cells.iter().zip(&NOISES) {
@@ -57,7 +57,7 @@ fn check(estimator: Estimator, deviation: Deviation, confidence: f64, records: u
         }
         let minimum_percent = cell.minimum.held_percent();
         assert!(minimum_percent > 100.0 - wrong_percent, "{}: minimum held in {minimum_percent} %", noise.name);
-        // without flicker the white noise and the walk give its lower end, where the walk is seen
+        // without flicker the white noise and the walk determine its lower end, if the walk is visible
         let known_percent = cell.minimum.estimated_percent();
         let is_lifted = noise.step > 0.0 && noise.flicker == 0.0 && deviation == Deviation::Allan;
         assert!(!is_lifted || known_percent > 10.0, "{}: minimum known in {known_percent} %", noise.name);
@@ -65,11 +65,11 @@ fn check(estimator: Estimator, deviation: Deviation, confidence: f64, records: u
         let tracked_percent = cell.tracked_white.held_percent();
         assert!(tracked_percent > 100.0 - wrong_percent, "{}: N, tracked, held in {tracked_percent} %", noise.name);
         assert!(cell.tracked_white.estimated_percent() > 90.0, "{}: N, tracked", noise.name);
-        // a ramp has no randomness of its own, so that octaves which show it hold more often
+        // a ramp has no randomness of its own, so octaves that show it hold more often
         let most_off = if noise.ramp > 0.0 { 12.0 } else { 4.0 };
         let octaves_off = cell.octaves.held_percent() - 100.0 * confidence;
         assert!((-4.0..most_off).contains(&octaves_off), "{}: octaves held {octaves_off} % more often", noise.name);
-        // Few windows and a ramp: with the plain estimator 4 in 100 are rejected that need not be.
+        // With few windows and a ramp, the plain estimator needlessly rejects 4 in 100.
         let needless = if estimator == Estimator::Plain { records / 8 } else { records / 20 };
         assert!(cell.rejected <= needless, "{}: {} rejected", noise.name, cell.rejected);
     }

@@ -1,4 +1,4 @@
-//! The level of a channel decides whether its noise walks.
+//! The level of a channel decides whether its noise contains a random walk.
 
 use imu_noise::{
     ChannelAccumulator, ChannelCurve, ChannelSignal, Deviation, Estimator, LevelSeries, NoiseFit, NoiseModel,
@@ -11,7 +11,7 @@ const SAMPLES: usize = 6_000;
 const INTERVAL_S: f64 = 0.025;
 const DECIMALS: u8 = 3;
 
-/// In samples, where the slow noise is as strong as the white.
+/// The averaging time in samples at which the slow noise equals the white noise.
 const WALK_CROSSING: f64 = SAMPLES as f64 / 20.0;
 const FLICKER_CROSSING: f64 = SAMPLES as f64 / 200.0;
 
@@ -52,7 +52,7 @@ fn walk_p(fit: &NoiseFit) -> f64 {
 fn flicker_noise_passes_for_a_walk_less_often_and_walks_are_found_as_often() {
     const RECORDS: usize = 600;
     let mut synthesis = Synthesis::new(SAMPLES, 17);
-    // K²τ/3 and (2 ln 2/π) B² are 1/τ there
+    // K²τ/3 and (2 ln 2/π) B² equal 1/τ there
     let (walk_step, b) = (3_f64.sqrt() / WALK_CROSSING, (0.441 * FLICKER_CROSSING).sqrt().recip());
     let mut walking = Vec::new();
     let mut flickering = Vec::new();
@@ -69,7 +69,7 @@ fn flicker_noise_passes_for_a_walk_less_often_and_walks_are_found_as_often() {
     };
     let [by_octaves, by_level] = below(&flickering, 0.025);
     assert!(by_level < by_octaves && (3..=RECORDS / 50).contains(&by_level), "{by_level}, by octaves {by_octaves}");
-    // where all axes and terms of a record are tested together
+    // as if all axes and terms of a record were tested together
     let [by_octaves, by_level] = below(&walking, 0.0017);
     assert!(by_octaves > RECORDS / 10 && 10 * by_level > 9 * by_octaves, "{by_level}, by octaves {by_octaves}");
 }
@@ -86,7 +86,7 @@ fn beside_a_line_the_octaves_decide() {
 }
 
 #[test]
-fn the_level_changes_what_is_said_of_the_walk_alone() {
+fn the_level_affects_only_the_random_walk() {
     let mut synthesis = Synthesis::new(SAMPLES, 5);
     let mut statuses = Vec::new();
     for _ in 0..60 {
@@ -106,7 +106,7 @@ fn the_level_changes_what_is_said_of_the_walk_alone() {
         if after.status == Status::Estimated {
             let (lower, value, upper) = (after.lower.unwrap(), after.value.unwrap(), after.upper.unwrap());
             assert!(value / 50.0 < lower && lower < value && value < upper, "{after:?}");
-            // the walk is in the whole solution
+            // the walk is part of the whole solution
             let of_walk = Term::RateRandomWalk.variance(value, 512, &shape()).sqrt();
             assert!(with.deviation(512).unwrap() > of_walk, "{of_walk} of {:?}", with.deviation(512));
         }

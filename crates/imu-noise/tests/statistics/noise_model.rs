@@ -1,4 +1,4 @@
-//! The fit against noise-free curves, and what it says when data do not follow the model.
+//! The fit for noise-free curves, and its results if data do not follow the model.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ fn shape(samples: u64) -> RecordShape {
     RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan }
 }
 
-/// Fits `terms` to values in units of 1e-4, with what their spectrum shows.
+/// Fits `terms` to values in units of 1e-4, with the results of their spectrum.
 fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> NoiseFit {
     let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
     let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
@@ -42,13 +42,13 @@ fn near(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn curves_without_noise_give_their_parameters_back() {
+fn curves_without_noise_return_their_parameters() {
     let text = oracle::text("fit_curves.csv");
     let mut sets = 0;
     for parameters in text.lines().filter_map(|line| line.strip_prefix("#   ")).filter(|line| line.starts_with('{')) {
         let parameters: serde_json::Value = serde_json::from_str(parameters).unwrap();
         let number = |name: &str| parameters[name].as_str().unwrap().parse::<f64>().unwrap();
-        // The ramp of one set needs the slope of the record; it is not in the curve alone.
+        // The ramp of one set needs the slope of the record, which is not in the curve.
         if number("R") != 0.0 {
             continue;
         }
@@ -60,7 +60,7 @@ fn curves_without_noise_give_their_parameters_back() {
                 (field("m").parse().unwrap(), field("avar_disc").parse().unwrap())
             })
             .collect();
-        // So many samples that the estimates have no spread.
+        // With this many samples the estimates have no spread.
         let shape = RecordShape { interval_s: number("tau0"), ..shape(1 << 36) };
         let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave::whole(*m, shape.windows(*m))).collect();
         let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
@@ -92,7 +92,7 @@ fn shaken(samples: usize, seed: u64, frequency_hz: f64, amplitude: f64) -> Vec<f
 
 #[test]
 fn a_line_is_a_term_of_its_own_at_any_frequency() {
-    // Slow ones, one at half the rate of the windows, fast ones, folded ones.
+    // Slow ones, one at half the rate of the windows, fast ones, aliased ones.
     for (seed, frequency_hz) in [0.2, 0.53, 0.625, 3.1, 7.93, 18.4, 43.3].into_iter().enumerate() {
         let fit = fit_record(&shaken(24_000, seed as u64 + 20, frequency_hz, 1.0), STOCHASTIC, None);
         let quality = fit.quality.unwrap();
@@ -135,13 +135,13 @@ fn noise_without_lines_and_filters_shows_none() {
             bands += found.len();
         }
     }
-    // Of 50 records with 500 points each, a hundred-thousandth.
+    // A hundred-thousandth of 50 records with 500 points each.
     assert!(bands <= 3, "{bands}");
-    // Of 50 records a hundredth each.
+    // A hundredth of 50 records each.
     assert!(possible <= 3, "{possible}");
 }
 
-/// A filter that changes a tenth of the variance, either way, as that of a VN-100 does at 200 Hz.
+/// A filter that changes a tenth of the variance, up or down, like that of a VN-100 at 200 Hz.
 #[test]
 fn a_weak_filter_of_unknown_transfer_leaves_n_right() {
     for (seed, before) in [(71, 0.1), (72, -0.05), (73, 0.05), (74, -0.08)] {
@@ -156,7 +156,7 @@ fn a_weak_filter_of_unknown_transfer_leaves_n_right() {
 }
 
 #[test]
-fn a_line_changes_nothing_of_the_filter_beside_it() {
+fn a_line_does_not_affect_the_filter() {
     let (white, ..) = Synthesis::new(24_000, 61).next_record();
     let filtered: Vec<f64> = white.windows(2).map(|pair| pair[0] + pair[1]).collect();
     let roll_off = |line: f64| {
@@ -174,7 +174,7 @@ fn a_line_changes_nothing_of_the_filter_beside_it() {
 }
 
 #[test]
-fn correlated_noise_beside_white_noise_is_not_taken_for_it() {
+fn correlated_noise_is_distinguished_from_white_noise() {
     for (seed, time_s, sigma) in [(51, 0.5, 0.5), (52, 5.0, 0.5), (53, 20.0, 0.5)] {
         let mut synthesis = Synthesis::new(24_000, seed);
         let (white, ..) = synthesis.next_record();
@@ -204,7 +204,7 @@ fn data_that_follow_no_model_are_rejected() {
     for term in [Term::BiasInstability, Term::RateRandomWalk] {
         assert_eq!(fit.parameter(term), Some(Parameter::without_value(Status::ModelRejected)));
     }
-    // The curve itself bounds what is white of it: nothing at long averaging times.
+    // The curve itself bounds its white noise: to zero at long averaging times.
     let white = fit.parameter(Term::White).unwrap();
     assert_eq!(white.status, Status::Bounded);
     assert!(white.upper.unwrap() < INTERVAL_S.sqrt(), "{white:?}, of short ones √2 of it");
@@ -218,7 +218,7 @@ fn data_that_follow_no_model_are_rejected() {
 }
 
 #[test]
-fn the_bound_of_a_rejected_model_holds_behind_a_filter() {
+fn the_bound_of_a_rejected_model_holds_after_a_filter() {
     let mut synthesis = Synthesis::new(20_000, 4);
     let (white, ..) = synthesis.next_record();
     let smoothed = white.windows(3).map(|three| (three.iter().sum::<f64>() / 3.0 * 1e4).round() as i32);
@@ -238,7 +238,7 @@ fn the_bound_of_a_rejected_model_holds_behind_a_filter() {
 }
 
 #[test]
-fn too_little_and_constant_data_say_nothing() {
+fn too_few_and_constant_data_give_no_result() {
     for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
         let fit = fit_record(&values, STOCHASTIC, None);
         assert_eq!(fit.quality, None, "{} samples", values.len());
@@ -259,7 +259,7 @@ fn a_window_longer_than_the_interval_needs_its_own_basis() {
     let white = fit.parameter(Term::White).unwrap();
     assert!(near(white.value.unwrap(), expected, 0.02), "{white:?}, not {expected}");
     assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
-    // Where the window is unknown the spectrum tells of it, and N is that of longer averages.
+    // If the window is unknown, the spectrum indicates it, and N is that of longer averages.
     let unknown = fit_record(&values, STOCHASTIC, None);
     assert!(unknown.quality.unwrap().tau_min_s > 4.0 * INTERVAL_S, "{:?}", unknown.quality);
     let white = unknown.parameter(Term::White).unwrap();
@@ -302,7 +302,7 @@ fn lost_samples_widen_the_intervals_as_they_must() {
         let (white, ..) = synthesis.next_record();
         let counts: Vec<i32> = white.iter().map(|value| (value * 1e4).round() as i32).collect();
         let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-        // One in 601 lost: the windows of m = 128 that are left are half of all.
+        // One in 601 lost: half of the windows of m = 128 remain.
         for run in counts.chunks(601) {
             sums.push(&run[..run.len() - 1]);
             sums.gap(Some(1));
@@ -328,15 +328,15 @@ fn lost_samples_widen_the_intervals_as_they_must() {
     assert!((0.91..0.985).contains(&(octaves_held as f64 / f64::from(octaves_all))), "{octaves_held}/{octaves_all}");
 }
 
-/// Behind a filter every octave is below white noise by a part that falls with the averaging time;
-/// long records show it, and it is no reason to reject the white noise of longer ones.
+/// After a filter every octave is below white noise by a part that decreases with the averaging time;
+/// long records show it, but it is no reason to reject the white noise of longer averaging times.
 #[test]
 fn a_filter_bounds_no_long_record_below_its_white_noise() {
     let interval_s = 1.0 / 800.0;
     for samples in [40_000, 14_400_000] {
         let shape = RecordShape { samples, interval_s, estimator: Estimator::Strided, deviation: Deviation::Allan };
         let octaves = shape.octaves();
-        // N = 1; what a window of four and a pole at 176 Hz take of each octave
+        // N = 1; the reduction of each octave by a window of four and a pole at 176 Hz
         let variance = |octave: &Octave| {
             let m = octave.m as f64;
             (1.0 / m - 2.1 / (m * m)).max(0.03 / m) / interval_s
@@ -344,7 +344,7 @@ fn a_filter_bounds_no_long_record_below_its_white_noise() {
         let variances: Vec<f64> = octaves.iter().map(variance).collect();
         let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
         for factor in [1.0, 1.5] {
-            // what no model explains is bounded
+            // a curve that no model explains is bounded
             let broken = |(at, value): (usize, &f64)| if at % 2 == 0 { value * factor } else { *value };
             let variances: Vec<f64> = variances.iter().enumerate().map(broken).collect();
             let roll_off = Some(RollOff { correlation_samples: 5.0, is_proved: true });
@@ -373,10 +373,10 @@ fn a_record_within_the_memory_of_a_filter_shows_nothing() {
 }
 
 #[test]
-fn what_may_be_as_good_as_zero_is_no_estimate() {
+fn a_term_that_may_be_zero_is_no_estimate() {
     let mut estimated = 0;
     for seed in 1..=40 {
-        // one second behind a low pass, and short records
+        // one second after a low pass, and short records
         let (white, ..) = Synthesis::new(1000, seed).next_record();
         let smoothed = |values: &[f64]| {
             let smooth = |last: &mut f64, value: &f64| {
@@ -403,9 +403,9 @@ fn what_may_be_as_good_as_zero_is_no_estimate() {
 }
 
 #[test]
-fn a_walk_whose_record_hardly_slopes_is_not_taken_for_flicker_noise() {
-    // over white noise of variance 1: a walk that reaches it at a tenth of ten minutes, and a slope
-    // as low as one of white noise in twenty
+fn a_walk_with_a_small_slope_is_distinguished_from_flicker_noise() {
+    // over white noise of variance 1: a walk that equals it at a tenth of ten minutes, and a slope
+    // as low as in one of twenty records of white noise
     let over_white = [0.99, 1.007, 1.013, 1.005, 1.006, 0.994, 1.011, 1.122, 0.932, 0.917, 1.35, 2.603, 4.778];
     let shape = shape(24_000);
     let octaves: Vec<_> = (0..over_white.len()).map(|i| Octave::whole(1 << i, shape.windows(1 << i))).collect();
@@ -419,8 +419,8 @@ fn a_walk_whose_record_hardly_slopes_is_not_taken_for_flicker_noise() {
 
 #[test]
 fn processes_that_may_be_flicker_noise_leave_the_white_noise_a_wide_interval() {
-    // an hour of white noise and flicker noise that cross at 5 s; what these records show is
-    // explained with processes and without, each with an interval of 0.8 to 1.1 % of N
+    // an hour of white noise and flicker noise that cross at 5 s: these records are explained with
+    // processes and without, each with an interval of 0.8 to 1.1 % of N
     for seed in [33, 46, 54, 60] {
         let (white, flicker, _) = Synthesis::new(144_000, seed).next_record();
         let values: Vec<f64> = white.iter().zip(&flicker).map(|(white, flicker)| white + 0.1064 * flicker).collect();

@@ -1,4 +1,4 @@
-//! The shapes of stamps of tables and bags, whose rate nothing tells.
+//! The shapes of stamps in tables and bags of unknown rate.
 
 use std::time::Duration;
 

@@ -64,7 +64,6 @@ impl Bag {
     }
 }
 
-/// The content of a stream.
 pub(crate) enum Stream {
     Bag(Bag),
     Other(Box<dyn Read + Send>),
@@ -110,7 +109,7 @@ fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// An error where a database was not closed: its last messages are then in a file beside it.
+/// An error if a database was not closed, because its last messages are in a separate file.
 fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");

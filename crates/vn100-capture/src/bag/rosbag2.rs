@@ -35,7 +35,7 @@ struct MessageTable {
 }
 
 impl<R: Read + Seek> Rosbag2<R> {
-    /// A bag before its first message; `None` where the database is no bag.
+    /// A bag before its first message; `None` if the database is no bag.
     pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
         let mut database = Database::open(file)?;
         let tables = database.tables()?;
@@ -83,7 +83,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
     }
 }
 
-/// Unpacks a message; of one that is too long only the beginning.
+/// Unpacks a message; only the beginning of a message that is too long.
 fn unpack(decoder: &mut FrameDecoder, data: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
     unpacked.clear();
     ZstdReader::new(data, decoder).take(MESSAGE_BYTES as u64).read_to_end(unpacked)?;
@@ -151,7 +151,7 @@ fn read_topics<R: Read + Seek>(
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
         let new = Topic::new(&text(name), &type_name, encoding, definition);
-        // a column that is the key is empty in the row: the number of the row is its value
+        // a column that is the key is empty in the row; the row number is its value
         let id = match id.map(|place| row.field(place)) {
             Some(SqlValue::Integer(id)) => id,
             _ => row.id,
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_is_unpacked_however_long_it_says_it_is() {
+    fn a_message_is_unpacked_with_any_claimed_length() {
         let mut decoder = FrameDecoder::new();
         let mut unpacked = Vec::new();
         let message = |bytes: usize| compress_to_vec(&*vec![7; bytes], CompressionLevel::Fastest);
@@ -188,10 +188,10 @@ mod tests {
             unpack(&mut decoder, &message(bytes), &mut unpacked).unwrap();
             assert_eq!(unpacked.len(), bytes.min(MESSAGE_BYTES));
         }
-        // a frame of one segment that is to hold 2^50 bytes, and holds three, as its last block
+        // a frame of one segment that claims 2^50 bytes and holds three in its last block
         let mut boasts = [ZSTD_MAGIC, &[0xe0], &(1_u64 << 50).to_le_bytes(), &[0x19, 0, 0], b"abc"].concat();
         assert!(unpack(&mut decoder, &boasts, &mut unpacked).is_err());
-        // without a length it is whole: a window of one kilobyte instead
+        // without a length it is complete: a window of one kilobyte instead
         boasts.splice(4..13, [0x00, 0x00]);
         unpack(&mut decoder, &boasts, &mut unpacked).unwrap();
         assert_eq!(unpacked, b"abc");

@@ -10,12 +10,12 @@ use super::{
     stamp_search::StampColumns,
 };
 
-/// Standard gravity in each unit of an acceleration, and how near to it the mean of a sensor at
-/// rest lies.
+/// Standard gravity in each unit of an acceleration, and the tolerance for the mean of a sensor at
+/// rest.
 const GRAVITY: [(&str, f64); 3] = [("m/s^2", 9.80665), ("g", 1.0), ("mg", 1000.0)];
 const NEAR_GRAVITY: f64 = 0.1;
 
-/// A gyroscope at rest measures less, in rad/s.
+/// The largest rate of a gyroscope at rest, in rad/s.
 const REST_RAD_S: f64 = 0.15;
 
 /// Three columns of a sensor.
@@ -69,7 +69,7 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
     Some(parts.chain(times).collect::<Vec<_>>().join(","))
 }
 
-/// The only three columns whose names may be those of a sensor.
+/// The only three columns whose names fit the sensor.
 fn triple(header: &Header, sensor: &str, rows: &HeadRows) -> Option<Triple> {
     let named = (0..header.names.len()).filter_map(|place| Some((place, Meaning::of(&header.described(place), None)?)));
     let is_of = |(place, meaning): &(usize, Meaning)| {

@@ -1,4 +1,4 @@
-//! Why a measurement ends: limits of time, the watchdog of its stream, the reason in its result.
+//! The end of a measurement: limits of time, the watchdog of its stream, the reason in its result.
 
 use std::sync::Arc;
 
@@ -77,7 +77,7 @@ impl Measuring {
     }
 
     pub(super) async fn finish(mut self, channels: &Channels) -> Ending {
-        // where the rate becomes known only now, the pending rows complete seconds, too
+        // if the rate becomes known only now, the pending rows complete seconds as well
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
         }
@@ -87,7 +87,7 @@ impl Measuring {
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
         let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
-        // what came before the link was closed may have completed the measurement
+        // samples before the link was closed may have completed the measurement
         let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
         let reason = match (reason, stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),

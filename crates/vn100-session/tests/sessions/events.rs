@@ -1,4 +1,4 @@
-//! Sessions of any events: what is published, what commands do, how they end. Time is virtual.
+//! Sessions of any events: their published state, their commands, their end. Time is virtual.
 
 use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 
@@ -30,7 +30,7 @@ fn at_10_hz() -> Settings {
     Settings { rate_hz: Some(10.0), ..Settings::default() }
 }
 
-/// A session, and where to send its events.
+/// A session, and the sender of its events.
 fn session(settings: Settings) -> (mpsc::Sender<Event>, Session) {
     let (events, inbox) = mpsc::channel(1);
     (events, Session::of_events(SourceFacts { name: "a test".into(), ..SourceFacts::default() }, inbox, settings))
@@ -46,7 +46,7 @@ async fn measured(source: impl Source, read: ReadOptions, settings: Settings) ->
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_looks_sees_the_latest_and_delays_nobody() {
+async fn a_reader_sees_the_latest_state_and_delays_nothing() {
     let (events, mut session) = session(Settings::default());
     assert!(matches!(session.state.borrow().stage, Stage::Preparing));
     for _ in 0..100 {
@@ -55,7 +55,7 @@ async fn who_looks_sees_the_latest_and_delays_nobody() {
     samples(&mut session, 300).await;
     assert!(matches!(session.state.borrow().stage, Stage::Measuring));
     assert_eq!(session.state.borrow().assessment().samples, 300);
-    // not published at once, and a tenth of a second later
+    // not published at once, but a tenth of a second later
     events.send(rows(1)).await.unwrap();
     time::sleep(Duration::from_millis(1)).await;
     assert_eq!(session.state.borrow().snapshot.timing.samples, 300);
@@ -91,7 +91,7 @@ async fn the_assessment_is_shared_until_the_record_has_grown_by_a_twentieth() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_is_published_where_nothing_came() {
+async fn nothing_is_published_without_events() {
     let (events, mut session) = session(Settings::default());
     events.send(rows(5)).await.unwrap();
     samples(&mut session, 5).await;
@@ -102,7 +102,7 @@ async fn nothing_is_published_where_nothing_came() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_time_asked_for_ends_it() {
+async fn the_requested_time_ends_it() {
     let (events, session) = session(Settings { duration: Some(Duration::from_secs(2)), ..at_10_hz() });
     for _ in 0..20 {
         events.send(rows(1)).await.unwrap();
@@ -152,7 +152,7 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
 }
 
 #[tokio::test]
-async fn what_became_of_csv_lines_is_among_the_facts() {
+async fn the_counts_of_csv_lines_are_among_the_facts() {
     let (events, session) = session(Settings::default());
     let rejected = RejectedRows { reason: RejectedRow::Fields, count: 2, first_line: 7, first_text: "1,2".into() };
     let csv = CsvReport {
@@ -178,13 +178,13 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
 }
 
 #[tokio::test]
-async fn times_of_rows_that_count_since_1970_say_when_the_record_began() {
+async fn times_of_rows_since_1970_give_the_start_of_the_record() {
     let epoch_ns = 1_761_939_167_192_566_000;
     for (times, first_ns, expected) in [
         ("t:s", epoch_ns, Some(epoch_ns)),
         ("secs:s+nsecs:ns", epoch_ns, Some(epoch_ns)),
         ("t:s", 5_000_000_000, None),
-        // in a time zone that is not known
+        // in an unknown time zone
         ("date:iso", epoch_ns, None),
     ] {
         let (events, session) = session(Settings::default());
@@ -213,7 +213,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     let Some(SessionEvent::StartedOver { after }) = over else { panic!("{over:?}") };
     assert_eq!(after, Duration::from_secs(7));
     events.send(rows(8)).await.unwrap();
-    // of a playback; there is none
+    // commands for a playback, which does not exist here
     for command in [Command::TogglePause, Command::Faster, Command::Slower] {
         session.commands.send(command).await.unwrap();
     }
@@ -226,7 +226,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_command_stops_it_with_what_came() {
+async fn a_command_stops_it_with_the_result_so_far() {
     let (events, mut session) = session(at_10_hz());
     events.send(rows(50)).await.unwrap();
     samples(&mut session, 50).await;
@@ -245,7 +245,7 @@ async fn without_a_link_there_is_nothing_to_mark() {
     assert!(matches!(told, Some(SessionEvent::Refused(CommandRefusal::NoMark))), "{told:?}");
 }
 
-/// What a link delivered, one after the other.
+/// The inputs of a link, in sequence.
 struct Script(VecDeque<StreamInput>);
 
 impl Source for Script {
@@ -259,7 +259,7 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
     let read = |bytes: &[u8]| StreamInput::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
     let refused = LinkEventKind::UnsolicitedError { error: DeviceError::InvalidCommand };
     let (full, restarted) = (read(b"$VNERR,0B*03\r\n"), read(b"$VNERR,01*70\r\n"));
-    // the last but one answers a question of another moment
+    // the last but one answers a question from another time
     let answer = read(b"$VNERR,08*79\r\n");
     let link = StreamInput::Link(LinkEvent { at_ns: 0, kind: refused });
     let inputs = [read(LINE), full.clone(), full, restarted, link, answer, read(LINE)];
@@ -283,7 +283,7 @@ fn lines_of_1_hz(lines: i64) -> Script {
     Script((0..lines).map(|second| StreamInput::Chunk(chunk(second))).collect())
 }
 
-/// A source that stays open when all was delivered.
+/// A source that stays open after all its inputs.
 struct Open(Script);
 
 impl Source for Open {
@@ -296,7 +296,7 @@ impl Source for Open {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_time_asked_for_ends_lines_of_unknown_rate_live_and_in_a_replay() {
+async fn the_requested_time_ends_lines_of_unknown_rate_live_and_in_a_replay() {
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
     let live = measured(Open(lines_of_1_hz(7)), options, settings.clone());

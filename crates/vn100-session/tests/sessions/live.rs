@@ -1,4 +1,4 @@
-//! Sessions of a live sensor, from its setting to the end of its recording, in virtual time.
+//! Sessions of a live sensor, from its configuration to the end of its recording, in virtual time.
 
 mod settings;
 mod wall_limits;
@@ -66,7 +66,7 @@ fn recording(folder: &TempDir) -> Option<RecordingSpec> {
     })
 }
 
-/// Why the recording ended, as it says itself.
+/// The recorded reason of the end.
 fn reason(path: &Path) -> String {
     let mut reader = RecordingReader::open(std::fs::File::open(path).unwrap()).unwrap();
     while reader.next_input().unwrap().is_some() {}
@@ -92,7 +92,7 @@ fn rate(rate_hz: u32) -> Option<OutputSettings> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_is_measured_for_the_time_asked_for() {
+async fn a_sensor_is_measured_for_the_requested_time() {
     let sensor = sensor();
     let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
     let mut session = Session::live(LiveSpec { settings: duration(3), conditions: conditions.clone(), ..of(&sensor) });
@@ -143,7 +143,7 @@ async fn a_session_is_stopped_by_a_command_or_by_its_token() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_is_not_heard_is_an_error_of_the_source() {
+async fn a_silent_sensor_is_an_error_of_the_source() {
     let sensor = sensor();
     sensor.world().plugged = false;
     let (result, _) = ended(Session::live(of(&sensor))).await;
@@ -168,7 +168,7 @@ async fn the_link_and_its_loss_are_shown() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_recorded_can_be_replayed_to_the_same_end() {
+async fn a_recording_can_be_replayed_to_the_same_end() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
@@ -188,7 +188,7 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_mark_lies_in_the_recording_where_it_was_made() {
+async fn a_mark_is_at_its_place_in_the_recording() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
@@ -214,7 +214,7 @@ async fn a_mark_lies_in_the_recording_where_it_was_made() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_was_excluded_by_command_is_noted_in_the_recording() {
+async fn time_excluded_by_command_is_noted_in_the_recording() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
@@ -231,7 +231,7 @@ async fn what_was_excluded_by_command_is_noted_in_the_recording() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_recording_is_continued_by_its_own_sensor_alone() {
+async fn a_recording_is_continued_only_by_its_own_sensor() {
     let folder = TempDir::new().unwrap();
     for (serial, resume, samples) in [("100", false, 120), ("200", true, 0), ("100", true, 120)] {
         let sensor = sensor();
@@ -280,8 +280,8 @@ async fn a_sensor_that_sends_another_message_ends_the_session() {
     assert!((5.0..7.0).contains(&waited.as_secs_f64()), "{waited:?}");
 }
 
-/// The slowest sends its first line a second after its output was resumed; until then it only
-/// replies.
+/// The slowest sensor sends its first line a second after its output was resumed; until then it
+/// only replies.
 #[tokio::test(start_paused = true)]
 async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
     for rate_hz in [1, 2, 40] {
@@ -291,7 +291,7 @@ async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
         sensor.world().streams = false;
         let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
         let mut session = Session::live(LiveSpec { settings, ..of(&sensor) });
-        // the watchdog judges what is shown
+        // the watchdog judges the published state
         until(&mut session, |state| state.snapshot.timing.samples > 0).await;
         let (result, _) = ended(session).await;
         let timing = &result.snapshot.timing;
@@ -349,7 +349,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_temperature_is_read_between_the_lines_where_it_is_asked_for() {
+async fn the_temperature_is_read_between_the_lines_on_request() {
     for (asked, read) in [(true, true), (false, false)] {
         let sensor = sensor();
         let ended = ended(Session::live(LiveSpec { temperature: asked, settings: duration(25), ..of(&sensor) })).await;
@@ -368,7 +368,7 @@ async fn an_input_that_is_none_ends_the_session_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_source_is_opened_as_its_options_say() {
+async fn a_source_is_opened_according_to_its_options() {
     let sensor = sensor();
     let rejections = Arc::new(Mutex::new(0));
     let count = Arc::clone(&rejections);

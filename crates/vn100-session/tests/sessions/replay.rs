@@ -23,7 +23,7 @@ use vn100_session::{
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
-/// Twenty seconds at the rate that is assumed.
+/// Twenty seconds at the assumed rate.
 const SAMPLES: u64 = 800;
 
 fn capture(samples: u64) -> NamedTempFile {
@@ -97,7 +97,7 @@ async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
     let result = measured(&even, Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
     assert_eq!((result.snapshot.timing.samples, result.snapshot.timing.rate_hz), (5, 10.0));
-    // one sample has no rate, and nothing is said of it that needs one
+    // one sample has no rate, and results that need a rate are absent
     let result = measured(&even[..1], Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
     assert_eq!(result.snapshot.timing.samples, 1);
@@ -115,7 +115,7 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
     let mut session = Session::replay(ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) });
     session.state.wait_for(|state| state.snapshot.timing.samples >= 200).await.unwrap();
     time::sleep(Duration::from_secs(10)).await;
-    // four wait, and the fifth for room
+    // four states wait, and the fifth waits for room
     assert_eq!(session.state.borrow().snapshot.timing.samples, 200);
     let mut taken = Vec::new();
     while let Some(state) = session.seconds.recv().await {
@@ -127,7 +127,7 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_capture_that_cannot_be_opened_says_why() {
+async fn a_capture_that_cannot_be_opened_reports_the_reason() {
     let missing = Path::new("/nonexistent/night.vnymr");
     let result = Session::replay(ReplaySpec::of(missing)).result.await.unwrap();
     let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
@@ -155,8 +155,8 @@ async fn once_stopped_no_capture_is_begun() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_ends_a_capture_with_what_came() {
-    // several reads: what was read already is measured
+async fn a_stop_ends_a_capture_with_the_result_so_far() {
+    // several reads: samples that were read are measured
     let file = capture(10 * SAMPLES);
     let spec = ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) };
     let stop = spec.stop.clone();
@@ -186,7 +186,7 @@ async fn a_paced_replay_is_paused_and_resumed() {
     command(&session, Command::TogglePause).await;
     let began = time::Instant::now();
     until(&mut session, |playback, _| playback.samples >= paused.samples + 400).await;
-    // 400 samples at 40 Hz and twice the speed
+    // 400 samples at 40 Hz and double speed
     assert!((4.9..5.3).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
@@ -223,7 +223,7 @@ async fn at_its_end_a_replay_stays_until_it_is_stopped() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn as_much_as_was_to_be_measured_is_the_end_too() {
+async fn the_requested_duration_is_an_end_as_well() {
     let file = capture(SAMPLES);
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..ReplaySpec::of(file.path()) });
@@ -234,7 +234,7 @@ async fn as_much_as_was_to_be_measured_is_the_end_too() {
 }
 
 #[tokio::test]
-async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
+async fn the_end_of_a_recording_is_known_if_the_replay_ends_with_it() {
     let metadata = [("measured.duration".to_owned(), "1s".to_owned())].into();
     let mut recording = RecordingWriter::new(Vec::new(), &metadata).unwrap();
     // far more than is read ahead
@@ -254,7 +254,7 @@ async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
     };
     let end = replayed(None).await.unwrap();
     assert_eq!((end.complete, end.ended_ns, end.reason.as_deref()), (true, Some(990_000_000_000), Some("done")));
-    // whether the end was read ahead is chance, and counts for nothing
+    // reading the end ahead is a matter of timing, and has no effect
     for seconds in [1, 2, 900] {
         assert_eq!(replayed(Some(Duration::from_secs(seconds))).await, None);
     }

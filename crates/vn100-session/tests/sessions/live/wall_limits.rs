@@ -1,4 +1,4 @@
-//! Sessions that nobody watches: they end by the clock.
+//! Unattended sessions: they end by the clock.
 
 use super::*;
 
@@ -41,7 +41,7 @@ async fn a_sensor_without_a_sample_is_given_up_from_when_it_was_there() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_comes_back_in_time_is_measured_on() {
+async fn the_measurement_of_a_sensor_that_returns_in_time_continues() {
     let sensor = sensor();
     let spec = LiveSpec { limits: limits(Some(5), Some(60)), settings: duration(10), ..of(&sensor) };
     let mut session = Session::live(spec);
@@ -57,7 +57,7 @@ async fn a_sensor_that_comes_back_in_time_is_measured_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_wall_time_is_over_whatever_comes() {
+async fn the_wall_time_ends_the_session_in_any_case() {
     for plugged in [true, false] {
         let sensor = sensor();
         let mut session = Session::live(LiveSpec { limits: limits(None, Some(7)), ..of(&sensor) });
@@ -83,7 +83,7 @@ async fn a_stop_before_the_duration_leaves_a_shortfall() {
     assert_eq!(result.shortfall.unwrap().wanted, Duration::from_secs(20));
 }
 
-/// It never says anything, and never ends.
+/// A source that sends nothing, and never ends.
 struct Mute(std::sync::mpsc::Receiver<()>);
 
 impl io::Read for Mute {
@@ -118,10 +118,10 @@ async fn a_recording_replays_with_the_outage_at_its_end() {
     assert_eq!(replay.facts.end, Some(EndKind::EndOfInput));
 }
 
-/// From ten in the evening; the sensor goes for good at three.
+/// From ten in the evening; the sensor is lost for good at three.
 #[tokio::test(start_paused = true)]
-async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_why_no_more() {
-    // two minutes: a night of whole hours passes, too, and takes a minute and a half
+async fn a_sensor_lost_at_night_leaves_five_hours_and_the_reason() {
+    // two minutes: a night of whole hours passes as well, but takes a minute and a half
     const HOUR_S: u64 = 120;
     let folder = TempDir::new().unwrap();
     let sensor = Sensor::new(115_200, 4);
