@@ -3,6 +3,8 @@
 mod power_sums;
 mod segments;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::Arc;
 
 use realfft::RealFftPlanner;
@@ -120,7 +122,8 @@ impl SpectrumSums {
 }
 
 /// Which frequencies a density counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Sides {
     /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
     /// its power. White noise has the power density 2 N².
